@@ -1,0 +1,1 @@
+"""The welding cell: scene, placement, collision, verdicts, reports and the command line."""

@@ -1,0 +1,1 @@
+"""Inverse kinematics on plain arrays: chains, solvers, singularity margins, paths (metres, radians)."""
