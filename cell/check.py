@@ -1,0 +1,274 @@
+"""The verdict: can the arm weld every target, bead by bead, and what stops it where it cannot.
+
+    result = check(prepare(case), E1_deg, E2_deg)
+    result.feasible, result.reasons, result.rows[0].detail
+
+"Feasible" is said of a motion that was followed and checked between the targets as well; a target that is not feasible
+carries the reason of its best candidate, and ``proved`` where every configuration it could have has been looked at.
+Radians and metres.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.singularity import KINDS, smallest_singular_value
+
+from .collision import Checker, Clearances
+from .job import Job
+from .motion import Motion, assemble
+from .nodes import Nodes, evaluate
+from .place import METRES_PER_MM, Placed, place
+from .plan import BeadPlan, Planner, Settings, Stretch
+from .scene import table_angles
+
+REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity")
+CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """The verdict on one target.
+
+    Attributes:
+        reason: None where it is feasible, else one of ``REASONS``.
+        detail: the reason's measure.
+        proved: of an infeasible target, whether every configuration was looked at.
+        q: the configuration it is welded in, (j,), rad; None where infeasible.
+        attempt: of an infeasible target the best attempt, (j,), rad, if there is one.
+    """
+
+    reason: str | None
+    detail: dict[str, Any]
+    proved: bool
+    q: Floats | None
+    attempt: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Least:
+    """A least value and where it occurs."""
+
+    value: float
+    target: int
+    what: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The verdict on a case at a table pose.
+
+    Attributes:
+        job: what was checked.
+        asked: E1, E2 as asked for, deg.
+        table: E1, E2 as the positioner stands, rad.
+        placed: the targets in the base frame.
+        rows: one a target.
+        clearance: least clearance along what was followed, m; None where nothing was nearer than 50 mm.
+        singularity: least margin as a multiple of its limit, with its kind; None where nothing was followed.
+        sigma: smallest singular value of the scaled Jacobian on the way.
+        gravity: angle between the deposition direction and up of every target, (n,), rad.
+        motion: the whole motion, None where infeasible.
+    """
+
+    job: Job
+    asked: tuple[float, float]
+    table: tuple[float, float]
+    placed: Placed
+    rows: tuple[Row, ...]
+    clearance: Least | None
+    singularity: Least | None
+    sigma: float | None
+    gravity: Floats
+    motion: Motion | None
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the whole part can be built."""
+        return self.motion is not None
+
+    @property
+    def infeasible(self) -> int:
+        """How many targets cannot be welded."""
+        return sum(row.reason is not None for row in self.rows)
+
+    @property
+    def reasons(self) -> dict[str, int]:
+        """Infeasible targets by reason, every reason named."""
+        count = Counter(row.reason for row in self.rows)
+        return {reason: count[reason] for reason in REASONS}
+
+
+def settings_of(job: Job) -> Settings:
+    """The plan's settings, as the case has them."""
+    case = job.case
+    return Settings(
+        clearance=case.checks.clearance_mm * METRES_PER_MM,
+        speed=case.process.deposition_speed_mm_s * METRES_PER_MM,
+        travel_speed=case.process.travel_speed_mm_s * METRES_PER_MM,
+        retract=case.process.retract_mm * METRES_PER_MM,
+    )
+
+
+def check(job: Job, E1_deg: float, E2_deg: float) -> Result:  # noqa: N803 (names of the axes)
+    """Check every target, every bead and the way between them.
+
+    Args:
+        job: from ``cell.job.prepare``.
+        E1_deg: tilt of the table.
+        E2_deg: turn of the table; taken a whole turn on where only that is in the axis' range.
+
+    Returns:
+        The verdict.
+
+    Raises:
+        InputError: the positioner has no such angles.
+    """
+    asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
+    placed = place(job.targets, job.scene.T_base_part(*table))
+    up = job.scene.T_world_base()[2, :3]
+    gravity = np.arccos(np.clip(placed.normal @ up, -1.0, 1.0))
+    settings = settings_of(job)
+    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
+    blocked = _table_in_the_way(job, checker)
+    if blocked is not None:
+        rows = tuple(Row("collision", blocked, True, None) for _ in range(len(job.targets)))
+        return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
+    roll_step = np.deg2rad(job.case.ik.roll_step_deg)
+    nodes = evaluate(job.solver, placed, job.window, roll_step, job.singularity_limits)
+    planner = Planner(nodes, placed, job.targets.path, job.stage, checker, settings)
+    plans, travels, stuck = _plan(job, planner)
+    rows = _rows(job, nodes, planner, plans, stuck, gravity)
+    stretches = [s for plan in plans for s in plan.stretches]
+    motion = None
+    if all(row.reason is None for row in rows):
+        motion = assemble(job, table, stretches, [t for t in travels if not isinstance(t, dict)])
+    return Result(
+        job=job,
+        asked=asked,
+        table=table,
+        placed=placed,
+        rows=rows,
+        clearance=_least_clearance(job, stretches),
+        singularity=_least_margin(nodes, stretches),
+        sigma=_least_sigma(nodes, stretches),
+        gravity=gravity,
+        motion=motion,
+    )
+
+
+def _table_in_the_way(job: Job, checker: Checker) -> dict[str, Any] | None:
+    """A collision that no arm can help: the workpiece or the table in the cell around it."""
+    found = checker.table_alone()
+    if found.distance[0] >= 0.0:
+        return None
+    return {
+        "pair": [job.scene.geom_name(int(g)) for g in found.pair[0]],
+        "distance_mm": round(float(found.distance[0]) / METRES_PER_MM, 3),
+        "required_mm": 0.0,
+        "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[0]],
+        "note": "the table and what stands on it, whatever the arm does",
+    }
+
+
+def _plan(job: Job, planner: Planner) -> tuple[list[BeadPlan], list[Any], dict[int, dict[str, Any]]]:
+    """Plan bead after bead and the travels between them; ``stuck`` are targets no travel leads to."""
+    path = job.targets.path
+    firsts = np.flatnonzero(np.diff(path, prepend=-1))
+    stops = [*firsts[1:], len(path)]
+    plans: list[BeadPlan] = []
+    travels: list[Any] = []
+    stuck: dict[int, dict[str, Any]] = {}
+    last: Stretch | None = None
+    for first, stop in zip(firsts, stops, strict=True):
+        plan = planner.bead(int(first), int(stop), None if last is None else last.q_targets[-1])
+        plans.append(plan)
+        whole = len(plan.stretches) == 1 and plan.stretches[0].stop - plan.stretches[0].first == stop - first
+        if last is not None and whole:
+            # what was laid so far, the layer under the torch included
+            way = planner.travel(last, plan.stretches[0], int(planner.stage[last.stop - 1]) + 1)
+            travels.append(way)
+            if isinstance(way, dict):
+                stuck[int(first)] = {"from_target": last.stop - 1, "travel": True, **way}
+        last = plan.stretches[-1] if plan.stretches else last
+    return plans, travels, stuck
+
+
+def _rows(
+    job: Job,
+    nodes: Nodes,
+    planner: Planner,
+    plans: list[BeadPlan],
+    stuck: dict[int, dict[str, Any]],
+    gravity: Floats,
+) -> tuple[Row, ...]:
+    n = len(job.targets)
+    rows: list[Row | None] = [None] * n
+    # one roll alone and all configurations of it: nothing is left to look at
+    proved = nodes.exhaustive and nodes.window.is_fixed
+    steepest = job.case.checks.gravity_max_deg
+    for plan in plans:
+        for stretch in plan.stretches:
+            for i, q in zip(range(stretch.first, stretch.stop), stretch.q_targets, strict=True):
+                rows[i] = Row(None, {}, False, q)
+        for i, (found, q, roll) in plan.collisions.items():
+            detail = {**planner.describe(found, 0), "roll_deg": round(float(np.rad2deg(roll)), 3)}
+            rows[i] = Row("collision", detail, proved, None, q)
+        for i, detail in plan.cuts.items():
+            reason = "speed" if detail["on_the_way"] == "speed" else "no_path"
+            rows[i] = Row(reason, detail, False, None, _q(rows[i]))
+    for i, detail in stuck.items():
+        rows[i] = Row("no_path", detail, False, None, _q(rows[i]))
+    for i in range(n):
+        if rows[i] is None:
+            reason, detail, attempt = nodes.why_not(i)
+            rows[i] = Row(reason, detail, proved, None, attempt)
+        row = rows[i]
+        if steepest is not None and row is not None and row.reason is None and gravity[i] > np.deg2rad(steepest):
+            measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
+            rows[i] = Row("gravity", measure, True, None, row.q)
+    return tuple(row for row in rows if row is not None)
+
+
+def _q(row: Row | None) -> Floats | None:
+    return None if row is None else row.q
+
+
+def _least_clearance(job: Job, stretches: list[Stretch]) -> Least | None:
+    if not stretches:
+        return None
+    every = Clearances(
+        np.concatenate([s.clearances.distance for s in stretches]),
+        np.concatenate([s.clearances.pair for s in stretches]),
+        np.concatenate([s.clearances.position for s in stretches]),
+    )
+    k = int(np.argmin(every.distance))
+    if not np.isfinite(every.distance[k]):
+        return None
+    target = int(np.concatenate([s.edge for s in stretches])[k])
+    return Least(float(every.distance[k]), target, tuple(job.scene.geom_name(int(g)) for g in every.pair[k]))
+
+
+def _least_margin(nodes: Nodes, stretches: list[Stretch]) -> Least | None:
+    if not stretches:
+        return None
+    limits = nodes.limits.values(nodes.solver.geometry is not None)
+    margin = np.concatenate([s.margin for s in stretches])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(limits > 0, margin / limits, np.inf)
+    k, kind = np.unravel_index(int(np.argmin(share)), share.shape)
+    if not np.isfinite(share[k, kind]):
+        return None
+    return Least(float(margin[k, kind]), int(np.concatenate([s.edge for s in stretches])[k]), (KINDS[kind],))
+
+
+def _least_sigma(nodes: Nodes, stretches: list[Stretch]) -> float | None:
+    if not stretches:
+        return None
+    q = np.concatenate([s.q_targets for s in stretches])
+    return float(smallest_singular_value(nodes.solver.chain, q).min())

@@ -1,0 +1,124 @@
+"""Clearances of the whole cell in many configurations, from MuJoCo's own collision detection.
+
+    checker = Checker(scene, table, reach=0.02)       # metres out to which clearances are known
+    c = checker.clearances(q, stage)                  # q (m, n) rad, stage (m,) deposits laid so far
+    c.distance, c.pair, c.position
+
+What counts is everything that is not meant to touch: the arm with itself and its torch, the cell, the table, the body
+of the part, and the deposits laid before the given stage (later ones are still in the air). The wire may touch the
+part. Distances are signed: negative is a penetration. Metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Clearances:
+    """The nearest pair of every configuration.
+
+    Attributes:
+        distance: least signed distance, (m,), m; infinite where nothing is within the checker's reach.
+        pair: ids of the two geoms, (m, 2); -1 where there is none.
+        position: where they are nearest, (m, 3), world, m; NaN where there is none.
+    """
+
+    distance: Floats
+    pair: Ints
+    position: Floats
+
+    def __len__(self) -> int:
+        return len(self.distance)
+
+    @classmethod
+    def none(cls, m: int) -> Clearances:
+        """m configurations with nothing near."""
+        return cls(np.full(m, np.inf), np.full((m, 2), -1), np.full((m, 3), np.nan))
+
+
+class Checker:
+    """Collision detection of one scene at one table pose; not to be shared between threads."""
+
+    scene: Scene
+
+    def __init__(self, scene: Scene, table: tuple[float, float], reach: float) -> None:
+        """Prepare the model.
+
+        Args:
+            scene: the composed cell.
+            table: E1 and E2, rad.
+            reach: distances are known out to here, m.
+        """
+        self.scene = scene
+        self._model = scene.model
+        self._data = mujoco.MjData(scene.model)
+        self._data.qpos[scene.table_qpos] = table
+        # MuJoCo reports a pair out to the sum of its geoms' gaps
+        self._geom_gap = np.where(self._model.geom_contype | self._model.geom_conaffinity, reach / 2, 0.0)
+        self._pair_gap = reach
+        self._static: Clearances | None = None
+
+    def clearances(self, q: Floats, stage: Ints) -> Clearances:
+        """The nearest pair of every configuration.
+
+        Args:
+            q: configurations of the arm, (m, n), rad.
+            stage: number of deposits already laid, (m,).
+
+        Returns:
+            Clearances.
+        """
+        model, data, born = self._model, self._data, self.scene.deposit_of_geom
+        # the model is shared between checkers of different reach
+        model.geom_gap[:], model.pair_gap[:] = self._geom_gap, self._pair_gap
+        out = Clearances.none(len(q))
+        arm = self.scene.arm_qpos
+        for i in range(len(q)):
+            data.qpos[arm] = q[i]
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_collision(model, data)
+            if not data.ncon:
+                continue
+            contact = data.contact
+            distance, geom = contact.dist, contact.geom
+            distance = np.where((born[geom] < stage[i]).all(axis=1), distance, np.inf)
+            k = int(np.argmin(distance))
+            if distance[k] < np.inf:
+                out.distance[i] = distance[k]
+                out.pair[i] = geom[k]
+                out.position[i] = contact.pos[k]
+        return out
+
+    def table_alone(self) -> Clearances:
+        """The nearest pair in which the arm has no part: what stands on the table against the cell around it.
+
+        Returns:
+            Clearances of one row, over all deposits.
+        """
+        scene = self.scene
+        everything = np.array([scene.n_deposits])
+        model, data = self._model, self._data
+        model.geom_gap[:], model.pair_gap[:] = self._geom_gap, self._pair_gap
+        data.qpos[scene.arm_qpos] = 0.0
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        out = Clearances.none(len(everything))
+        geom, distance = data.contact.geom, data.contact.dist
+        ours = ~scene.arm_geom[geom].any(axis=1)
+        if ours.any():
+            k = int(np.argmin(np.where(ours, distance, np.inf)))
+            out.distance[0], out.pair[0], out.position[0] = distance[k], geom[k], data.contact.pos[k]
+        return out

@@ -1,0 +1,219 @@
+"""The part as shapes that collide: its body, and what has been deposited layer by layer.
+
+What counts at any moment is the material laid so far, so every layer becomes convex pieces of its own, numbered in
+the order of deposition; a check then looks only at deposits below the current number::
+
+    shape = part_shape(sliced, body_mesh=None, z_mm=(0, 43))
+    shape.hulls["deposit/7/SV1/0"]            # (k, 3) vertices, part frame, mm
+    shape.first_deposit                       # number of each sub-volume's first layer
+
+A layer that is far from convex (a ring, a C, a hole) is cut into pieces until each fills most of its hull, so that the
+torch can still go in where there is room. Pieces cover what they stand for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ik.chain import Floats
+from slicing.layers import Layer, SlicedSubVolume
+from slicing.part import Mesh
+from slicing.surfaces import Cylinder, Plane
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+
+FILLED = 0.8  # share of its hull that a piece has to fill
+SMALLEST_MM = 4.0  # pieces are not cut further
+SECTOR = np.deg2rad(15.0)  # of layers that go round the body
+SIMPLIFY_MM = 0.05  # curves are thinned to this before they become hulls, and hulls are padded by it
+FEW = 200  # vertices of a hull that need no thinning
+ROUND = 48  # corners of a body given as a cylinder
+
+
+@dataclass(frozen=True, eq=False)
+class PartShape:
+    """Shapes of the part, part frame, mm.
+
+    Attributes:
+        visual: meshes to look at, by geom name.
+        hulls: vertices of convex pieces, by geom name: "body/..." and "deposit/NUMBER/SUB-VOLUME/PIECE".
+        first_deposit: number of the first layer of each sub-volume.
+        n_deposits: layers in all.
+    """
+
+    visual: dict[str, Mesh]
+    hulls: dict[str, Floats]
+    first_deposit: tuple[int, ...]
+    n_deposits: int
+
+
+def part_shape(
+    sliced: Sequence[SlicedSubVolume], body_mesh: Mesh | None, z_mm: tuple[float, float] | None
+) -> PartShape:
+    """Shapes of a sliced part.
+
+    Args:
+        sliced: the sub-volumes, all on one body.
+        body_mesh: the body's own shape (its convex hull collides), or None for a cylinder.
+        z_mm: ends of that cylinder; the extent of the sub-volumes where it is None.
+
+    Returns:
+        The shapes.
+    """
+    body = sliced[0].body
+    hulls: dict[str, Floats] = {}
+    visual = {f"{s.name}_visual": s.mesh for s in sliced}
+    if body_mesh is not None:
+        visual["body_visual"] = body_mesh
+        hulls["body/0"] = _thinned_hull(body_mesh.vertices)
+    else:
+        if z_mm is None:
+            bounds = np.array([s.mesh.bounds[:, 2] for s in sliced])
+            z_mm = (float(bounds.min()), float(bounds.max()))
+        hulls["body/0"] = _prism(body.axis_xy_mm, body.radius_mm, z_mm)
+        visual["body_visual"] = _cylinder_mesh(body.axis_xy_mm, body.radius_mm, z_mm)
+    first, number = [], 0
+    for s in sliced:
+        first.append(number)
+        for layer in s.layers:
+            below = s.layers[layer.index + 1 :][:1]
+            for k, piece in enumerate(_pieces(layer)):
+                hulls[f"deposit/{number}/{s.name}/{k}"] = _slab(layer, piece, below)
+            number += 1
+    return PartShape(visual, hulls, tuple(first), number)
+
+
+def _slab(layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:
+    """Hull points of a piece of a layer: from its surface out to the next layer's."""
+    normals = layer.surface.normals(points)
+    if above:
+        height = np.maximum(-above[0].surface.distance(points), 0.0)
+    else:
+        height = np.full(len(points), max(layer.thickness_mm[1], SIMPLIFY_MM))
+    top = points + normals * (height + SIMPLIFY_MM)[:, None]
+    return np.concatenate([points - normals * SIMPLIFY_MM, top])
+
+
+def _pieces(layer: Layer) -> Iterator[Floats]:
+    """Outlines of a layer's nearly convex pieces, each (k, 3), mm."""
+    surface = layer.surface
+    if isinstance(surface, Cylinder) and any(_winds(surface, c.points) for c in layer.curves if c.closed):
+        yield from _sectors(surface, np.concatenate([c.points for c in layer.curves]))
+        return
+    for polygon, rolled_back in _polygons(layer):
+        for piece in _cut(polygon):
+            outline = np.asarray(piece.exterior.coords)[:-1]
+            yield rolled_back(outline)
+
+
+def _winds(surface: Cylinder, points: Floats) -> bool:
+    angle = np.unwrap(np.arctan2(*(points[[*range(len(points)), 0], :2] - surface.axis_point).T[::-1]))
+    return bool(abs(angle[-1] - angle[0]) > np.pi)
+
+
+def _sectors(surface: Cylinder, points: Floats) -> Iterator[Floats]:
+    angle = np.arctan2(points[:, 1] - surface.axis_point[1], points[:, 0] - surface.axis_point[0])
+    for low in np.arange(-np.pi, np.pi - 1e-9, SECTOR):
+        # neighbouring sectors share a margin, so that no gap opens between their hulls
+        near = np.abs((angle - low - SECTOR / 2 + np.pi) % (2 * np.pi) - np.pi) <= 0.55 * SECTOR
+        if near.sum() >= 3:
+            yield points[near]
+
+
+def _polygons(layer: Layer):  # noqa: ANN202 (pairs of a polygon and the way back to space)
+    """The layer's regions in its unrolled surface."""
+    import shapely
+
+    surface = layer.surface
+    outer = [c for c in layer.curves if c.closed and not c.hole]
+    holes = [c for c in layer.curves if c.closed and c.hole]
+    for curve in outer:
+        flat = surface.unrolled(curve.points)
+        polygon = shapely.Polygon(flat).buffer(SIMPLIFY_MM, join_style="mitre")
+        for hole in holes:
+            polygon = polygon.difference(shapely.Polygon(_same_turn(surface, hole.points, flat)))
+        polygon = polygon.simplify(SIMPLIFY_MM)
+        yield polygon, _way_back(surface)
+
+
+def _same_turn(surface: Cylinder | Plane, points: Floats, like: Floats) -> Floats:
+    """Unrolled points on the same turn as another curve's."""
+    flat = surface.unrolled(points)
+    if isinstance(surface, Cylinder):
+        turn = 2 * np.pi * surface.radius
+        flat[:, 0] += turn * np.round((like[:, 0].mean() - flat[:, 0].mean()) / turn)
+    return flat
+
+
+def _way_back(surface: Cylinder | Plane):  # noqa: ANN202 (a function from unrolled points to space)
+    if isinstance(surface, Plane):
+        u, v = surface.axes()
+        return lambda flat: np.asarray(surface.point) + flat[:, :1] * u + flat[:, 1:] * v
+    x, y = surface.axis_point
+    r = surface.radius
+    return lambda flat: np.stack(
+        [x + r * np.cos(flat[:, 0] / r), y + r * np.sin(flat[:, 0] / r), flat[:, 1]], axis=1
+    )
+
+
+def _cut(region: Polygon) -> Iterator[Polygon]:
+    """Halve a region across its longer side until every piece fills its hull."""
+    import shapely
+
+    for polygon in getattr(region, "geoms", [region]):
+        if polygon.is_empty or polygon.geom_type != "Polygon":
+            continue
+        x0, y0, x1, y1 = polygon.bounds
+        if polygon.area >= FILLED * polygon.convex_hull.area or max(x1 - x0, y1 - y0) < SMALLEST_MM:
+            yield polygon
+            continue
+        xm, ym = (x0 + x1) / 2, (y0 + y1) / 2
+        halves = (
+            (shapely.box(x0, y0, xm, y1), shapely.box(xm, y0, x1, y1))
+            if x1 - x0 > y1 - y0
+            else (shapely.box(x0, y0, x1, ym), shapely.box(x0, ym, x1, y1))
+        )
+        for half in halves:
+            yield from _cut(polygon.intersection(half))
+
+
+def _prism(axis: tuple[float, float], radius: float, z_mm: tuple[float, float]) -> Floats:
+    """Vertices of a prism that covers a cylinder, (2 * ROUND, 3)."""
+    angle = 2 * np.pi * np.arange(ROUND) / ROUND
+    covering = radius / np.cos(np.pi / ROUND)
+    ring = np.stack([axis[0] + covering * np.cos(angle), axis[1] + covering * np.sin(angle)], axis=1)
+    return np.concatenate([np.column_stack([ring, np.full(ROUND, z)]) for z in z_mm])
+
+
+def _cylinder_mesh(axis: tuple[float, float], radius: float, z_mm: tuple[float, float]) -> Mesh:
+    vertices = np.concatenate([_prism(axis, radius, z_mm), [[*axis, z_mm[0]], [*axis, z_mm[1]]]])
+    i = np.arange(ROUND)
+    j, low, high = (i + 1) % ROUND, 2 * ROUND, 2 * ROUND + 1
+    faces = [
+        np.stack([i, j, j + ROUND], axis=1),
+        np.stack([i, j + ROUND, i + ROUND], axis=1),
+        np.stack([j, i, np.full(ROUND, low)], axis=1),
+        np.stack([i + ROUND, j + ROUND, np.full(ROUND, high)], axis=1),
+    ]
+    return Mesh("body", vertices, np.concatenate(faces).astype(np.int64))
+
+
+def _thinned_hull(vertices: Floats) -> Floats:
+    """Few points whose hull covers all the given ones: extremes in many directions, grown by what they miss."""
+    if len(vertices) <= FEW:
+        return vertices
+    from scipy.spatial import ConvexHull
+
+    k = np.arange(FEW)
+    z, turn = 1 - (2 * k + 1) / FEW, k * np.pi * (3 - np.sqrt(5))
+    directions = np.stack([np.cos(turn) * np.sqrt(1 - z**2), np.sin(turn) * np.sqrt(1 - z**2), z], axis=1)
+    few = vertices[np.unique(np.argmax(vertices @ directions.T, axis=0))]
+    centre = few.mean(axis=0)
+    planes = ConvexHull(few - centre).equations  # normal . x + offset <= 0 inside
+    outside = ((vertices - centre) @ planes[:, :3].T).max(axis=0)
+    return centre + (few - centre) * max(1.0, float((outside / -planes[:, 3]).max()))

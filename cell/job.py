@@ -1,0 +1,147 @@
+"""From a case file to something that can be checked: sliced, sampled, and standing in its cell.
+
+    job = prepare(load_case("blade.case.yaml"))
+    job.sliced, job.targets, job.scene
+
+What does not depend on the table's angles is done here once; ``cell.check`` and ``cell.sweep`` use it for every pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ik.candidates import Solver
+from ik.roll import RollWindow
+from ik.singularity import SingularityLimits
+from slicing.layers import Body, SlicedSubVolume, SlicingParameters
+from slicing.part import Mesh, PartError, load_mesh
+from slicing.slicer import slice_sub_volume
+from slicing.targets import Targets, sample_targets
+
+from .collision import Ints
+from .config import Case
+from .deposit import PartShape, part_shape
+from .errors import InputError
+from .place import METRES_PER_MM
+from .scene import Scene, compose
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A case with its layers, targets and cell.
+
+    Attributes:
+        case: what was asked for.
+        sliced: the sub-volumes.
+        shape: the part as shapes that collide.
+        targets: in the order of deposition, part frame, mm.
+        scene: the composed cell.
+        warnings: one line each.
+    """
+
+    case: Case
+    sliced: tuple[SlicedSubVolume, ...]
+    shape: PartShape
+    targets: Targets
+    scene: Scene
+    warnings: tuple[str, ...]
+
+    @cached_property
+    def solver(self) -> Solver:
+        """The arm's solver, as the case asks for it."""
+        try:
+            solver = Solver.for_chain(self.scene.chain, self.case.ik.solver)
+        except ValueError as error:
+            raise InputError(f"{self.case.path}: ik.solver: {error}") from None
+        return Solver(solver.chain, solver.form, solver.geometry, self.case.ik.seeds)
+
+    @property
+    def window(self) -> RollWindow:
+        """Allowed roll."""
+        return roll_window(self.case)
+
+    @property
+    def singularity_limits(self) -> SingularityLimits:
+        """Margins to keep."""
+        c = self.case.checks
+        return SingularityLimits(
+            np.deg2rad(c.wrist_deg), np.deg2rad(c.elbow_deg), c.shoulder_mm * METRES_PER_MM, c.sigma
+        )
+
+    @cached_property
+    def stage(self) -> Ints:
+        """Deposits already laid when a target is welded, (n,).
+
+        The layer being laid does not count, unless a bead of it lies there already.
+        """
+        t = self.targets
+        layer = np.array(self.shape.first_deposit)[t.sub_volume_index] + t.layer
+        first_bead = np.full(self.shape.n_deposits, np.iinfo(np.int64).max)
+        np.minimum.at(first_bead, layer, t.path)
+        return layer + (t.path > first_bead[layer])
+
+
+def roll_window(case: Case) -> RollWindow:
+    """The roll that a case allows."""
+    if isinstance(case.roll, str):
+        return RollWindow.free()
+    if case.roll.fixed_deg is not None:
+        return RollWindow.fixed(float(np.deg2rad(case.roll.fixed_deg)))
+    low, high = np.deg2rad(case.roll.range_deg or (0.0, 0.0))
+    return RollWindow(float(low), float(high))
+
+
+def slice_case(case: Case) -> tuple[SlicedSubVolume, ...]:
+    """Slice the sub-volumes of a case.
+
+    Raises:
+        InputError: a mesh is missing or cannot be used; one line.
+    """
+    part, s = case.part, case.slicing
+    if part.body is None:
+        raise InputError(f"{case.path}: part.body: missing")
+    # keys that end in _mm are mm, whatever units the meshes are in
+    body = Body(part.body.radius_mm, part.body.axis_xy_mm)
+    parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
+    try:
+        meshes = [
+            load_mesh(case.path_of(name), part.units, f"SV{i + 1}") for i, name in enumerate(part.sub_volumes)
+        ]
+        return tuple(slice_sub_volume(mesh, body, parameters) for mesh in meshes)
+    except PartError as error:
+        raise InputError(str(error)) from None
+
+
+def prepare(case: Case) -> Job:
+    """Slice, sample and compose.
+
+    Args:
+        case: the case.
+
+    Returns:
+        The job.
+
+    Raises:
+        InputError: something in the case cannot be used; one line.
+    """
+    sliced = slice_case(case)
+    try:
+        targets = sample_targets(sliced, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm)
+        body_mesh = _body_mesh(case)
+    except PartError as error:
+        raise InputError(str(error)) from None
+    if len(targets) == 0:
+        raise InputError(f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}")
+    shape = part_shape(sliced, body_mesh, case.part.body.z_mm if case.part.body else None)
+    warnings = tuple(f"{s.name}: {line}" for s in sliced for line in s.warnings)
+    return Job(case, sliced, shape, targets, compose(case, shape), warnings)
+
+
+def _body_mesh(case: Case) -> Mesh | None:
+    body = case.part.body
+    if body is None or body.mesh is None:
+        return None
+    return load_mesh(case.path_of(body.mesh), case.part.units, "body")

@@ -1,0 +1,84 @@
+"""Targets on the table: from the part frame in millimetres to the arm's base frame in metres.
+
+The one place where millimetres become metres::
+
+    placed = place(targets, T_base_part)          # slicing.targets.Targets -> Placed
+    placed.Ts_base_target                         # (n, 4, 4), roll 0
+
+A target's frame has z along the wire (into the part: minus the deposition direction) and, at roll 0, x along the
+part's z axis projected across the wire (along the part's x axis where the two are parallel).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ik.chain import Floats
+from slicing.targets import Targets
+
+METRES_PER_MM = 1e-3
+PARALLEL = 1e-6  # sine below which the wire counts as parallel to the part's z axis
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Targets in the arm's base frame.
+
+    Attributes:
+        position: (n, 3), m.
+        normal: outward normal of the slicing surface, the deposition direction, (n, 3).
+        reference: the part's z axis, (3,), and its x axis, (3,), for roll 0.
+    """
+
+    position: Floats
+    normal: Floats
+    reference: tuple[Floats, Floats]
+
+    @property
+    def Ts_base_target(self) -> Floats:  # noqa: N802 (frames keep their capital)
+        """Target frames at roll 0, (n, 4, 4), m."""
+        return frames(self.position, self.normal, self.reference)
+
+
+def place(targets: Targets, T_base_part: Floats) -> Placed:
+    """Bring targets into the base frame.
+
+    Args:
+        targets: part frame, mm.
+        T_base_part: pose of the part in the base frame, (4, 4), m.
+
+    Returns:
+        Placed targets.
+    """
+    R, p = T_base_part[:3, :3], T_base_part[:3, 3]
+    return Placed(
+        position=targets.position * METRES_PER_MM @ R.T + p,
+        normal=targets.normal @ R.T,
+        reference=(R[:, 2], R[:, 0]),
+    )
+
+
+def frames(position: Floats, normal: Floats, reference: tuple[Floats, Floats]) -> Floats:
+    """Target frames at roll 0.
+
+    Args:
+        position: (n, 3), m.
+        normal: unit deposition directions, (n, 3).
+        reference: the direction x is to follow, and the one it follows where the wire is parallel to that.
+
+    Returns:
+        (n, 4, 4), m: z = -normal, x = the reference projected across z.
+    """
+    z = -normal
+    x = reference[0] - z * (z @ reference[0])[:, None]
+    size = np.linalg.norm(x, axis=1)
+    other = reference[1] - z * (z @ reference[1])[:, None]
+    x = np.where((size < PARALLEL)[:, None], other, x)
+    x /= np.linalg.norm(x, axis=1)[:, None]
+    T = np.zeros((len(z), 4, 4))
+    T[:, :3, 0], T[:, :3, 1], T[:, :3, 2] = x, np.cross(z, x), z
+    T[:, :3, 3] = position
+    T[:, 3, 3] = 1.0
+    return T

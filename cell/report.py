@@ -1,0 +1,235 @@
+"""What is said of a result: the documents of the contracts, and the terminal report.
+
+    document = report_document(result)                # "rbam-report/1"
+    for line in report_lines(result): ...             # rich renderables
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ik.chain import Floats
+
+from .check import Result, Row
+from .place import METRES_PER_MM
+from .robot import inverse, pose
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+WORST = 8  # infeasible targets shown on the terminal
+
+
+def tcp_in_flange(result: Result) -> Floats:
+    """Pose of the TCP in the flange frame, (4, 4), m."""
+    import mujoco
+
+    scene = result.job.scene
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    flange, tcp = (scene.model.site(n).id for n in (scene.case.robot.flange, scene.case.tool.tcp))
+    T = [pose(data.site_xpos[s], data.site_xmat[s]) for s in (flange, tcp)]
+    return inverse(T[0]) @ T[1]
+
+
+def report_document(result: Result) -> dict[str, Any]:
+    """The contract "rbam-report/1": see the README."""
+    job, t = result.job, result.job.targets
+    T = tcp_in_flange(result)
+    rows = [
+        {
+            "index": i,
+            "sub_volume": t.sub_volume[t.sub_volume_index[i]],
+            "layer": int(t.layer[i]),
+            "base_xyz_mm": _list(result.placed.position[i] / METRES_PER_MM, 4),
+            "base_normal": _list(result.placed.normal[i], 8),
+            "verdict": "feasible" if row.reason is None else "infeasible",
+            "reason": row.reason,
+            "detail": row.detail,
+            "proved": row.proved,
+            "q_deg": None if row.q is None or row.reason else _list(np.rad2deg(row.q), 6),
+            "attempt_deg": None if row.attempt is None else _list(np.rad2deg(row.attempt), 6),
+            "gravity_deg": round(float(np.rad2deg(result.gravity[i])), 3),
+            "bead": int(t.path[i]),
+        }
+        for i, row in enumerate(result.rows)
+    ]
+    return {
+        "schema": "rbam-report/1",
+        "case": job.case.title,
+        "verdict": "feasible" if result.feasible else "infeasible",
+        "table": table_document(result),
+        "tcp_in_flange": {"xyz_mm": _list(T[:3, 3] / METRES_PER_MM, 4), "z_axis": _list(T[:3, 2], 9)},
+        "targets": len(rows),
+        "infeasible": result.infeasible,
+        "reasons": result.reasons,
+        "solver": job.solver.name,
+        "roll": _roll_text(result),
+        "least_clearance": _least(result, "clearance"),
+        "least_singularity_margin": _least(result, "singularity"),
+        "smallest_singular_value": None if result.sigma is None else round(result.sigma, 6),
+        "gravity_deg": {
+            "min": round(float(np.rad2deg(result.gravity.min())), 3),
+            "max": round(float(np.rad2deg(result.gravity.max())), 3),
+        },
+        "motion": None
+        if result.motion is None
+        else {
+            "time_s": round(float(result.motion.t_s[-1]), 3),
+            "arc_on_s": round(result.motion.arc_time, 3),
+            "samples": len(result.motion.t_s),
+        },
+        "warnings": list(job.warnings),
+        "rows": rows,
+    }
+
+
+def table_document(result: Result) -> dict[str, float]:
+    """Table angles as the contracts write them."""
+    return {"E1_deg": float(result.asked[0]), "E2_deg": float(result.asked[1])}
+
+
+def _list(values: Floats, digits: int) -> list[float]:
+    return [round(float(v), digits) + 0.0 for v in values]
+
+
+def _roll_text(result: Result) -> str:
+    window = result.job.window
+    if window.is_full:
+        return "free"
+    low, high = np.rad2deg([window.low, window.high])
+    return f"fixed:{low:g}" if window.is_fixed else f"range:{low:g}:{high:g}"
+
+
+def _least(result: Result, what: str) -> dict[str, Any] | None:
+    if what == "clearance":
+        c = result.clearance
+        if c is None:
+            return None
+        return {"distance_mm": round(c.value / METRES_PER_MM, 3), "target": c.target, "pair": list(c.what)}
+    s = result.singularity
+    if s is None:
+        return None
+    kind = s.what[0]
+    factor, unit = {"shoulder": (1e3, "mm"), "sigma": (1.0, "1")}.get(kind, (180 / np.pi, "deg"))
+    return {"kind": kind, "margin": round(s.value * factor, 3), "unit": unit, "target": s.target}
+
+
+def in_words(row: Row) -> str:
+    """An infeasible target's reason and measure in a few words."""
+    d = row.detail
+    if row.reason == "unreachable":
+        if "beyond_reach_mm" in d:
+            return f"{d['beyond_reach_mm']:.1f} mm beyond the arm's reach"
+        if "inside_reach_mm" in d:
+            return f"{d['inside_reach_mm']:.1f} mm too close to fold up for"
+        return str(d["search"])
+    if row.reason == "joint_limit":
+        return f"{d['axis']} {d['over_deg']:.1f} deg over its limit"
+    if row.reason == "singular":
+        return f"{d['singularity']} at {d['margin']:g} {d['unit']}, needs {d['limit']:g}"
+    if row.reason == "gravity":
+        return f"{d['angle_deg']:.1f} deg off up, limit {d['limit_deg']:g}"
+    return _way_in_words(d)
+
+
+def _way_in_words(d: dict[str, Any]) -> str:
+    hit = ""
+    if "pair" in d:
+        hit = f"{' - '.join(d['pair'])} {d['distance_mm']:.1f} mm, needs {d['required_mm']:g}"
+    if "from_target" not in d:
+        return hit
+    way = "travel" if d.get("travel") else "bead"
+    return f"{way} from target {d['from_target']}: {hit or str(d['on_the_way']).replace('_', ' ')}"
+
+
+def report_lines(result: Result) -> Iterator[RenderableType]:
+    """The terminal report.
+
+    Yields:
+        rich renderables, one a block.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    job = result.job
+    good = result.feasible
+    head = Text.assemble(
+        (job.case.title, "bold"),
+        f"  E1 = {result.asked[0]:g}, E2 = {result.asked[1]:g} deg   ",
+        ("feasible" if good else "infeasible", "bold green" if good else "bold red"),
+    )
+    yield head
+    facts = Table.grid(padding=(0, 2))
+    facts.add_column(style="dim")
+    facts.add_column()
+    for name, value in _facts(result):
+        facts.add_row(name, value)
+    yield facts
+    if not good:
+        yield _worst(result)
+
+
+def _facts(result: Result) -> Iterator[tuple[str, str]]:
+    job, n = result.job, len(result.rows)
+    layers = sum(len(s.layers) for s in job.sliced)
+    beads = int(job.targets.path.max()) + 1
+    yield "part", f"{len(job.sliced)} sub-volume(s), {job.case.slicing.strategy}: {layers} layers, {beads} beads, {n} targets"
+    yield "reached", f"{n - result.infeasible} of {n} targets ({job.solver.name}, roll {_roll_text(result)})"
+    counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
+    if counts:
+        yield "not reached", counts
+    clearance, singular = _least(result, "clearance"), _least(result, "singularity")
+    if clearance:
+        yield (
+            "least clearance",
+            f"{clearance['distance_mm']:.1f} mm, {' - '.join(clearance['pair'])}, at target {clearance['target']}"
+            f" (limit {job.case.checks.clearance_mm:g})",
+        )
+    if singular:
+        sigma = "" if result.sigma is None else f"; smallest singular value {result.sigma:.3f}"
+        yield (
+            "singularity",
+            f"{singular['kind']} at {singular['margin']:g} {singular['unit']}, at target {singular['target']}{sigma}",
+        )
+    gravity = np.rad2deg(result.gravity)
+    yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"
+    if result.motion is not None:
+        total, arc = result.motion.t_s[-1], result.motion.arc_time
+        yield "motion", f"{total:.0f} s, {arc:.0f} s of them with the arc on; {len(result.motion.t_s)} samples checked"
+    for line in job.warnings:
+        yield "warning", line
+
+
+def _worst(result: Result) -> RenderableType:
+    from rich.table import Table
+
+    t = result.job.targets
+    bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    bad.sort(key=lambda i: -_severity(result.rows[i]))
+    table = Table(box=None, pad_edge=False, header_style="dim", title_justify="left")
+    for name, justify in (("target", "right"), ("layer", "left"), ("x, y, z mm (base)", "left"), ("reason", "left")):
+        table.add_column(name, justify=justify)  # type: ignore[arg-type]
+    table.add_column("what went wrong")
+    table.add_column("")
+    for i in bad[:WORST]:
+        row = result.rows[i]
+        xyz = ", ".join(f"{v:.0f}" for v in result.placed.position[i] / METRES_PER_MM)
+        layer = f"{t.sub_volume[t.sub_volume_index[i]]}/{t.layer[i]}"
+        table.add_row(str(i), layer, xyz, row.reason, in_words(row), "proved" if row.proved else "")
+    if len(bad) > WORST:
+        table.caption = f"and {len(bad) - WORST} more; all of them with --json"
+        table.caption_justify = "left"
+    return table
+
+
+def _severity(row: Row) -> float:
+    """How bad, so that the worst come first: cannot be mended by turning a margin down before what can."""
+    order = {"unreachable": 6, "joint_limit": 5, "collision": 4, "singular": 3, "no_path": 2, "speed": 1, "gravity": 0}
+    d = row.detail
+    measure = d.get("beyond_reach_mm", 0) or d.get("inside_reach_mm", 0) or d.get("over_deg", 0)
+    measure = measure or d.get("required_mm", 0) - d.get("distance_mm", 0) or d.get("limit", 0) - d.get("margin", 0)
+    return order[row.reason or "gravity"] * 1e6 + float(measure)

@@ -1,0 +1,124 @@
+"""From a compiled model to arrays: which joints are the arm's, and its chain for the solvers.
+
+    cell = Scene(...)                       # cell.scene
+    chain = chain_of(cell.model, ["A1", ..., "A6"], tcp="tcp", base="base_link")
+
+The chain's base frame is the named base body's ($ROBROOT of a KUKA arm). Metres, radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from ik.chain import Chain, Floats
+
+from .errors import InputError
+
+
+def pose(position: Floats, matrix: Floats) -> Floats:
+    """A (4, 4) pose from a position (3,) and a rotation in nine numbers."""
+    T = np.eye(4)
+    T[:3, :3] = np.asarray(matrix).reshape(3, 3)
+    T[:3, 3] = position
+    return T
+
+
+def inverse(T: Floats) -> Floats:
+    """Inverse of rigid poses, (..., 4, 4)."""
+    out = np.zeros_like(T)
+    Rt = np.swapaxes(T[..., :3, :3], -1, -2)
+    out[..., :3, :3] = Rt
+    out[..., :3, 3] = -(Rt @ T[..., :3, 3:])[..., 0]
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def require(model: mujoco.MjModel, kind: str, name: str, what: str) -> int:
+    """The id of a named element.
+
+    Args:
+        model: the compiled scene.
+        kind: "body", "joint", "site" or "geom".
+        name: its name.
+        what: what it is needed for, for the error.
+
+    Raises:
+        InputError: there is none; names those there are.
+    """
+    try:
+        return int(getattr(model, kind)(name).id)
+    except KeyError:
+        count = {"body": model.nbody, "joint": model.njnt, "site": model.nsite, "geom": model.ngeom}[kind]
+        names = sorted(filter(None, (getattr(model, kind)(i).name for i in range(count))))
+        shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+        raise InputError(f"{what}: the model has no {kind} named {name!r}; it has {shown or 'none'}") from None
+
+
+def chain_of(
+    model: mujoco.MjModel,
+    joints: Sequence[str],
+    tcp: str,
+    base: str,
+    max_speed: Floats | None = None,
+) -> Chain:
+    """The serial chain from a base body to the TCP.
+
+    Args:
+        model: the compiled scene.
+        joints: names of the arm's hinge joints, from the base on.
+        tcp: site at the wire's end.
+        base: body whose frame is the chain's base.
+        max_speed: joint speed limits, rad/s; unknown where left out.
+
+    Returns:
+        The chain; its forward kinematics is that of the model.
+
+    Raises:
+        InputError: a name is missing, a joint is no hinge or has no limits, or the joints are not in series.
+    """
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.0
+    mujoco.mj_kinematics(model, data)
+    ids = [require(model, "joint", name, "robot.joints") for name in joints]
+    _check_series(model, ids, require(model, "site", tcp, "tool.tcp"))
+    world_base = require(model, "body", base, "robot.base")
+    parent = pose(data.xpos[world_base], data.xmat[world_base])
+    origins, axes = [], []
+    for j in ids:
+        body = model.jnt_bodyid[j]
+        # a joint's frame: its anchor, with the orientation of its body
+        here = pose(data.xanchor[j], data.xmat[body])
+        origins.append(inverse(parent) @ here)
+        axes.append(model.jnt_axis[j] / np.linalg.norm(model.jnt_axis[j]))
+        parent = here
+    site = require(model, "site", tcp, "tool.tcp")
+    return Chain(
+        origins=np.array(origins),
+        axes=np.array(axes),
+        T_last_tcp=inverse(parent) @ pose(data.site_xpos[site], data.site_xmat[site]),
+        lower=model.jnt_range[ids, 0].copy(),
+        upper=model.jnt_range[ids, 1].copy(),
+        max_speed=np.full(len(ids), np.inf) if max_speed is None else np.asarray(max_speed, dtype=float),
+        names=tuple(joints),
+    )
+
+
+def _check_series(model: mujoco.MjModel, ids: Sequence[int], site: int) -> None:
+    for j in ids:
+        name = model.joint(j).name
+        if model.jnt_type[j] != mujoco.mjtJoint.mjJNT_HINGE:
+            raise InputError(f"robot.joints: {name} is not a hinge; arms of revolute joints are supported")
+        if not model.jnt_limited[j] or not model.jnt_range[j, 0] < model.jnt_range[j, 1]:
+            raise InputError(f"robot.joints: {name} has no joint limits (range) in its MJCF")
+    bodies = [int(model.jnt_bodyid[j]) for j in ids]
+    for child, ancestor in zip([*bodies[1:], int(model.site_bodyid[site])], bodies, strict=True):
+        body = child
+        while body not in (ancestor, 0):
+            body = int(model.body_parentid[body])
+        if body == 0:
+            raise InputError(
+                "robot.joints: must be listed from the base to the flange, each moving the next, the last one the TCP"
+            )

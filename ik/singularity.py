@@ -1,0 +1,95 @@
+"""How far a configuration is from a singularity.
+
+``margins`` measures what a welder's controller trips over: the wrist (A4 and A6 in line), the elbow (arm stretched or
+folded flat) and the shoulder (wrist centre over A1). Arms without these features are judged by the smallest singular
+value of the scaled Jacobian alone::
+
+    m = margins(chain, form, q)
+    m.violation(limits)          # (m,) name index of the first margin that is too small, -1 where all hold
+
+Metres and radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .chain import Chain, Floats
+from .closed_form import SphericalWristArm
+
+KINDS = ("wrist", "elbow", "shoulder", "sigma")
+
+
+@dataclass(frozen=True)
+class SingularityLimits:
+    """Least margins a configuration must keep.
+
+    Attributes:
+        wrist: angle between the axes of A4 and A6, rad.
+        elbow: angle of the elbow from stretched or folded flat, rad.
+        shoulder: distance of the wrist centre from the line where A1 stops mattering, m.
+        sigma: smallest singular value of the scaled Jacobian, for arms without a spherical wrist.
+    """
+
+    wrist: float = np.deg2rad(5.0)
+    elbow: float = np.deg2rad(5.0)
+    shoulder: float = 0.05
+    sigma: float = 0.02
+
+    def values(self, geometric: bool) -> Floats:
+        """The limits in the order of :data:`KINDS`; those that do not apply are -inf."""
+        none = -np.inf
+        return np.array(
+            [self.wrist, self.elbow, self.shoulder, none] if geometric else [none, none, none, self.sigma]
+        )
+
+
+def margins(chain: Chain, form: SphericalWristArm | None, q: Floats) -> Floats:
+    """Distances from each kind of singularity.
+
+    Args:
+        chain: the arm with its tool.
+        form: the arm's constants if it has a spherical wrist (``closed_form.recognise``), else None.
+        q: configurations, (..., n), rad.
+
+    Returns:
+        (..., 4) in the order of :data:`KINDS`: rad, rad, m, 1; infinite where a kind does not apply. NaN
+        configurations give NaN.
+    """
+    out = np.full((*q.shape[:-1], len(KINDS)), np.inf)
+    if form is None:
+        flat = q.reshape(-1, q.shape[-1])
+        good = np.isfinite(flat).all(axis=1)
+        sigma = np.full(len(flat), np.nan)
+        sigma[good] = smallest_singular_value(chain, flat[good])
+        out[..., 3] = sigma.reshape(q.shape[:-1])
+        return out
+    w4, w5, w6 = form.axes[3:]
+    along = w5 * (w5 @ w6)
+    across, side = w6 - along, np.cross(w5, w6)
+    cos5 = along @ w4 + np.cos(q[..., 4]) * (across @ w4) + np.sin(q[..., 4]) * (side @ w4)
+    angle = np.arccos(np.clip(np.abs(cos5), 0.0, 1.0))
+    out[..., 0] = angle
+    theta = form.sign_3 * q[..., 2] + np.angle(form.forearm) - np.angle(form.upper_arm)
+    out[..., 1] = np.arcsin(np.clip(np.abs(np.sin(theta)), 0.0, 1.0))
+    tip = form.upper_arm + np.exp(1j * form.sign_3 * q[..., 2]) * form.forearm
+    rho = np.imag(form.zeta_2 + np.exp(1j * q[..., 1]) * tip)
+    out[..., 2] = np.abs(rho)
+    return out
+
+
+def smallest_singular_value(chain: Chain, q: Floats) -> Floats:
+    """Smallest singular value of the Jacobian with lengths scaled by the arm's reach.
+
+    Args:
+        chain: the arm with its tool.
+        q: (m, n), rad.
+
+    Returns:
+        (m,); the linear rows are divided by the sum of the link lengths, so that the value has no unit.
+    """
+    J = chain.jacobian(q)
+    J[:, :3] /= np.linalg.norm(chain.origins[1:, :3, 3], axis=1).sum()
+    return np.linalg.svd(J, compute_uv=False)[:, -1]

@@ -1,0 +1,106 @@
+"""How much of a layer's region lies close to the body: the part within a given distance of its surface.
+
+On a plane parallel to the axis, or on a cylinder, the distance to the body depends only on the coordinate
+across z (u, or the arc length s). So the part of a region close to the body lies in bands of that coordinate,
+and its area is
+
+    A = - sum over the borders of the integral of z ds within the bands      (Green, region on the left)
+
+    area_near_body(layer, body, 0.5 * h_layer)
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slicing.layers import Body, Layer
+from slicing.part import Floats
+from slicing.surfaces import Cylinder, Plane
+
+SLACK_MM = 1e-4  # layer 0 is cut a nudge outside the body
+
+
+def area_near_body(layer: Layer, body: Body, within_mm: float) -> float:
+    """Area of a layer's region whose distance to the body is at most within_mm.
+
+    Args:
+        layer: on a cylinder, or a plane parallel to z.
+        body: the body.
+        within_mm: the distance.
+
+    Returns:
+        mm².
+    """
+    least, most = math.inf, -math.inf
+    for curve in layer.curves:
+        away = body.surface.distance(curve.points)
+        least, most = min(least, float(away.min())), max(most, float(away.max()))
+    if (
+        isinstance(layer.surface, Cylinder)
+        and math.dist(layer.surface.axis_point, body.surface.axis_point) < 1e-9
+    ):
+        return layer.area_mm2 if abs(layer.surface.radius - body.radius_mm) <= within_mm + SLACK_MM else 0.0
+    if least > within_mm:
+        # a region's nearest place may lie between its borders only where it passes over the body's middle
+        least = min(least, _foot_distance(layer.surface, body))
+        if least > within_mm:
+            return 0.0
+    bands = _bands(layer.surface, body, within_mm)
+    return max(sum(_area_in_bands(layer, k, bands) for k in range(len(layer.curves))), 0.0)
+
+
+def _foot_distance(surface: Cylinder | Plane, body: Body) -> float:
+    """Least distance of a whole surface from the body's, 0 where they cut."""
+    axis = np.append(body.surface.axis_point, 0.0)
+    if isinstance(surface, Plane):
+        return max(abs(float(surface.distance(axis[None])[0])) - body.radius_mm, 0.0)
+    apart = math.dist(surface.axis_point, body.surface.axis_point)
+    return max(abs(surface.radius - apart) - body.radius_mm, 0.0)
+
+
+def _bands(surface: Cylinder | Plane, body: Body, within_mm: float) -> list[tuple[float, float]]:
+    """Intervals of the surface's first unrolled coordinate that lie within a distance of the body."""
+    near, far = max(body.radius_mm - within_mm, 0.0), body.radius_mm + within_mm
+    if isinstance(surface, Plane):
+        axis = np.append(body.surface.axis_point, 0.0)
+        height = float(surface.distance(axis[None])[0])
+        if far <= abs(height):
+            return []
+        foot = float(surface.unrolled(axis[None])[0, 0])
+        low, high = math.sqrt(max(near**2 - height**2, 0.0)), math.sqrt(far**2 - height**2)
+        return [(foot - high, foot - low), (foot + low, foot + high)]
+    dx, dy = (a - b for a, b in zip(surface.axis_point, body.surface.axis_point, strict=True))
+    apart, towards = math.hypot(dx, dy), math.atan2(dy, dx)
+    # squared distance to the body's axis: apart² + r² + 2 apart r cos(angle - towards)
+    c_near, c_far = (
+        min(max((d * d - apart**2 - surface.radius**2) / (2 * apart * surface.radius), -1.0), 1.0)
+        for d in (near, far)
+    )
+    low, high = math.acos(c_far), math.acos(c_near)
+    r, turns = surface.radius, [towards + 2 * math.pi * k for k in range(-2, 3)]
+    return [b for t in turns for b in ((r * (t - high), r * (t - low)), (r * (t + low), r * (t + high)))]
+
+
+def _area_in_bands(layer: Layer, curve_number: int, bands: list[tuple[float, float]]) -> float:
+    """One border's share of the area within the bands."""
+    curve, surface = layer.curves[curve_number], layer.surface
+    flat = surface.unrolled(curve.points)
+    last = flat[0].copy()
+    if isinstance(surface, Cylinder):
+        last[0] += 2 * math.pi * surface.radius * curve.winding
+    flat = np.concatenate([flat, last[None]])
+    (s0, z0), (s1, z1) = flat[:-1].T, flat[1:].T
+    run = s1 - s0
+    area = 0.0
+    for low, high in bands:
+        area -= float(_integral(s0, s1, z0, z1, run, low, high).sum())
+    return area
+
+
+def _integral(s0: Floats, s1: Floats, z0: Floats, z1: Floats, run: Floats, low: float, high: float) -> Floats:
+    """Integral of z ds over each segment's part within low .. high."""
+    begin, end = np.clip(s0, low, high), np.clip(s1, low, high)
+    middle = np.where(run == 0, 0.0, (0.5 * (begin + end) - s0) / np.where(run == 0, 1.0, run))
+    return (z0 + middle * (z1 - z0)) * (end - begin)

@@ -1,0 +1,71 @@
+"""Uniform cylindrical slicing: the body's surface and its offsets by h_layer, until nothing is left.
+
+    layers = cylindrical_layers(mesh, body, parameters, root)
+
+Layer 0 lies on the body; its curve is the footprint.
+
+Source: Lettori et al. 2024, section 2 and figure 2 (after Ding et al. 2017).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slicing.intersect import Curve, intersect
+from slicing.layers import Body, Layer, SlicingParameters, make_layer
+from slicing.part import Mesh
+from slicing.stack import FaceIntervals
+
+
+def cylindrical_layers(
+    mesh: Mesh, body: Body, parameters: SlicingParameters, root: list[Curve]
+) -> list[Layer]:
+    """Slice by cylinders about the body's axis.
+
+    Args:
+        mesh: the sub-volume.
+        body: what it stands on.
+        parameters: h_layer_mm and tolerance_mm count.
+        root: the curves of layer 0, on the body.
+
+    Returns:
+        The layers, from the body outward, up to the first offset that meets nothing.
+    """
+    surface = body.surface
+    intervals = FaceIntervals.about(mesh, surface)
+    layers = [make_layer(0, surface, root, None, body, parameters.h_layer_mm)]
+    while True:
+        index = len(layers)
+        below, surface = surface, body.surface.offset(index * parameters.h_layer_mm)
+        faces = intervals.at(index * parameters.h_layer_mm)
+        curves = intersect(mesh, surface, parameters.tolerance_mm, faces=faces) if len(faces) else []
+        if not curves:
+            return layers
+        layers.append(make_layer(index, surface, curves, below, body, parameters.h_layer_mm))
+
+
+def span(curves: list[Curve], axis_point: tuple[float, float]) -> tuple[float, float]:
+    """The smallest arc about an axis that covers curves, all of their loops.
+
+    Args:
+        curves: on a cylinder, or anywhere round the axis; neighbours less than half a turn apart.
+        axis_point: (x, y) of the axis, mm.
+
+    Returns:
+        The angle of its middle and its width, rad; 2 pi if the curves leave no gap.
+    """
+    full = 2 * np.pi
+    low, high = np.zeros(2 * len(curves)), np.zeros(2 * len(curves))
+    for k, curve in enumerate(curves):
+        points = np.concatenate([curve.points, curve.points[:1]]) if curve.closed else curve.points
+        angle = np.unwrap(np.arctan2(points[:, 1] - axis_point[1], points[:, 0] - axis_point[0]))
+        first = float(angle.min()) % full
+        low[2 * k : 2 * k + 2] = first - full, first  # twice: what runs past 360 degrees begins again at 0
+        high[2 * k : 2 * k + 2] = low[2 * k : 2 * k + 2] + float(np.ptp(angle))
+    order = np.argsort(low)
+    low, covered = low[order], np.maximum.accumulate(high[order])
+    gaps = np.where(low[1:] >= 0.0, low[1:] - covered[:-1], 0.0)  # gaps that end within one turn: each once
+    widest = int(np.argmax(gaps))
+    width = full - max(float(gaps[widest]), 0.0)
+    middle = float(low[1 + widest]) + 0.5 * width
+    return (middle + np.pi) % full - np.pi, width

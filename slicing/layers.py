@@ -1,0 +1,151 @@
+"""What slicing gives: layers of curves on surfaces, and what it was asked for.
+
+    parameters = SlicingParameters("nonuniform", h_layer_mm=1.73, h_min_mm=1.39, h_max_mm=2.2)
+    body = Body(radius_mm=20.0)
+
+A layer is numbered from 0 at the body. Its curves are the borders of its region on its surface.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from slicing.intersect import Curve
+from slicing.part import Floats, Mesh, PartError
+from slicing.surfaces import Cylinder, Surface
+
+STRATEGIES = ("planar", "cylindrical", "nonuniform")
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One layer.
+
+    Attributes:
+        index: 0 for the first one.
+        surface: what its curves lie on; the outward normal is the direction of deposition.
+        curves: its borders, outer loops counter-clockwise seen from outside.
+        area_mm2: of its region on its surface, holes left out.
+        thickness_mm: least and greatest thickness of the bead along its curves (see `slicing.thickness`).
+    """
+
+    index: int
+    surface: Surface
+    curves: tuple[Curve, ...]
+    area_mm2: float
+    thickness_mm: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Body:
+    """The central body: a cylinder about an axis parallel to z.
+
+    Attributes:
+        radius_mm: its radius.
+        axis_xy_mm: where the axis is.
+    """
+
+    radius_mm: float
+    axis_xy_mm: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.radius_mm) and self.radius_mm > 0):
+            raise PartError(f"radius_mm: {self.radius_mm} is not a body's radius; a number above 0 is needed")
+        if len(self.axis_xy_mm) != 2 or not all(math.isfinite(v) for v in self.axis_xy_mm):
+            raise PartError(f"axis_xy_mm: {self.axis_xy_mm} is not a point; two finite numbers are needed")
+
+    @property
+    def surface(self) -> Cylinder:
+        """Its surface."""
+        return Cylinder((float(self.axis_xy_mm[0]), float(self.axis_xy_mm[1])), float(self.radius_mm))
+
+
+@dataclass(frozen=True)
+class SlicingParameters:
+    """How to slice.
+
+    Attributes:
+        strategy: planar, cylindrical or nonuniform.
+        h_layer_mm: the preferred thickness of a layer.
+        h_min_mm: the least thickness the process can lay.
+        h_max_mm: the greatest.
+        tolerance_mm: greatest distance of a sampled curve from the exact one.
+    """
+
+    strategy: str = "nonuniform"
+    h_layer_mm: float = 1.73
+    h_min_mm: float = 1.39
+    h_max_mm: float = 2.2
+    tolerance_mm: float = 0.01
+
+    def __post_init__(self) -> None:
+        if self.strategy not in STRATEGIES:
+            raise PartError(f"strategy: {self.strategy!r} unknown; allowed: {', '.join(STRATEGIES)}")
+        for key in ("h_layer_mm", "h_min_mm", "h_max_mm", "tolerance_mm"):
+            value = getattr(self, key)
+            if not (math.isfinite(value) and value > 0):
+                raise PartError(f"{key}: {value} is not allowed; a number above 0 is needed")
+        if not self.h_min_mm <= self.h_layer_mm <= self.h_max_mm:
+            raise PartError(
+                f"h_layer_mm: {self.h_layer_mm} must lie within h_min_mm .. h_max_mm"
+                f" ({self.h_min_mm} .. {self.h_max_mm})"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class SlicedSubVolume:
+    """A sub-volume and its layers.
+
+    Attributes:
+        name: of the sub-volume.
+        strategy: planar, cylindrical or nonuniform.
+        mesh: what was sliced.
+        body: what it stands on.
+        layers: from the body outward.
+        warnings: one line each; what was repaired in the mesh, beads thinner than the process can lay, and
+            the like.
+        parameters: what was asked for.
+    """
+
+    name: str
+    strategy: str
+    mesh: Mesh
+    body: Body
+    layers: tuple[Layer, ...]
+    warnings: tuple[str, ...] = ()
+    parameters: SlicingParameters = field(default_factory=SlicingParameters)
+
+    def thickness_at(self, layer: int, points: Floats) -> Floats:
+        """Thickness (n,) of the bead at points (n, 3) of a layer, mm. See `slicing.thickness`."""
+        from slicing.thickness import bead_thickness
+
+        below = self.layers[layer - 1].surface if layer > 0 else None
+        return bead_thickness(
+            points, self.layers[layer].surface, below, self.body, self.parameters.h_layer_mm
+        )
+
+
+def make_layer(
+    index: int, surface: Surface, curves: list[Curve], below: Surface | None, body: Body, h_layer_mm: float
+) -> Layer:
+    """A layer with its area and the range of its thickness.
+
+    Args:
+        index: its number.
+        surface: its surface.
+        curves: its curves, at least one.
+        below: the surface of the layer below; None for the first layer.
+        body: what the sub-volume stands on.
+        h_layer_mm: the nominal thickness.
+
+    Returns:
+        The layer.
+    """
+    from slicing.thickness import bead_thickness
+
+    low, high = math.inf, -math.inf
+    for curve in curves:
+        thickness = bead_thickness(curve.points, surface, below, body, h_layer_mm)
+        low, high = min(low, float(thickness.min())), max(high, float(thickness.max()))
+    return Layer(index, surface, tuple(curves), sum(c.area_mm2 for c in curves), (low, high))

@@ -1,0 +1,290 @@
+"""The solid to slice: a closed triangle mesh in the part frame, millimetres, checked once when it is made.
+
+This is the only module of the package that touches files. Whatever is wrong with the input is said here, in
+one line (`PartError`), so that the geometry after it may rely on a closed, outward-oriented mesh of finite
+numbers:
+
+    mesh = load_mesh("blade.stl", units="mm")
+    mesh.volume, mesh.bounds, mesh.warnings
+    cube = mesh_from_arrays("cube", vertices, faces)
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+SMALL_MM, LARGE_MM = 1.0, 10_000.0  # extents outside these are almost always a wrong unit
+DOUBLE_NOISE_MM = 1e-6  # coordinates written as text, or computed: what two "equal" heights may differ by
+# what trimesh's readers raise on damaged files (each format its own)
+READ_ERRORS = (
+    *(
+        ArithmeticError,
+        AssertionError,
+        AttributeError,
+        BufferError,
+        EOFError,
+        ImportError,
+        LookupError,
+        OSError,
+    ),
+    *(RuntimeError, SyntaxError, TypeError, ValueError, struct.error),
+)
+
+
+class PartError(ValueError):
+    """Bad input: one line naming the file or the part, what is wrong with it and what is allowed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A closed, outward-oriented triangle mesh. Made and checked by `mesh_from_arrays` or `load_mesh`.
+
+    Attributes:
+        name: what messages and documents call it.
+        vertices: (n, 3) positions in the part frame, mm.
+        faces: (m, 3) vertex indices, counter-clockwise seen from outside.
+        warnings: what was repaired or looks suspicious, one line each.
+        noise_mm: rounding of the coordinates (single precision in an STL); heights closer than this are
+            equal.
+    """
+
+    name: str
+    vertices: Floats
+    faces: Ints
+    warnings: tuple[str, ...] = ()
+    noise_mm: float = DOUBLE_NOISE_MM
+
+    @cached_property
+    def bounds(self) -> Floats:
+        """(2, 3) least and greatest coordinates, mm."""
+        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    @cached_property
+    def volume(self) -> float:
+        """Enclosed volume, mm³."""
+        return _volume(self.vertices, self.faces)
+
+    @cached_property
+    def normals(self) -> Floats:
+        """(m, 3) outward face normals, not normalised (length: twice the area, mm²)."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def edge_table(self) -> tuple[Ints, Ints]:
+        """Undirected edges (e, 2), lower vertex first, and the (m, 3) edge of each face's k-th side."""
+        start, end = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        n = len(self.vertices)
+        keys, inverse = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True)
+        return np.stack([keys // n, keys % n], axis=1), inverse.reshape(-1, 3).astype(np.int64)
+
+    @cached_property
+    def bounding_spheres(self) -> tuple[Floats, Floats]:
+        """Centres (m, 3) and radii (m,) of spheres around the faces: a bound on any distance to a surface."""
+        corners = self.vertices[self.faces]
+        centres = 0.5 * (corners.min(axis=1) + corners.max(axis=1))
+        return centres, np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+
+
+def mesh_from_arrays(
+    name: str, vertices: npt.ArrayLike, faces: npt.ArrayLike, noise_mm: float | None = None
+) -> Mesh:
+    """Check the arrays of a solid and make a `Mesh` of them.
+
+    Args:
+        name: what messages call it.
+        vertices: (n, 3) positions in the part frame, mm.
+        faces: (m, 3) vertex indices. Faces that use a vertex twice are dropped; a solid that is inside out,
+            or whose faces disagree about which side is outside, is turned round (and says so in
+            `Mesh.warnings`).
+        noise_mm: rounding of the coordinates, mm; found from the numbers when not given.
+
+    Returns:
+        The mesh.
+
+    Raises:
+        PartError: nothing in it, numbers that are not finite, indices out of range, not closed, or no volume.
+    """
+    points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
+    triangles = np.array(faces, dtype=np.int64).reshape(-1, 3)
+    if len(points) == 0 or len(triangles) == 0:
+        raise PartError(f"{name}: the mesh is empty; a closed solid is needed")
+    if not np.isfinite(points).all():
+        bad = int((~np.isfinite(points)).any(axis=1).sum())
+        raise PartError(f"{name}: {bad} vertices are not finite numbers (NaN or infinite)")
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        raise PartError(f"{name}: a face names a vertex outside 0 .. {len(points) - 1}")
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    if len(triangles) == 0:
+        raise PartError(f"{name}: every face is degenerate (uses a vertex twice)")
+    triangles, warnings = _closed_and_outward(name, points, triangles)
+    warnings += _size_warnings(name, points)
+    noise = _noise(points) if noise_mm is None else noise_mm
+    return Mesh(name, points, triangles, tuple(warnings), noise)
+
+
+def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> Mesh:
+    """Read one solid from a file (STL, OBJ, PLY and whatever else trimesh reads).
+
+    Args:
+        path: the file.
+        units: what a length of 1 in the file means: mm, cm, m or inch.
+        name: what messages and documents call it; the file's stem when not given.
+
+    Returns:
+        The mesh in mm, duplicate vertices merged.
+
+    Raises:
+        PartError: an unknown unit, a missing or unreadable file, or a mesh that `mesh_from_arrays` refuses.
+    """
+    file = Path(path)
+    if units not in UNITS_MM:
+        raise PartError(f"{file}: units {units!r} unknown; allowed: {', '.join(UNITS_MM)}")
+    if not file.is_file():
+        raise PartError(f"{file}: {'not a file' if file.exists() else 'no such file'}")
+    vertices, faces = _read(file)
+    if not np.isfinite(vertices).all():
+        bad = int((~np.isfinite(vertices)).any(axis=1).sum())
+        raise PartError(f"{file}: {bad} vertices are not finite numbers (NaN or infinite)")
+    vertices, faces = _merge_duplicates(vertices, faces)
+    scale = UNITS_MM[units]
+    noise = max(_noise(vertices) * scale, 1e-9)
+    try:
+        return _renamed(mesh_from_arrays(str(file), vertices * scale, faces, noise), name or file.stem)
+    except PartError as error:
+        raise PartError(str(error)) from None
+
+
+def _renamed(mesh: Mesh, name: str) -> Mesh:
+    return Mesh(name, mesh.vertices, mesh.faces, mesh.warnings, mesh.noise_mm)
+
+
+def _read(file: Path) -> tuple[Floats, Ints]:
+    """Vertices and faces of the file as they stand, all its solids together."""
+    import trimesh  # heavy: only when a file is read
+
+    if file.stat().st_size == 0:
+        raise PartError(f"{file}: the file is empty")
+    if file.suffix.lower().lstrip(".") not in trimesh.available_formats():
+        raise PartError(
+            f"{file}: unknown kind of mesh file {file.suffix!r}; allowed: .stl, .obj, .ply, .off, .3mf, .glb"
+        )
+    try:
+        loaded = trimesh.load(str(file), process=False, force="mesh")
+    except READ_ERRORS as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise PartError(
+            f"{file}: not readable as a {file.suffix.lstrip('.').upper()} mesh ({reason[:120]})"
+        ) from None
+    vertices = np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), dtype=np.float64)
+    faces = np.asarray(getattr(loaded, "faces", np.zeros((0, 3))), dtype=np.int64)
+    if len(faces) == 0:
+        raise PartError(f"{file}: no triangles in the file; a closed solid is needed")
+    return vertices, faces
+
+
+def _merge_duplicates(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """Give vertices at the same place one number (STL repeats every vertex in every face)."""
+    rounded = np.round(vertices / max(1e-9, 1e-9 * float(np.abs(vertices).max(initial=0.0))))
+    order = np.lexsort(rounded.T)
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (rounded[order[1:]] != rounded[order[:-1]]).any(axis=1)
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = np.cumsum(new) - 1
+    return vertices[order[new]], number[faces]
+
+
+def _noise(points: Floats) -> float:
+    """Rounding of the coordinates: one step of single precision where all numbers are such numbers."""
+    if (points.astype(np.float32) == points).all():
+        return max(float(np.spacing(np.float32(np.abs(points).max()))), 1e-9)
+    return DOUBLE_NOISE_MM
+
+
+def _volume(points: Floats, faces: Ints) -> float:
+    a, b, c = (points[faces[:, k]] - points.mean(axis=0) for k in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+
+
+def _open_edges(points: Floats, faces: Ints) -> tuple[int, int]:
+    """How many edges lack a partner altogether, and how many have one that runs the same way."""
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    n = len(points)
+    keys, inverse, count = np.unique(
+        np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True, return_counts=True
+    )
+    balance = np.bincount(inverse, weights=np.where(start < end, 1.0, -1.0), minlength=len(keys))
+    return int((count % 2 == 1).sum()), int((balance != 0).sum())
+
+
+def _agreeing(n: int, faces: Ints) -> Ints:
+    """Turn faces so that neighbours run along a common edge in opposite directions, from face to face."""
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    keys = np.minimum(start, end) * n + np.maximum(start, end)
+    order = np.argsort(keys, kind="stable").reshape(-1, 2)  # closed: edges come in pairs
+    neighbours: list[list[tuple[int, bool]]] = [[] for _ in faces]
+    for a, b in order.tolist():
+        same = bool(start[a] == start[b])
+        neighbours[a // 3].append((b // 3, same))
+        neighbours[b // 3].append((a // 3, same))
+    turned: list[bool | None] = [None] * len(faces)
+    for first in range(len(faces)):
+        if turned[first] is not None:
+            continue
+        turned[first], queue = False, [first]
+        while queue:
+            face = queue.pop()
+            for other, same in neighbours[face]:
+                if turned[other] is None:
+                    turned[other] = bool(turned[face]) != same
+                    queue.append(other)
+    return np.where(np.array(turned, dtype=bool)[:, None], faces[:, ::-1], faces)
+
+
+def _closed_and_outward(name: str, points: Floats, faces: Ints) -> tuple[Ints, list[str]]:
+    """Refuse an open mesh; turn faces so that all look outward."""
+    warnings: list[str] = []
+    unpaired, unbalanced = _open_edges(points, faces)
+    if unpaired:
+        raise PartError(
+            f"{name}: the mesh is not closed ({unpaired} open edges); a watertight solid is needed"
+        )
+    if unbalanced:
+        faces = _agreeing(len(points), faces)
+        if _open_edges(points, faces)[1]:
+            raise PartError(
+                f"{name}: {unbalanced} edges join faces that disagree about which side is outside"
+            )
+        warnings.append(f"{name}: faces disagreed about which side is outside; turned to agree")
+    volume = _volume(points, faces)
+    extent = float(np.ptp(points, axis=0).max())
+    if abs(volume) <= 1e-12 * extent**3:
+        raise PartError(f"{name}: the mesh encloses no volume; a solid is needed")
+    if volume < 0:
+        faces = np.ascontiguousarray(faces[:, ::-1])
+        warnings.append(f"{name}: the mesh was inside out; turned")
+    return faces, warnings
+
+
+def _size_warnings(name: str, points: Floats) -> list[str]:
+    """A line if the size suggests that the file is in another unit."""
+    extent = float(np.ptp(points, axis=0).max())
+    if extent < SMALL_MM:
+        return [f"{name}: largest extent {extent:.4g} mm; is the file in m or inch? (units: m)"]
+    if extent > LARGE_MM:
+        return [
+            f"{name}: largest extent {extent:.4g} mm; is it in µm, or scaled already? (units: mm expected)"
+        ]
+    return []

@@ -1,0 +1,147 @@
+"""Slice one sub-volume: check that it stands on the body, find its footprint, build its layers.
+
+sliced = slice_sub_volume(mesh, Body(20.0), SlicingParameters("nonuniform"))
+[layer.area_mm2 for layer in sliced.layers], sliced.warnings
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from slicing.cylindrical import cylindrical_layers
+from slicing.intersect import NUDGE_MM, Curve, intersect
+from slicing.layers import Body, SlicedSubVolume, SlicingParameters
+from slicing.nonuniform import nonuniform_layers
+from slicing.part import Floats, Mesh, PartError
+from slicing.planar import planar_layers
+
+GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it
+STRATEGY_LAYERS = {
+    "planar": planar_layers,
+    "cylindrical": cylindrical_layers,
+    "nonuniform": nonuniform_layers,
+}
+
+
+def slice_sub_volume(mesh: Mesh, body: Body, parameters: SlicingParameters) -> SlicedSubVolume:
+    """Slice a sub-volume that stands on a cylindrical body.
+
+    Args:
+        mesh: the sub-volume, part frame, mm. Its root may lie on the body or reach into it.
+        body: the body.
+        parameters: strategy and thicknesses.
+
+    Returns:
+        Its layers.
+
+    Raises:
+        PartError: it does not touch the body, lies wholly inside it, or (planar) runs right round it.
+
+    Source:
+        Lettori et al. 2024, sections 3.2 and 4.
+    """
+    root, warnings = footprint(mesh, body, parameters.tolerance_mm)
+    layers = tuple(STRATEGY_LAYERS[parameters.strategy](mesh, body, parameters, root))
+    if not layers:
+        raise PartError(f"{mesh.name}: thinner than one layer ({parameters.h_layer_mm} mm) outside the body")
+    sliced = SlicedSubVolume(mesh.name, parameters.strategy, mesh, body, layers, (), parameters)
+    return replace(sliced, warnings=(*mesh.warnings, *warnings, *_thin_beads(sliced)))
+
+
+def footprint(mesh: Mesh, body: Body, tolerance_mm: float) -> tuple[list[Curve], list[str]]:
+    """Layer 0's curves: where the sub-volume meets the body.
+
+    Args:
+        mesh: the sub-volume.
+        body: the body.
+        tolerance_mm: of the sampled curves.
+
+    Returns:
+        The curves on the body's surface, and warnings.
+
+    Raises:
+        PartError: the sub-volume does not touch the body, or lies wholly inside it.
+    """
+    heights = body.surface.distance(mesh.vertices)
+    if heights.max() <= NUDGE_MM + mesh.noise_mm:
+        raise PartError(
+            f"{mesh.name}: lies wholly inside the body (radius {body.radius_mm:g} mm);"
+            f" its farthest point is {float(heights.max()) + body.radius_mm:.3f} mm from the axis"
+        )
+    gap = least_distance(mesh, body) if heights.min() > 0 else 0.0
+    if gap > GREATEST_GAP_MM:
+        raise PartError(
+            f"{mesh.name}: does not touch the body (radius {body.radius_mm:g} mm): the gap is {gap:.3f} mm;"
+            f" at most {GREATEST_GAP_MM} mm is allowed"
+        )
+    lift = max(_root_lift(mesh, body, heights), gap + NUDGE_MM)
+    curves = intersect(mesh, body.surface, tolerance_mm, nudge_mm=lift)
+    if not curves:
+        raise PartError(f"{mesh.name}: meets the body only in points; a footprint is needed")
+    if lift > 1e-3:
+        return curves, [
+            f"{mesh.name}: the root stands up to {lift:.3f} mm off the body; layer 0 is taken at the root"
+        ]
+    return curves, []
+
+
+def _root_lift(mesh: Mesh, body: Body, heights: Floats) -> float:
+    """How far off the body to take the footprint so that the root cap lies below it.
+
+    A root cut by a body that was itself a mesh has corners up to a facet's sagitta off the cylinder. Faces
+    that look towards the axis with all corners within the greatest gap are the cap; the cut goes just past
+    its highest corner.
+    """
+    close = np.abs(heights) <= GREATEST_GAP_MM
+    rows = np.flatnonzero(close[mesh.faces].all(axis=1))
+    if len(rows) == 0:
+        return NUDGE_MM
+    corners = mesh.vertices[mesh.faces[rows]]
+    radial = body.surface.normals(corners.mean(axis=1))
+    normals = mesh.normals[rows]
+    cap = (normals * radial).sum(axis=1) < -0.5 * np.sqrt((normals**2).sum(axis=1))
+    return NUDGE_MM + max(float(heights[mesh.faces[rows[cap]]].max(initial=0.0)), 0.0)
+
+
+def least_distance(mesh: Mesh, body: Body) -> float:
+    """Least distance of a mesh's surface from the body's, mm; 0 where it reaches inside.
+
+    Args:
+        mesh: the sub-volume.
+        body: the body.
+
+    Returns:
+        The gap, mm, never negative.
+    """
+    xy = mesh.vertices[mesh.faces, :2] - body.surface.axis_point
+    start, along = xy, np.roll(xy, -1, axis=1) - xy
+    length2 = (along**2).sum(axis=2)
+    t = np.clip(-(start * along).sum(axis=2) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
+    nearest = float(np.sqrt(((start + t[..., None] * along) ** 2).sum(axis=2).min()))
+    turn = start[..., 0] * along[..., 1] - start[..., 1] * along[..., 0]
+    if ((turn > 0).all(axis=1) | (turn < 0).all(axis=1)).any():
+        return 0.0  # the axis passes through a face
+    return max(nearest - body.radius_mm, 0.0)
+
+
+def _thin_beads(sliced: SlicedSubVolume) -> list[str]:
+    """A line for every layer with places thinner than h_min: how many points, what length, how thin."""
+    least, lines = sliced.parameters.h_min_mm, []
+    for layer in sliced.layers:
+        if layer.thickness_mm[0] >= least - 1e-6:
+            continue
+        points = thin = 0
+        length = 0.0
+        for curve in layer.curves:
+            below = sliced.thickness_at(layer.index, curve.points) < least - 1e-6
+            step = np.roll(curve.points, -1, axis=0) - curve.points
+            points, thin = points + len(below), thin + int(below.sum())
+            share = 0.5 * (below.astype(float) + np.roll(below, -1))
+            length += float((np.sqrt((step**2).sum(axis=1)) * share).sum())
+        lines.append(
+            f"{sliced.name}: layer {layer.index}: bead thinner than h_min {least:g} mm at {thin} of {points}"
+            f" points, about {length:.1f} mm of path (least {layer.thickness_mm[0]:.3f} mm)"
+        )
+    return lines

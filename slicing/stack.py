@@ -1,0 +1,38 @@
+"""Which triangles a level of parallel surfaces can meet: each triangle's interval of heights, sorted once.
+
+intervals = FaceIntervals.about(mesh, Cylinder((0.0, 0.0), 20.0))
+intervals.at(1.73)               # numbers of the triangles that may reach the cylinder of radius 21.73
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slicing.part import Floats, Ints, Mesh
+from slicing.surfaces import Surface
+
+SLACK_MM = 2e-4  # more than any nudge of a level
+
+
+@dataclass(frozen=True, eq=False)
+class FaceIntervals:
+    """Heights that each triangle may span over a surface, sorted by the lower end."""
+
+    low: Floats
+    high: Floats
+    order: Ints
+
+    @classmethod
+    def about(cls, mesh: Mesh, surface: Surface) -> FaceIntervals:
+        """Intervals of a mesh's triangles over a surface, from spheres around them (safe for both kinds)."""
+        centres, radii = mesh.bounding_spheres
+        height = surface.distance(centres)
+        order = np.argsort(height - radii)
+        return cls((height - radii)[order] - SLACK_MM, (height + radii)[order] + SLACK_MM, order)
+
+    def at(self, height_mm: float) -> Ints:
+        """Numbers of the triangles that may reach the surface's offset by height_mm."""
+        reached = int(np.searchsorted(self.low, height_mm, side="right"))
+        return self.order[:reached][self.high[:reached] >= height_mm]

@@ -1,0 +1,82 @@
+"""How thick the bead at a point is: the distance to the layer below, against the direction of deposition.
+
+It is what the process must deliver there. From the point one goes back along the outward normal of the
+point's own surface until one meets the surface of the layer below, or the body if that comes first:
+
+    bead_thickness(points, surface, below, body, h_layer_mm)
+
+Conventions. A first layer that lies on the body has nothing below it: measured to the body its thickness
+would be 0, which no process can lay, so it is given the nominal h_layer, the bead that the first pass is set
+to. Planar layers start one h_layer above the lowest point of the root: below the first plane lies the plane
+through that point, or the body. Seen this way every planar bead that runs into the body gets thinner towards
+it, down to 0 (the paper's figure 18).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slicing.part import Floats
+from slicing.surfaces import Cylinder, Plane, Surface
+
+if TYPE_CHECKING:
+    from slicing.layers import Body
+
+
+def distance_back(points: Floats, normals: Floats, surface: Surface) -> Floats:
+    """Distance from points to a surface, going against the normals.
+
+    Args:
+        points: (n, 3) mm.
+        normals: (n, 3) unit outward normals at the points.
+        surface: what to meet.
+
+    Returns:
+        (n,) mm; inf where the ray passes the surface by. On a cylinder the outermost crossing counts.
+    """
+    if isinstance(surface, Plane):
+        towards = normals @ np.asarray(surface.normal)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(np.abs(towards) > 1e-12, surface.distance(points) / towards, np.inf)
+    relative = points[:, :2] - surface.axis_point
+    across = normals[:, :2]
+    length = np.hypot(relative[:, 0], relative[:, 1])
+    # |relative - t across|² = radius²:  a t² - 2 b t + c = 0, the first root met from outside
+    a = (across**2).sum(axis=1)
+    b = (relative * across).sum(axis=1)
+    c = (length - surface.radius) * (length + surface.radius)
+    d = b * b - a * c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        near = c / (b + np.sqrt(np.maximum(d, 0.0)))
+    return np.where((d >= 0) & (b > 0), near, np.inf)
+
+
+def bead_thickness(
+    points: Floats, surface: Surface, below: Surface | None, body: Body, h_layer_mm: float
+) -> Floats:
+    """Thickness of the bead at points of a layer.
+
+    Args:
+        points: (n, 3) on the layer's surface, mm.
+        surface: the layer's.
+        below: the layer below's surface; None for the first layer.
+        body: what the sub-volume stands on.
+        h_layer_mm: the nominal thickness: of a first layer on the body, and from a first plane to the root's
+            lowest point.
+
+    Returns:
+        (n,) mm, not below 0.
+    """
+    if below is None and isinstance(surface, Cylinder):
+        return np.full(len(points), h_layer_mm)
+    normals = surface.normals(points)
+    if below is None:
+        to_below = np.full(len(points), h_layer_mm)
+    else:
+        to_below = distance_back(points, normals, below)
+        passed = ~np.isfinite(to_below)
+        to_below[passed] = below.distance(points[passed])  # beside a cylinder: the shortest way instead
+    to_body = distance_back(points, normals, body.surface)
+    return np.maximum(np.minimum(to_below, to_body), 0.0)
