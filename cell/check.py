@@ -20,6 +20,7 @@ from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 
 from .collision import Checker, Clearances
+from .config import REASONS
 from .job import Job
 from .motion import Motion, assemble
 from .nodes import Nodes, evaluate
@@ -27,7 +28,6 @@ from .place import METRES_PER_MM, Placed, place
 from .plan import BeadPlan, Planner, Settings, Stretch
 from .scene import table_angles
 
-REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity")
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
 
 
@@ -115,7 +115,7 @@ def settings_of(job: Job) -> Settings:
     )
 
 
-def check(job: Job, E1_deg: float, E2_deg: float) -> Result:  # noqa: N803 (names of the axes)
+def check(job: Job, E1_deg: float, E2_deg: float) -> Result:
     """Check every target, every bead and the way between them.
 
     Args:
@@ -229,7 +229,12 @@ def _rows(
             reason, detail, attempt = nodes.why_not(i)
             rows[i] = Row(reason, detail, proved, None, attempt)
         row = rows[i]
-        if steepest is not None and row is not None and row.reason is None and gravity[i] > np.deg2rad(steepest):
+        if (
+            steepest is not None
+            and row is not None
+            and row.reason is None
+            and gravity[i] > np.deg2rad(steepest)
+        ):
             measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
             rows[i] = Row("gravity", measure, True, None, row.q)
     return tuple(row for row in rows if row is not None)

@@ -45,7 +45,7 @@ class Clearances:
 
     @classmethod
     def none(cls, m: int) -> Clearances:
-        """m configurations with nothing near."""
+        """M configurations with nothing near."""
         return cls(np.full(m, np.inf), np.full((m, 2), -1), np.full((m, 3), np.nan))
 
 

@@ -20,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from .errors import InputError
 
+REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity")
 MODELS_DIR = Path(__file__).resolve().parents[1] / "models"
 DEFAULT_CASE = MODELS_DIR / "cases" / "propeller.case.yaml"
 
@@ -76,7 +77,9 @@ class Slicing(Section):
     h_layer_mm: Positive = 1.73
     h_min_mm: Positive = 1.39
     h_max_mm: Positive = 2.2
-    tolerance_mm: Positive = Field(0.01, description="largest distance of a layer's chords from its exact curve")
+    tolerance_mm: Positive = Field(
+        0.01, description="largest distance of a layer's chords from its exact curve"
+    )
 
     @model_validator(mode="after")
     def _heights_in_order(self) -> Slicing:
@@ -184,7 +187,9 @@ class Checks(Section):
     wrist_deg: NotNegative = 5.0
     elbow_deg: NotNegative = 5.0
     shoulder_mm: NotNegative = 50.0
-    sigma: NotNegative = Field(0.02, description="smallest singular value; arms without a spherical wrist only")
+    sigma: NotNegative = Field(
+        0.02, description="smallest singular value; arms without a spherical wrist only"
+    )
     gravity_max_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null does not limit it"
     )
@@ -211,7 +216,17 @@ class Expect(Section):
 
     verdict: Literal["feasible", "infeasible"]
     infeasible: int | None = Field(None, description="number of infeasible targets")
-    reasons: dict[str, int] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
+    reasons: dict[str, int] | list[str] | None = Field(
+        None, description="counts by reason, or the reasons alone"
+    )
+
+    @field_validator("reasons")
+    @classmethod
+    def _known(cls, value: dict[str, int] | list[str] | None) -> dict[str, int] | list[str] | None:
+        unknown = set(value or ()) - set(REASONS)
+        if unknown:
+            raise ValueError(f"unknown reason {sorted(unknown)[0]!r}; known are {', '.join(REASONS)}")
+        return value
 
 
 class Case(Section):
@@ -305,16 +320,14 @@ def parse_case(content: object, path: str | Path = "case.yaml") -> Case:
         case = Case.model_validate(content)
     except ValidationError as error:
         raise InputError(f"{path}: {_first_problem(error, content)}") from None
-    object.__setattr__(case, "_path", path)
+    case._path = path
     _check_part(case)
     return case
 
 
-def with_changes(case: Case, **changes: Any) -> Case:  # noqa: ANN401 (sections of any type)
+def with_changes(case: Case, **changes: Any) -> Case:
     """A case with whole sections replaced, still read from the same file."""
-    new = case.model_copy(update=changes)
-    object.__setattr__(new, "_path", case.path)
-    return new
+    return case.model_copy(update=changes)
 
 
 def _check_part(case: Case) -> None:
@@ -359,7 +372,7 @@ def _keys_of(location: tuple[int | str, ...], content: object, missing: bool) ->
     keys: list[str] = []
     here = content
     for i, item in enumerate(location):
-        if isinstance(here, dict) and item in here or isinstance(here, list) and isinstance(item, int):
+        if (isinstance(here, dict) and item in here) or (isinstance(here, list) and isinstance(item, int)):
             here = here[item]  # type: ignore[index]
         elif not missing or i < len(location) - 1:
             continue
@@ -382,7 +395,7 @@ def _keys_at(where: list[str]) -> list[str]:
     return list(section.model_fields)
 
 
-def _section_of(annotation: Any) -> Any:  # noqa: ANN401 (a type)
+def _section_of(annotation: Any) -> Any:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     for inner in getattr(annotation, "__args__", ()):

@@ -13,7 +13,7 @@ torch can still go in where there is room. Pieces cover what they stand for.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -125,8 +125,8 @@ def _sectors(surface: Cylinder, points: Floats) -> Iterator[Floats]:
             yield points[near]
 
 
-def _polygons(layer: Layer):  # noqa: ANN202 (pairs of a polygon and the way back to space)
-    """The layer's regions in its unrolled surface."""
+def _polygons(layer: Layer) -> Iterator[tuple[Polygon, Callable[[Floats], Floats]]]:
+    """The layer's regions in its unrolled surface, each with the way back to space."""
     import shapely
 
     surface = layer.surface
@@ -150,7 +150,8 @@ def _same_turn(surface: Cylinder | Plane, points: Floats, like: Floats) -> Float
     return flat
 
 
-def _way_back(surface: Cylinder | Plane):  # noqa: ANN202 (a function from unrolled points to space)
+def _way_back(surface: Cylinder | Plane) -> Callable[[Floats], Floats]:
+    """From unrolled points (k, 2) to space (k, 3)."""
     if isinstance(surface, Plane):
         u, v = surface.axes()
         return lambda flat: np.asarray(surface.point) + flat[:, :1] * u + flat[:, 1:] * v

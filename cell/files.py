@@ -55,7 +55,7 @@ def _umask() -> int:
     return mask
 
 
-def write_json(path: str | Path, document: Any) -> None:  # noqa: ANN401 (any JSON)
+def write_json(path: str | Path, document: Any) -> None:
     """Write a JSON document."""
     write_bytes(path, (json.dumps(document, indent=1, allow_nan=False) + "\n").encode())
 

@@ -134,9 +134,11 @@ def prepare(case: Case) -> Job:
     except PartError as error:
         raise InputError(str(error)) from None
     if len(targets) == 0:
-        raise InputError(f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}")
+        raise InputError(
+            f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
+        )
     shape = part_shape(sliced, body_mesh, case.part.body.z_mm if case.part.body else None)
-    warnings = tuple(f"{s.name}: {line}" for s in sliced for line in s.warnings)
+    warnings = tuple(line for s in sliced for line in s.warnings)
     return Job(case, sliced, shape, targets, compose(case, shape), warnings)
 
 

@@ -50,7 +50,14 @@ class Motion:
 
     def columns(self) -> list[str]:
         """Names of :meth:`rows_deg`'s columns."""
-        return ["t_s", *(f"{name}_deg" for name in (*self.names, "E1", "E2")), "arc", "bead", "layer", "target"]
+        return [
+            "t_s",
+            *(f"{name}_deg" for name in (*self.names, "E1", "E2")),
+            "arc",
+            "bead",
+            "layer",
+            "target",
+        ]
 
     def rows_deg(self) -> list[list[Any]]:
         """The motion with angles in degrees, one row a sample."""

@@ -98,7 +98,9 @@ class Nodes:
             "margin": round(float(self.margin[i][node][kind]) * factor, 3),
             "limit": round(float(limits[kind]) * factor, 3),
             "unit": unit,
-            "smallest_singular_value": round(float(smallest_singular_value(self.solver.chain, q[None])[0]), 5),
+            "smallest_singular_value": round(
+                float(smallest_singular_value(self.solver.chain, q[None])[0]), 5
+            ),
             "roll_deg": _deg(self.rolls[node[0]]),
         }
         return "singular", detail, q

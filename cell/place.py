@@ -37,7 +37,7 @@ class Placed:
     reference: tuple[Floats, Floats]
 
     @property
-    def Ts_base_target(self) -> Floats:  # noqa: N802 (frames keep their capital)
+    def Ts_base_target(self) -> Floats:
         """Target frames at roll 0, (n, 4, 4), m."""
         return frames(self.position, self.normal, self.reference)
 

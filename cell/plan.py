@@ -154,7 +154,9 @@ class Planner:
         stretches = tuple(self._stretch(first, run, done) for run in runs)
         return BeadPlan(stretches, self._cuts(first, runs, causes), self._collisions(first, stop, runs))
 
-    def _runs(self, first: int, stop: int, q_before: Floats | None, blocked: dict[int, set[Edge]]) -> list[Run]:
+    def _runs(
+        self, first: int, stop: int, q_before: Floats | None, blocked: dict[int, set[Edge]]
+    ) -> list[Run]:
         here = slice(first, stop)
         q = self.nodes.q[here]
         start = None
@@ -220,9 +222,7 @@ class Planner:
         target = np.stack([start, start + 1], axis=1)
         q = self.nodes.q[target, ends[..., 0], ends[..., 1], ends[..., 2]]
         roll = self.nodes.rolls[ends[..., 0]]
-        track = follow(
-            self.nodes.solver, self.placed, start, roll, q, self.nodes.limits, self.settings.steps
-        )
+        track = follow(self.nodes.solver, self.placed, start, roll, q, self.nodes.limits, self.settings.steps)
         clear = self.checker.clearances(track.q, self.stage[start[track.edge]])
         failed = False
         for e, (i, edge) in enumerate(todo):
@@ -269,7 +269,7 @@ class Planner:
         # an edge's last sample is the next edge's first
         keep = [slice(None) if i == len(pieces) - 1 else slice(None, -1) for i in range(len(pieces))]
 
-        def joined(of: Any) -> Any:  # noqa: ANN401 (arrays of several kinds)
+        def joined(of: Any) -> Any:
             return np.concatenate([of(piece)[k] for piece, k in zip(pieces, keep, strict=True)])
 
         return Stretch(
@@ -315,7 +315,9 @@ class Planner:
         )
         return "speed" if len(slow) == 1 else "configuration change"
 
-    def _collisions(self, first: int, stop: int, runs: list[Run]) -> dict[int, tuple[Clearances, Floats, float]]:
+    def _collisions(
+        self, first: int, stop: int, runs: list[Run]
+    ) -> dict[int, tuple[Clearances, Floats, float]]:
         """The least bad node of targets all of whose allowed nodes collide."""
         reached = {first + run.start + i for run in runs for i in range(len(run.nodes))}
         out = {}
@@ -341,7 +343,9 @@ class Planner:
             "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[k]],
         }
 
-    def travel(self, end: Stretch, start: Stretch, stage: int) -> tuple[Floats, Floats, Clearances] | dict[str, Any]:
+    def travel(
+        self, end: Stretch, start: Stretch, stage: int
+    ) -> tuple[Floats, Floats, Clearances] | dict[str, Any]:
         """From the end of one bead to the start of the next: out along the normal, across, in again.
 
         Args:
@@ -391,5 +395,7 @@ class Planner:
         speed = self.nodes.solver.chain.max_speed
         total = float((way / (0.5 * np.where(np.isfinite(speed), speed, 1.0))).max())
         out = 2 * self.settings.steps.position / self.settings.travel_speed
-        dt = np.concatenate([np.full(len(leave) - 1, out), np.full(count, total / count), np.full(len(arrive) - 1, out)])
+        dt = np.concatenate(
+            [np.full(len(leave) - 1, out), np.full(count, total / count), np.full(len(arrive) - 1, out)]
+        )
         return np.concatenate([leave, across[1:], arrive[1:]]), dt

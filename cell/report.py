@@ -1,12 +1,12 @@
 """What is said of a result: the documents of the contracts, and the terminal report.
 
-    document = report_document(result)                # "rbam-report/1"
-    for line in report_lines(result): ...             # rich renderables
+document = report_document(result)                # "rbam-report/1"
+for line in report_lines(result): ...             # rich renderables
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +19,9 @@ from .robot import inverse, pose
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+
+    from slicing.indices import Indices
+    from slicing.layers import SlicedSubVolume
 
 WORST = 8  # infeasible targets shown on the terminal
 
@@ -177,7 +180,10 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     job, n = result.job, len(result.rows)
     layers = sum(len(s.layers) for s in job.sliced)
     beads = int(job.targets.path.max()) + 1
-    yield "part", f"{len(job.sliced)} sub-volume(s), {job.case.slicing.strategy}: {layers} layers, {beads} beads, {n} targets"
+    yield (
+        "part",
+        f"{len(job.sliced)} sub-volume(s), {job.case.slicing.strategy}: {layers} layers, {beads} beads, {n} targets",
+    )
     yield "reached", f"{n - result.infeasible} of {n} targets ({job.solver.name}, roll {_roll_text(result)})"
     counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
     if counts:
@@ -199,7 +205,10 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"
     if result.motion is not None:
         total, arc = result.motion.t_s[-1], result.motion.arc_time
-        yield "motion", f"{total:.0f} s, {arc:.0f} s of them with the arc on; {len(result.motion.t_s)} samples checked"
+        yield (
+            "motion",
+            f"{total:.0f} s, {arc:.0f} s of them with the arc on; {len(result.motion.t_s)} samples checked",
+        )
     for line in job.warnings:
         yield "warning", line
 
@@ -211,7 +220,12 @@ def _worst(result: Result) -> RenderableType:
     bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
     bad.sort(key=lambda i: -_severity(result.rows[i]))
     table = Table(box=None, pad_edge=False, header_style="dim", title_justify="left")
-    for name, justify in (("target", "right"), ("layer", "left"), ("x, y, z mm (base)", "left"), ("reason", "left")):
+    for name, justify in (
+        ("target", "right"),
+        ("layer", "left"),
+        ("x, y, z mm (base)", "left"),
+        ("reason", "left"),
+    ):
         table.add_column(name, justify=justify)  # type: ignore[arg-type]
     table.add_column("what went wrong")
     table.add_column("")
@@ -228,8 +242,101 @@ def _worst(result: Result) -> RenderableType:
 
 def _severity(row: Row) -> float:
     """How bad, so that the worst come first: cannot be mended by turning a margin down before what can."""
-    order = {"unreachable": 6, "joint_limit": 5, "collision": 4, "singular": 3, "no_path": 2, "speed": 1, "gravity": 0}
+    order = {
+        "unreachable": 6,
+        "joint_limit": 5,
+        "collision": 4,
+        "singular": 3,
+        "no_path": 2,
+        "speed": 1,
+        "gravity": 0,
+    }
     d = row.detail
     measure = d.get("beyond_reach_mm", 0) or d.get("inside_reach_mm", 0) or d.get("over_deg", 0)
-    measure = measure or d.get("required_mm", 0) - d.get("distance_mm", 0) or d.get("limit", 0) - d.get("margin", 0)
+    measure = (
+        measure or d.get("required_mm", 0) - d.get("distance_mm", 0) or d.get("limit", 0) - d.get("margin", 0)
+    )
     return order[row.reason or "gravity"] * 1e6 + float(measure)
+
+
+def slice_lines(sliced: Sequence[SlicedSubVolume], found: Sequence[Indices]) -> Iterator[RenderableType]:
+    """The terminal report of a slicing: the paper's indices by sub-volume.
+
+    Yields:
+        rich renderables.
+    """
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for name in ("sub-volume", "strategy"):
+        table.add_column(name)
+    for name in ("layers NL", "adhesion A mm2", "targets NV", "top R rad", "thickness mm", "volume mm3"):
+        table.add_column(name, justify="right")
+    for s, i in zip(sliced, found, strict=True):
+        low, high = min(x.thickness_mm[0] for x in s.layers), max(x.thickness_mm[1] for x in s.layers)
+        thickness = f"{low:.2f} .. {high:.2f}"
+        numbers = (
+            str(i.NL),
+            f"{i.A_mm2:.2f}",
+            str(i.NV),
+            f"{i.R_rad:.3f}",
+            thickness,
+            f"{s.mesh.volume:.1f}",
+        )
+        table.add_row(s.name, s.strategy, *numbers)
+    yield table
+    for s in sliced:
+        for line in s.warnings:
+            yield f"warning: {line}"
+
+
+CELL = 6  # characters of a pose on a wide map
+
+
+def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
+    """The terminal map of a sweep: rows are E1, columns E2.
+
+    Yields:
+        rich renderables.
+    """
+    from rich.text import Text
+
+    poses = document["poses"]
+    e1 = sorted({row["E1_deg"] for row in poses})
+    e2 = sorted({row["E2_deg"] for row in poses})
+    at = {(row["E1_deg"], row["E2_deg"]): row for row in poses}
+    wide = len(e2) <= 16
+    yield Text.assemble((document["case"], "bold"), "  feasible table poses; E1 down, E2 across")
+    if wide:
+        yield Text(" " * 8 + "".join(f"{v:>{CELL}g}" for v in e2), style="dim")
+    for tilt in e1:
+        line = Text(f"{tilt:>7g} ", style="dim")
+        for turn in e2:
+            line.append(*_mark(at.get((tilt, turn)), wide))
+        yield line
+    yield Text(
+        "yes: feasible; numbers: targets that are not"
+        if wide
+        else "#: feasible   + : .: ever more targets are not"
+    )
+    best = document["best"]
+    if best is None:
+        yield "no feasible pose"
+        return
+    clearance = best["least_clearance_mm"]
+    room = "more than 50 mm" if clearance is None else f"{clearance:.1f} mm"
+    yield (
+        f"best: E1 = {best['E1_deg']:g}, E2 = {best['E2_deg']:g} deg: deposits at most {best['gravity_max_deg']:.0f} deg "
+        f"off upright, least clearance {room}"
+    )
+
+
+def _mark(row: dict[str, Any] | None, wide: bool) -> tuple[str, str]:
+    if row is None:
+        return (" " * CELL if wide else " "), ""
+    if row["verdict"] == "feasible":
+        return (f"{'yes':>{CELL}}" if wide else "#"), "green"
+    k = row["infeasible"]
+    if wide:
+        return f"{k:>{CELL}}", "red"
+    return ("+" if k < 10 else ":" if k < 100 else "."), "red"

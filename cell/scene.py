@@ -71,7 +71,7 @@ class Scene:
     n_deposits: int
     arm_geom: NDArray[np.bool_]
 
-    def T_base_part(self, E1: float, E2: float) -> Floats:  # noqa: N802, N803 (names of the axes)
+    def T_base_part(self, E1: float, E2: float) -> Floats:
         """Pose of the part in the arm's base frame.
 
         Args:
@@ -86,16 +86,18 @@ class Scene:
         mujoco.mj_kinematics(self.model, data)
         base = require(self.model, "body", self.case.robot.base, "robot.base")
         site = self.model.site("part").id
-        return inverse(pose(data.xpos[base], data.xmat[base])) @ pose(data.site_xpos[site], data.site_xmat[site])
+        return inverse(pose(data.xpos[base], data.xmat[base])) @ pose(
+            data.site_xpos[site], data.site_xmat[site]
+        )
 
-    def T_world_base(self) -> Floats:  # noqa: N802
+    def T_world_base(self) -> Floats:
         """Pose of the arm's base frame in the world, (4, 4), m."""
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
         base = require(self.model, "body", self.case.robot.base, "robot.base")
         return pose(data.xpos[base], data.xmat[base])
 
-    def check_table(self, E1: float, E2: float) -> None:  # noqa: N803
+    def check_table(self, E1: float, E2: float) -> None:
         """Refuse table angles (rad) that the positioner does not have.
 
         Raises:
@@ -119,7 +121,7 @@ class Scene:
         return name or f"{self.model.body(self.model.geom_bodyid[geom]).name} (geom {geom})"
 
 
-def table_angles(scene: Scene, E1_deg: float, E2_deg: float) -> tuple[float, float]:  # noqa: N803
+def table_angles(scene: Scene, E1_deg: float, E2_deg: float) -> tuple[float, float]:
     """Table angles as the positioner takes them.
 
     Args:
@@ -310,7 +312,9 @@ def _add_robot(world: mujoco.MjSpec, case: Case) -> dict[str, float]:
     _drop_keys(robot)
     flange = robot.site(case.robot.flange)
     if flange is None:
-        raise InputError(f"{case.path}: robot.flange: {case.robot.model} has no site named {case.robot.flange!r}")
+        raise InputError(
+            f"{case.path}: robot.flange: {case.robot.model} has no site named {case.robot.flange!r}"
+        )
     tool = _load(case, case.tool.model, "tool")
     _drop_keys(tool)
     if case.tool.dimensions or case.tool.model == "cmt_torch":
@@ -338,7 +342,9 @@ def _dimension_problem(error: Exception) -> str:
         match = re.search(r"'(\w+)'", text)
         wrong = match.group(1) if match else text
         near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
-        return f"{wrong}: unknown key; " + (f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}")
+        return f"{wrong}: unknown key; " + (
+            f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
+        )
     return text
 
 
@@ -346,7 +352,9 @@ def _home(robot: mujoco.MjSpec) -> dict[str, float]:
     key = next((k for k in robot.keys if k.name == "home"), None)
     if key is None:
         return {}
-    return {joint.name: float(wrap(np.array(value))) for joint, value in zip(robot.joints, key.qpos, strict=False)}
+    return {
+        joint.name: float(wrap(np.array(value))) for joint, value in zip(robot.joints, key.qpos, strict=False)
+    }
 
 
 def _add_positioner(world: mujoco.MjSpec, case: Case) -> None:
@@ -363,7 +371,16 @@ def _add_positioner(world: mujoco.MjSpec, case: Case) -> None:
 
 def _own_names(world: mujoco.MjSpec, prefix: str) -> None:
     """Give what was attached its own names back; defaults, materials and meshes keep the prefix and cannot clash."""
-    named = (world.bodies, world.joints, world.geoms, world.sites, world.cameras, world.numerics, world.excludes, world.pairs)
+    named = (
+        world.bodies,
+        world.joints,
+        world.geoms,
+        world.sites,
+        world.cameras,
+        world.numerics,
+        world.excludes,
+        world.pairs,
+    )
     for element in (e for group in named for e in group):
         element.name = element.name.removeprefix(prefix)
     for exclude in world.excludes:
@@ -372,7 +389,10 @@ def _own_names(world: mujoco.MjSpec, prefix: str) -> None:
             exclude.bodyname2.removeprefix(prefix),
         )
     for pair in world.pairs:
-        pair.geomname1, pair.geomname2 = pair.geomname1.removeprefix(prefix), pair.geomname2.removeprefix(prefix)
+        pair.geomname1, pair.geomname2 = (
+            pair.geomname1.removeprefix(prefix),
+            pair.geomname2.removeprefix(prefix),
+        )
 
 
 def _on_table(world: mujoco.MjSpec, case: Case) -> tuple[mujoco.MjsBody, mujoco.MjsSite]:
@@ -544,7 +564,7 @@ def standalone_xml(scene: Scene) -> str:
     for mesh in spec.meshes:
         if not mesh.file:
             continue
-        solid = trimesh.load(mesh.file, force="mesh", process=False)
+        solid = trimesh.load_mesh(mesh.file, process=False)
         mesh.uservert = np.asarray(solid.vertices, dtype=np.float64).ravel()
         mesh.userface = np.asarray(solid.faces, dtype=np.int32).ravel()
         mesh.file = ""

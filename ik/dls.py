@@ -8,10 +8,11 @@ or fixed::
     found.q[found.ok]                     # configurations that reach their target
 
 The step minimises |J dq - e|^2 + lambda |dq|^2 with lambda growing with the error that is left, so that it is bold
-near the target and careful far away; joints that push against a limit are held there for the step. A miss means *not
-found*, never *not reachable*.
+near the target and careful far away; joints that the error pushes against a limit are held there for the step. A miss
+means *not found*, never *not reachable*. Every row is computed on its own: what else is in the batch changes nothing.
 
-Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE T-RO 2011.
+Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE T-RO 2011; the
+held joints after Bertsekas, Projected Newton methods for optimization problems with simple constraints, 1982.
 """
 
 from __future__ import annotations
@@ -22,11 +23,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain import Chain, Floats
-from .roll import RollWindow, roll_of
+from .columns import ColumnChain, Tool, jacobian, solve_damped
+from .roll import RollWindow
 
 POSITION_TOLERANCE = 1e-7  # m
 ANGLE_TOLERANCE = 1e-7  # rad
 LENGTH_SCALE = 0.5  # m that count as much as one radian in the error
+FINISHED = 1e-18  # squared error of a solution that further steps cannot improve
+DAMPING = 0.05  # lambda as a share of the squared error
+LARGEST_STEP = 0.6  # rad a joint: the linear model is not worth more
+PATIENCE = 6  # steps without a gain of PROGRESS after which a start is given up
+PROGRESS = 0.99
+WIDTH = 1024  # rows worked on at a time: what fits a core's cache
+WAVES = (1, 1, 2, 4)  # seeds tried between looks at which targets have enough
+TURN = 2 * np.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,35 +67,34 @@ def task_error(Ts_target: Floats, Ts_tcp: Floats, window: RollWindow) -> Floats:
     Returns:
         (m, 6): translation (m), then rotation vector (rad) whose z part is the roll's excess.
     """
-    R = Ts_tcp[:, :3, :3]
-    e = np.empty((len(R), 6))
-    e[:, :3] = np.einsum("mji,mj->mi", R, Ts_target[:, :3, 3] - Ts_tcp[:, :3, 3])
-    z = np.einsum("mji,mj->mi", R, Ts_target[:, :3, 2])  # the wanted wire direction seen from the TCP
-    sine = np.hypot(z[:, 0], z[:, 1])
-    angle = np.arctan2(sine, z[:, 2])
-    scale = np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 1.0)
-    # the axis e_z x z; exactly opposed directions have none, and any will do
-    opposed = (sine <= 1e-12) & (z[:, 2] < 0)
-    e[:, 3] = np.where(opposed, np.pi, -z[:, 1] * scale)
-    e[:, 4] = z[:, 0] * scale
-    if window.is_full:
-        e[:, 5] = 0.0
-    else:
-        # the roll once the wire is brought into line by the shortest turn
-        e[:, 5] = -window.excess(roll_of(Ts_target, _aligned(Ts_tcp, e[:, 3:5])))
+    x, y, z, p = np.moveaxis(Ts_tcp[:, :3], (1, 2), (1, 0))
+    e = _error(Tool(x.T, y.T, z.T, p.T), np.moveaxis(Ts_target[:, :3], (0, 2), (2, 0)), window, 0.0)
+    e[:3] = np.einsum("mij,im->jm", Ts_tcp[:, :3, :3], e[:3])
+    return e.T
+
+
+def _error(tool: Tool, target: Floats, window: RollWindow, tool_roll: float) -> Floats:
+    """Error of TCP frames against targets (x, y, z, p as (4, 3, m)), (5 or 6, m), for ``jacobian``'s rows."""
+    tx, ty, tz, tp = target
+    e = np.empty((5 if window.is_full else 6, tz.shape[1]))
+    np.subtract(tp, tool.p, out=e[:3])
+    # the wanted wire direction seen from the TCP; the turn that brings it into line has the axis e_z x z
+    u, v, w = _dot(tool.x, tz), _dot(tool.y, tz), _dot(tool.z, tz)
+    sine = np.sqrt(u * u + v * v)
+    scale = np.arctan2(sine, w) / np.maximum(sine, 1e-300)
+    # exactly opposed directions have no such axis, and any will do
+    e[3] = np.where((sine < 1e-12) & (w < 0), np.pi, -v * scale)
+    e[4] = u * scale
+    if not window.is_full:
+        # the roll once the wire is brought into line by that turn: the twist of the relative rotation about z
+        twist = np.arctan2(_dot(tool.x, ty) - _dot(tool.y, tx), _dot(tool.x, tx) + _dot(tool.y, ty))
+        e[5] = -window.excess(twist + tool_roll)
     return e
 
 
-def _aligned(Ts_tcp: Floats, turn_xy: Floats) -> Floats:
-    angle = np.linalg.norm(turn_xy, axis=1)
-    axis = np.zeros((len(angle), 3))
-    axis[:, :2] = turn_xy / np.maximum(angle, 1e-300)[:, None]
-    x = np.array([1.0, 0.0, 0.0])
-    s, c = np.sin(angle)[:, None], np.cos(angle)[:, None]
-    turned = c * x + s * np.cross(axis, x) + (1 - c) * axis * axis[:, :1]
-    out = Ts_tcp.copy()
-    out[:, :3, 0] = np.einsum("mij,mj->mi", Ts_tcp[:, :3, :3], turned)
-    return out
+def _dot(a: Floats, b: Floats) -> Floats:
+    """Scalar products of columns; spelled out, so that the order of summation never depends on the shape."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def solve(
@@ -96,6 +105,7 @@ def solve(
     seeds: int = 16,
     rng_seed: int = 0,
     max_iterations: int = 80,
+    enough: int | None = None,
 ) -> Found:
     """Search configurations for targets from several seeds each.
 
@@ -106,20 +116,31 @@ def solve(
         seeds: starts per target: the middle of the limits, then a low-discrepancy spread over them.
         rng_seed: shifts the spread; equal seeds give equal results.
         max_iterations: steps per start.
+        enough: solutions of a target after which its other seeds are left out; None tries every seed.
 
     Returns:
-        Found, with s = seeds.
+        Found, with s = seeds. Seeds left out are not ok, stand at their start and have infinite errors.
     """
-    m = len(Ts_base_target)
-    start = np.broadcast_to(spread(chain, seeds, rng_seed), (m, seeds, chain.n))
-    Ts = np.repeat(Ts_base_target, seeds, axis=0)
-    found = follow(chain, Ts, start.reshape(-1, chain.n), window, max_iterations=max_iterations)
-    return Found(
-        found.q.reshape(m, seeds, chain.n),
-        found.ok.reshape(m, seeds),
-        found.position_error.reshape(m, seeds),
-        found.angle_error.reshape(m, seeds),
-    )
+    m, n = len(Ts_base_target), chain.n
+    starts = spread(chain, seeds, rng_seed)
+    q = np.tile(starts, (m, 1, 1))
+    position, angle = np.full((m, seeds), np.inf), np.full((m, seeds), np.inf)
+    arm, targets = _columns(chain, Ts_base_target)
+    for wave in _waves(seeds, enough):
+        solved = (position[:, : wave[0]] <= POSITION_TOLERANCE) & (angle[:, : wave[0]] <= ANGLE_TOLERANCE)
+        todo = np.flatnonzero(solved.sum(axis=1) < (enough or seeds + 1))
+        row, seed = np.repeat(todo, len(wave)), np.tile(wave, len(todo))
+        out = _descend(arm, targets, row, starts[seed].T, window, max_iterations, whole_turns=True)
+        q[row, seed], position[row, seed], angle[row, seed] = out[:n].T, out[n], out[n + 1]
+    return Found(q, (position <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE), position, angle)
+
+
+def _waves(seeds: int, enough: int | None) -> list[NDArray[np.int64]]:
+    """Seeds in the groups they are tried in."""
+    if enough is None:
+        return [np.arange(seeds)]
+    ends = np.cumsum(WAVES)
+    return [w for w in np.split(np.arange(seeds), ends[ends < seeds]) if len(w)]
 
 
 def spread(chain: Chain, count: int, rng_seed: int = 0) -> Floats:
@@ -141,7 +162,7 @@ def spread(chain: Chain, count: int, rng_seed: int = 0) -> Floats:
         phi = (1 + phi) ** (1 / (n + 1))
     alpha = phi ** -np.arange(1.0, n + 1)
     u = (0.5 + np.arange(count)[:, None] * alpha + rng_seed * 0.7548776662) % 1.0
-    u[0] = 0.5
+    u[:1] = 0.5
     return chain.lower + u * (chain.upper - chain.lower)
 
 
@@ -160,56 +181,109 @@ def follow(
     Returns:
         Found, with s = 1 squeezed away: q (m, n), ok (m,).
     """
-    q = np.clip(np.array(q0, dtype=float), chain.lower, chain.upper)
-    m = len(q)
-    best = np.full(m, np.inf)
-    best_q, best_e = q.copy(), np.full((m, 6), np.inf)
-    stale = np.zeros(m, dtype=int)
-    active = np.arange(m)
-    weight = np.array([1 / LENGTH_SCALE] * 3 + [1.0] * 3)
-    for _ in range(max_iterations + 1):
-        T, J = chain.forward_and_jacobian(q[active])
-        e = task_error(Ts_base_target[active], T, window)
-        size = np.einsum("mi,mi->m", e * weight, e * weight)
-        better = size < best[active]
-        improved = size < 0.99 * best[active]
-        best_q[active[better]], best_e[active[better]] = q[active[better]], e[better]
-        best[active[better]] = size[better]
-        stale[active] = np.where(improved, 0, stale[active] + 1)
-        # finished to rounding, or going nowhere for several steps
-        keep = (size > 1e-18) & (stale[active] < 12)
-        active, J, T, e, size = active[keep], J[keep], T[keep], e[keep], size[keep]
-        if not len(active):
-            break
-        q[active] = _step(chain, q[active], T, J, e, size, weight, window)
-    position, angle = _errors(best_e)
-    ok = (position <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
-    return Found(best_q, ok, position, angle)
+    n = chain.n
+    arm, targets = _columns(chain, Ts_base_target)
+    row = np.arange(len(Ts_base_target))
+    out = _descend(arm, targets, row, np.asarray(q0, dtype=float).T, window, max_iterations, whole_turns=False)
+    q, position, angle = np.ascontiguousarray(out[:n].T), out[n], out[n + 1]
+    return Found(q, (position <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE), position, angle)
 
 
-def _step(
-    chain: Chain, q: Floats, T: Floats, J: Floats, e: Floats, size: Floats, weight: Floats, window: RollWindow
+def _columns(chain: Chain, Ts: Floats) -> tuple[ColumnChain, Floats]:
+    """The arm and its targets (x, y, z, p: (4, 3, m)) with lengths in units of LENGTH_SCALE."""
+    targets = np.ascontiguousarray(np.moveaxis(Ts[:, :3], (0, 2), (2, 0)), dtype=float)
+    targets[3] /= LENGTH_SCALE
+    return ColumnChain.of(chain, LENGTH_SCALE), targets
+
+
+def _descend(
+    arm: ColumnChain,
+    targets: Floats,
+    row: NDArray[np.int64],
+    q0: Floats,
+    window: RollWindow,
+    max_iterations: int,
+    *,
+    whole_turns: bool,
 ) -> Floats:
-    Rt = T[:, :3, :3].transpose(0, 2, 1)
-    A = np.concatenate([Rt @ J[:, :3], Rt @ J[:, 3:]], axis=1) * weight[:, None]
-    # a roll inside the window is no task: its row must not hold the arm back
-    if not window.is_fixed:
-        A[e[:, 5] == 0.0, 5] = 0.0
-    b = e * weight
-    damping = 0.05 * np.minimum(size, 1.0) + 1e-12
-    eye = np.eye(chain.n)
-    for _ in range(2):
-        H = A.transpose(0, 2, 1) @ A + damping[:, None, None] * eye
-        dq = np.linalg.solve(H, np.einsum("mij,mi->mj", A, b)[..., None])[..., 0]
-        pushed = ((q <= chain.lower) & (dq < 0)) | ((q >= chain.upper) & (dq > 0))
-        if not pushed.any():
-            break
-        A = np.where(pushed[:, None, :], 0.0, A)
-    dq = np.where(pushed, 0.0, dq)
-    # no joint turns more than 0.6 rad a step: the linear model is not worth more
-    dq *= np.minimum(1.0, 0.6 / np.maximum(np.abs(dq).max(axis=1), 1e-12))[:, None]
-    return np.clip(q + dq, chain.lower, chain.upper)
+    """Run starts to their end, WIDTH at a time; finished ones make room for the next.
+
+    Args:
+        arm: the arm.
+        targets: (4, 3, t).
+        row: target of each start, (m,).
+        q0: starts, (n, m), rad.
+        window: allowed roll.
+        max_iterations: steps.
+        whole_turns: whether a joint that leaves its limits may come in again a whole turn away.
+
+    Returns:
+        (n + 2, m): best configuration, its position error (m) and angle error (rad).
+    """
+    n, m = q0.shape
+    done = np.empty((n + 2, m))
+    begun = 0
+    # rows of the state: q, best q, its errors, its size, steps without progress, steps
+    state, here = np.empty((2 * n + 5, 0)), np.empty(0, dtype=np.int64)
+    while begun < m or len(here):
+        if begun < m and len(here) <= WIDTH // 2:
+            fresh = np.arange(begun, min(begun + WIDTH - len(here), m))
+            begun = fresh[-1] + 1
+            state = np.concatenate([state, _fresh(arm, q0[:, fresh])], axis=1)
+            here = np.concatenate([here, fresh])
+            target = targets[:, :, row[here]]
+        keep = _advance(arm, state, target, window, max_iterations, whole_turns)
+        if not keep.all():
+            done[:, here[~keep]] = state[n : 2 * n + 2, ~keep]
+            state, here, target = state[:, keep], here[keep], target[:, :, keep]
+    done[n] *= arm.unit
+    return done
 
 
-def _errors(e: Floats) -> tuple[Floats, Floats]:
-    return np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1)
+def _fresh(arm: ColumnChain, q0: Floats) -> Floats:
+    q = np.clip(q0, arm.lower, arm.upper)
+    nothing = np.full((3, q.shape[1]), np.inf)
+    return np.concatenate([q, q, nothing, np.zeros((2, q.shape[1]))])
+
+
+def _advance(
+    arm: ColumnChain, state: Floats, target: Floats, window: RollWindow, max_iterations: int, whole_turns: bool
+) -> NDArray[np.bool_]:
+    """Judge where every row stands and take a step, in place; tells which rows go on."""
+    n = len(arm.zero)
+    q, best_q, best_error, (best, stale, age) = state[:n], state[n : 2 * n], state[2 * n : -3], state[-3:]
+    tool, axes, points = arm.frames(q)
+    e = _error(tool, target, window, arm.tool_roll)
+    squares = e * e
+    position = squares[0] + squares[1] + squares[2]
+    angle = squares[3] + squares[4] + (squares[5] if len(e) > 5 else 0.0)
+    size = position + angle
+    stale += 1.0
+    stale[size < PROGRESS * best] = 0.0
+    better = size < best
+    np.copyto(best_q, q, where=better)
+    np.copyto(best_error, np.sqrt(np.stack([position, angle])), where=better)
+    np.copyto(best, size, where=better)
+    age += 1.0
+    keep = (best > FINISHED) & (stale < PATIENCE) & (age <= max_iterations)
+    A = jacobian(tool, axes, points, len(e))
+    if len(e) > 5 and not window.is_fixed:
+        A[5] *= e[5] != 0.0  # a roll inside the window is no task: its row must not hold the arm back
+    _step(arm, q, A, e, size, whole_turns)
+    return keep
+
+
+def _step(arm: ColumnChain, q: Floats, A: Floats, e: Floats, size: Floats, whole_turns: bool) -> None:
+    """One damped step, in place."""
+    turns = (arm.upper - arm.lower >= TURN - 1e-9) & whole_turns
+    # a joint at its limit that the error pulls outwards is held for this step
+    pull = np.add.reduce(A * e[:, None], axis=0)
+    held = (((q <= arm.lower) & (pull < 0)) | ((q >= arm.upper) & (pull > 0))) & ~turns
+    A *= ~held
+    dq = solve_damped(A, e, DAMPING * np.minimum(size, 1.0) + 1e-12)
+    dq *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(dq).max(axis=0), 1e-12))
+    q += dq
+    if turns.any():
+        q -= TURN * (turns & (q > arm.upper))
+        q += TURN * (turns & (q < arm.lower))
+    np.clip(q, arm.lower, arm.upper, out=q)

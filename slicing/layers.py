@@ -142,10 +142,7 @@ def make_layer(
     Returns:
         The layer.
     """
-    from slicing.thickness import bead_thickness
+    from slicing.thickness import thickness_range
 
-    low, high = math.inf, -math.inf
-    for curve in curves:
-        thickness = bead_thickness(curve.points, surface, below, body, h_layer_mm)
-        low, high = min(low, float(thickness.min())), max(high, float(thickness.max()))
-    return Layer(index, surface, tuple(curves), sum(c.area_mm2 for c in curves), (low, high))
+    thickness = thickness_range([curve.points for curve in curves], surface, below, body, h_layer_mm)
+    return Layer(index, surface, tuple(curves), sum(curve.area_mm2 for curve in curves), thickness)

@@ -16,7 +16,9 @@ from slicing.layers import Body, SlicedSubVolume, SlicingParameters
 from slicing.nonuniform import nonuniform_layers
 from slicing.part import Floats, Mesh, PartError
 from slicing.planar import planar_layers
+from slicing.thickness import resampled
 
+THIN_SPACING_MM = 0.25  # at which beads are looked at for thin places
 GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it
 STRATEGY_LAYERS = {
     "planar": planar_layers,
@@ -127,21 +129,18 @@ def least_distance(mesh: Mesh, body: Body) -> float:
 
 
 def _thin_beads(sliced: SlicedSubVolume) -> list[str]:
-    """A line for every layer with places thinner than h_min: how many points, what length, how thin."""
+    """A line for every layer with places thinner than h_min: how much of the path, and how thin."""
     least, lines = sliced.parameters.h_min_mm, []
     for layer in sliced.layers:
         if layer.thickness_mm[0] >= least - 1e-6:
             continue
-        points = thin = 0
-        length = 0.0
+        thin = total = 0.0
         for curve in layer.curves:
-            below = sliced.thickness_at(layer.index, curve.points) < least - 1e-6
-            step = np.roll(curve.points, -1, axis=0) - curve.points
-            points, thin = points + len(below), thin + int(below.sum())
-            share = 0.5 * (below.astype(float) + np.roll(below, -1))
-            length += float((np.sqrt((step**2).sum(axis=1)) * share).sum())
+            points = resampled(curve.points, layer.surface, THIN_SPACING_MM)
+            below = sliced.thickness_at(layer.index, points) < least - 1e-6
+            thin, total = thin + curve.length_mm * float(below.mean()), total + curve.length_mm
         lines.append(
-            f"{sliced.name}: layer {layer.index}: bead thinner than h_min {least:g} mm at {thin} of {points}"
-            f" points, about {length:.1f} mm of path (least {layer.thickness_mm[0]:.3f} mm)"
+            f"{sliced.name}: layer {layer.index}: bead thinner than h_min {least:g} mm along {thin:.1f} of"
+            f" {total:.1f} mm (least {layer.thickness_mm[0]:.3f} mm)"
         )
     return lines

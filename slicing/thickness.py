@@ -80,3 +80,62 @@ def bead_thickness(
         to_below[passed] = below.distance(points[passed])  # beside a cylinder: the shortest way instead
     to_body = distance_back(points, normals, body.surface)
     return np.maximum(np.minimum(to_below, to_body), 0.0)
+
+
+def thickness_range(
+    loops: list[Floats], surface: Surface, below: Surface | None, body: Body, h_layer_mm: float
+) -> tuple[float, float]:
+    """Least and greatest thickness anywhere along closed curves, between their points too.
+
+    Along a surface the thickness only grows with the distance from where it faces an axis below (the body's,
+    or that of the layer below). So its extremes lie at points of the curves or where a curve passes such a
+    line, which is added.
+
+    Args:
+        loops: (n, 3) points of each closed curve, mm.
+        surface: the layer's.
+        below: the layer below's surface; None for the first layer.
+        body: what the sub-volume stands on.
+        h_layer_mm: the nominal thickness.
+
+    Returns:
+        Least and greatest, mm.
+    """
+    axes = [s.axis_point for s in (body.surface, below) if isinstance(s, Cylinder)]
+    points = np.concatenate([*loops, *(_facing(loop, surface, axis) for loop in loops for axis in axes)])
+    thickness = bead_thickness(points, surface, below, body, h_layer_mm)
+    return float(thickness.min()), float(thickness.max())
+
+
+def _facing(loop: Floats, surface: Surface, axis: tuple[float, float]) -> Floats:
+    """Where a closed curve crosses the line of its surface that faces an axis."""
+    if isinstance(surface, Cylinder):
+        origin = np.asarray(surface.axis_point)
+        across = np.asarray(axis) - origin
+    else:
+        origin, across = np.asarray(axis), np.asarray(surface.normal[:2])
+    side = across[0] * (loop[:, 1] - origin[1]) - across[1] * (loop[:, 0] - origin[0])
+    after = np.roll(side, -1)
+    cut = np.flatnonzero(side * after < 0)
+    share = (side[cut] / (side[cut] - after[cut]))[:, None]
+    points = loop[cut] + share * (np.roll(loop, -1, axis=0)[cut] - loop[cut])
+    return points - surface.distance(points)[:, None] * surface.normals(points)
+
+
+def resampled(loop: Floats, surface: Surface, spacing_mm: float) -> Floats:
+    """A closed curve at about even spacing, its new points put onto its surface.
+
+    Args:
+        loop: (n, 3) its points, mm.
+        surface: what it lies on.
+        spacing_mm: along the curve.
+
+    Returns:
+        (m, 3) mm, at least 8 points.
+    """
+    closed = np.concatenate([loop, loop[:1]])
+    length = np.append(0.0, np.cumsum(np.sqrt((np.diff(closed, axis=0) ** 2).sum(axis=1))))
+    count = max(int(np.ceil(length[-1] / spacing_mm)), 8)
+    at = np.arange(count) / count * length[-1]
+    points = np.stack([np.interp(at, length, closed[:, k]) for k in range(3)], axis=1)
+    return points - surface.distance(points)[:, None] * surface.normals(points)

@@ -73,7 +73,7 @@ def grid_block(where, nu: int, nv: int, nw: int, name: str) -> Mesh:
 
 
 def sector(half_angle: float, inner: float, outer: float, low_z: float, high_z: float, n: int = 12) -> Mesh:
-    """Between two half planes through the axis and two cylinders (faceted, corners on them), around angle 0."""
+    """Between two half planes through the axis and two cylinders (faceted, corners on them)."""
 
     def where(u, v, w):
         r, angle = inner + (outer - inner) * u, half_angle * (2 * v - 1)

@@ -1,0 +1,7 @@
+"""``python -m cell``: the same as the command ``rbam``."""
+
+import sys
+
+from .cli import main
+
+sys.exit(main())

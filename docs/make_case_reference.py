@@ -1,0 +1,65 @@
+"""Write docs/cases.md from the case file's own definition: ``python docs/make_case_reference.py``."""
+
+from __future__ import annotations
+
+import typing
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from cell.config import Case
+
+HEAD = """# Case files
+
+Everything of a run in one YAML file. Only `part` is needed; every other key has the default shown. Lengths in mm and angles in
+degrees, as each key says; paths are relative to the file; unknown keys are errors. Made from the definition in
+`cell/config.py` by `docs/make_case_reference.py`.
+
+"""
+
+
+def reference() -> str:
+    """The whole page."""
+    lines = [HEAD, "| key | default | meaning |\n| --- | --- | --- |\n"]
+    _rows(Case, "", lines)
+    return "".join(lines)
+
+
+def _rows(section: type[BaseModel], prefix: str, lines: list[str]) -> None:
+    for name, field in section.model_fields.items():
+        inner = _section(field.annotation)
+        listed = "[]" if typing.get_origin(field.annotation) is list and inner else ""
+        key = f"{prefix}{name}{listed}"
+        meaning = field.description or (_summary(inner) if inner else "")
+        lines.append(f"| `{key}` | {_default(field, inner)} | {meaning} |\n")
+        if inner is not None:
+            _rows(inner, f"{key}.", lines)
+
+
+def _section(annotation: Any) -> type[BaseModel] | None:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((s for s in map(_section, typing.get_args(annotation)) if s), None)
+
+
+def _summary(section: type[BaseModel]) -> str:
+    return (section.__doc__ or "").split("\n")[0]
+
+
+def _default(field: FieldInfo, inner: type[BaseModel] | None) -> str:
+    if field.is_required():
+        return "needed"
+    value = field.default if field.default is not PydanticUndefined else []
+    if isinstance(value, BaseModel):
+        return ""
+    if value is None:
+        return "none"
+    text = str(list(value) if isinstance(value, tuple) else value)
+    return f"`{text.lower() if isinstance(value, bool) else text}`"
+
+
+if __name__ == "__main__":
+    Path(__file__).with_name("cases.md").write_text(reference(), encoding="utf-8")

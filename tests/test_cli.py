@@ -1,0 +1,171 @@
+"""The command line: exit codes, documents, and that nothing bad gets past it."""
+
+import csv
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from cell.cli import main, parse_roll
+from cell.errors import InputError
+
+REASONS = {"unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity"}
+
+
+def test_check_writes_the_report_and_the_motion(make_case, tmp_path, capsys):
+    report, motion = tmp_path / "r.json", tmp_path / "m.csv"
+    code = main(["check", str(make_case()), "--json", str(report), "--motion", str(motion)])
+    assert code == 0
+    assert "feasible" in capsys.readouterr().out
+    document = json.loads(report.read_text())
+    assert document["schema"] == "rbam-report/1"
+    assert document["verdict"] == "feasible"
+    assert document["table"] == {"E1_deg": 90.0, "E2_deg": 180.0}
+    assert set(document["reasons"]) >= REASONS - {"gravity"}
+    assert document["targets"] == len(document["rows"]) > 10
+    assert document["infeasible"] == 0
+    for row in document["rows"]:
+        assert row["verdict"] == "feasible"
+        assert len(row["q_deg"]) == 6
+        assert np.linalg.norm(row["base_normal"]) == pytest.approx(1.0, abs=1e-6)
+    with motion.open() as file:
+        rows = list(csv.DictReader(file))
+    angles = [f"A{i}_deg" for i in range(1, 7)]
+    assert list(rows[0]) == ["t_s", *angles, "E1_deg", "E2_deg", "arc", "bead", "layer", "target"]
+    t = np.array([float(r["t_s"]) for r in rows])
+    assert (np.diff(t) >= 0).all()
+    assert {r["arc"] for r in rows} == {"0", "1"}
+    # every target's configuration is passed on the way
+    for row in document["rows"]:
+        here = [r for r in rows if int(r["target"]) == row["index"] and r["arc"] == "1"]
+        gap = min(np.abs(np.array([float(r[a]) for a in angles]) - row["q_deg"]).max() for r in here)
+        assert gap < 1e-5
+
+
+def test_infeasible_is_exit_code_one_and_writes_no_motion(make_case, tmp_path, capsys):
+    motion = tmp_path / "m.csv"
+    far = make_case(positioner={"position_mm": [4000, 0, 0]})
+    assert main(["check", str(far), "--json", "-", "--motion", str(motion)]) == 1
+    captured = capsys.readouterr()
+    document = json.loads(captured.out)
+    assert document["verdict"] == "infeasible"
+    assert document["reasons"]["unreachable"] == document["targets"] == document["infeasible"]
+    assert all(row["detail"]["beyond_reach_mm"] > 1000 for row in document["rows"])
+    assert all(row["q_deg"] is None for row in document["rows"])
+    assert not motion.exists()
+    assert "not written" in captured.err
+
+
+BAD = [
+    (["check", "missing.case.yaml"], "missing.case.yaml: no such file"),
+    (["check", "CASE", "--e1", "500"], "E1 = 500 deg is outside"),
+    (["check", "CASE", "--roll", "fixed"], "--roll"),
+    (["check", "CASE", "--json", "no/such/folder/r.json"], "does not exist"),
+    (["slice", "missing.stl", "--body-radius", "20"], "missing.stl"),
+    (["slice", "missing.stl"], "--body-radius"),
+    (["sweep", "CASE", "--e1", "10:0:5"], "--e1"),
+    (["sweep", "CASE", "--e1", "-400:0:5"], "outside the positioner's range"),
+    (["sweep", "CASE", "--workers", "0"], "--workers"),
+    (["replay", "CASE", "--speed", "0"], "--speed"),
+]
+
+
+@pytest.mark.parametrize(("argv", "says"), BAD, ids=[says for _, says in BAD])
+def test_bad_input_is_one_line_and_exit_code_two(argv, says, make_case, capsys):
+    argv = [str(make_case()) if a == "CASE" else a for a in argv]
+    assert main(argv) == 2
+    captured = capsys.readouterr()
+    assert says in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
+
+
+def test_usage_errors_are_one_line(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["check", "--no-such-option"])
+    assert caught.value.code == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", [[], ["check"], ["slice"], ["sweep"], ["replay"], ["scene"]])
+def test_help_teaches(command, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main([*command, "--help"])
+    assert caught.value.code == 0
+    assert len(capsys.readouterr().out) > 300
+
+
+def test_models_and_dimensions_that_do_not_exist_are_named(make_case, capsys):
+    assert main(["check", str(make_case(robot={"model": "kr71"}))]) == 2
+    assert "kr70_r2100" in capsys.readouterr().err
+    assert main(["check", str(make_case(tool={"dimensions": {"stickout_mm": 12}}))]) == 2
+    assert "did you mean stick_out_mm?" in capsys.readouterr().err
+    assert main(["check", str(make_case(robot={"joints": ["A1", "B2"]}))]) == 2
+    assert "no joint named 'B2'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("mesh", "says"),
+    [("open", "not closed"), ("far", "touch"), ("inside", "inside"), ("empty", "boss.stl")],
+)
+def test_unusable_meshes_are_one_line(mesh, says, make_case, tmp_path, capsys):
+    from conftest import boss_mesh
+
+    path = make_case()
+    solid = boss_mesh()
+    if mesh == "open":
+        solid.update_faces(np.arange(len(solid.faces)) > 1)
+    elif mesh == "far":
+        solid.apply_translation([-30, 0, 0])
+    elif mesh == "inside":
+        solid.apply_scale(0.2)
+    solid.export(tmp_path / "boss.stl")
+    if mesh == "empty":
+        (tmp_path / "boss.stl").write_bytes(b"")
+    assert main(["check", str(path)]) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+
+
+def test_roll_texts():
+    assert parse_roll("free") == "free"
+    assert parse_roll("fixed:-30").fixed_deg == -30
+    assert parse_roll("range:-90:90").range_deg == (-90, 90)
+    for bad in ("", "free:1", "fixed:x", "range:1", "range:90:-90", "range:0:999"):
+        with pytest.raises(InputError):
+            parse_roll(bad)
+
+
+def test_slice_writes_the_contract(make_case, tmp_path):
+    layers, targets = tmp_path / "l.json", tmp_path / "t.csv"
+    assert main(["slice", str(make_case()), "--json", str(layers), "--targets", str(targets)]) == 0
+    document = json.loads(layers.read_text())
+    assert document["schema"] == "rbam-slices/1"
+    assert document["units"] == "mm"
+    one = document["sub_volumes"][0]
+    assert one["indices"]["NL"] == len(one["layers"]) >= 3
+    assert one["layers"][0]["surface"] == {"kind": "cylinder", "axis_point": [0.0, 0.0], "radius": 20.0}
+    with targets.open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == one["indices"]["NV"]
+    named = ["index", "sub_volume", "layer", "path", "kind", "thickness_mm"]
+    vectors = [f"{axis}_mm" for axis in "xyz"] + [f"{v}{axis}" for v in "nt" for axis in "xyz"]
+    assert list(rows[0]) == [*named[:-1], *vectors, named[-1]]
+    assert rows[0]["kind"] == "print"
+
+
+def test_slice_takes_a_mesh_alone(make_case, tmp_path, capsys):
+    make_case()
+    for strategy in ("planar", "cylindrical", "nonuniform"):
+        assert main(["slice", str(tmp_path / "boss.stl"), "--body-radius", "20", "--strategy", strategy]) == 0
+        assert strategy in capsys.readouterr().out
+
+
+def test_module_runs_as_a_command():
+    done = subprocess.run(
+        [sys.executable, "-m", "cell", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.startswith("rbam ")

@@ -1,0 +1,69 @@
+"""Case files: what is accepted, and that every error is one line that helps."""
+
+from pathlib import Path
+
+import pytest
+
+from cell.config import load_case, parse_case
+from cell.errors import InputError
+
+MINIMAL = {"part": {"sub_volumes": ["a.stl"], "body": {"radius_mm": 20}}}
+
+
+def test_a_short_case_has_every_section():
+    case = parse_case(MINIMAL)
+    assert case.slicing.strategy == "nonuniform"
+    assert case.roll == "free"
+    assert case.checks.clearance_mm == 5.0
+    assert case.path_of("a.stl") == Path("a.stl")
+
+
+def test_paths_are_relative_to_the_case_file():
+    case = parse_case(MINIMAL, Path("cells") / "blade.case.yaml")
+    assert case.path_of("a.stl") == Path("cells") / "a.stl"
+    assert case.title == "blade"
+
+
+BAD = [
+    ({"prt": {}}, "prt: unknown key; did you mean part?"),
+    ({"part": {"sub_volume": ["a"]}}, "part.sub_volume: unknown key; did you mean sub_volumes?"),
+    ({**MINIMAL, "slicing": {"h_layer": 2}}, "slicing.h_layer: unknown key; did you mean h_layer_mm?"),
+    ({**MINIMAL, "roll": {"fixd_deg": 3}}, "roll.fixd_deg: unknown key; did you mean fixed_deg?"),
+    ({**MINIMAL, "roll": "fre"}, "roll: is free, or"),
+    ({**MINIMAL, "roll": {"range_deg": [30, 10]}}, "low <= high"),
+    ({**MINIMAL, "slicing": {"h_min_mm": 2}}, "h_min_mm <= h_layer_mm <= h_max_mm"),
+    ({**MINIMAL, "slicing": {"h_layer_mm": float("nan")}}, "slicing.h_layer_mm"),
+    ({**MINIMAL, "checks": {"clearance_mm": -1}}, "checks.clearance_mm"),
+    ({**MINIMAL, "expect": "feasable"}, "'feasible' or 'infeasible'"),
+    ({**MINIMAL, "expect": {"verdict": "infeasible", "reasons": ["colision"]}}, "unknown reason 'colision'"),
+    ({**MINIMAL, "fixtures": [{"name": "x"}]}, "exactly one of box, cylinder, mesh"),
+    ({**MINIMAL, "fixtures": [{"name": "x", "bax": {}}]}, "fixtures.0.bax: unknown key; did you mean box?"),
+    ({"part": {"sub_volumes": ["a.stl"], "body": {"radius_mm": 0}}}, "part.body.radius_mm"),
+    ({"part": {"sub_volumes": ["a.stl"]}}, "part.body: needs radius_mm"),
+    ({"part": {"body": {"radius_mm": 2}}}, "needs sub_volumes"),
+    ({"part": {"mesh": "a.stl", "sub_volumes": ["b.stl"]}}, "not both"),
+    ({}, "part: missing"),
+    ([1, 2], "mapping"),
+]
+
+
+@pytest.mark.parametrize(("content", "says"), BAD, ids=[says for _, says in BAD])
+def test_bad_content_is_one_line(content, says):
+    with pytest.raises(InputError) as caught:
+        parse_case(content, "cell.case.yaml")
+    message = str(caught.value)
+    assert says in message
+    assert message.startswith("cell.case.yaml: ")
+    assert "\n" not in message
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"nowhere\.yaml: no such file"):
+        load_case(tmp_path / "nowhere.yaml")
+
+
+def test_broken_yaml_names_the_line(tmp_path):
+    path = tmp_path / "broken.case.yaml"
+    path.write_text("part:\n  sub_volumes: [a.stl\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 3: not YAML"):
+        load_case(path)
