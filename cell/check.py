@@ -19,7 +19,7 @@ import numpy as np
 from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 
-from .collision import Checker, Clearances
+from .collision import Checker
 from .config import REASONS
 from .job import Job
 from .motion import Motion, assemble
@@ -154,7 +154,7 @@ def check(job: Job, E1_deg: float, E2_deg: float) -> Result:
         table=table,
         placed=placed,
         rows=rows,
-        clearance=_least_clearance(job, stretches),
+        clearance=_least_clearance(job, stretches, travels),
         singularity=_least_margin(nodes, stretches),
         sigma=_least_sigma(nodes, stretches),
         gravity=gravity,
@@ -244,19 +244,22 @@ def _q(row: Row | None) -> Floats | None:
     return None if row is None else row.q
 
 
-def _least_clearance(job: Job, stretches: list[Stretch]) -> Least | None:
-    if not stretches:
+def _least_clearance(job: Job, stretches: list[Stretch], travels: list[Any]) -> Least | None:
+    """The nearest anything comes, on the beads and, named by the target they lead to, on the travels."""
+    found = [(s.clearances, s.edge) for s in stretches]
+    leads_to = [s.first for s in stretches[1:]]
+    free = [t for t in travels if not isinstance(t, dict)]
+    if len(free) == len(leads_to):
+        found += [(c, np.full(len(c), first)) for (_, _, c), first in zip(free, leads_to, strict=True)]
+    if not found:
         return None
-    every = Clearances(
-        np.concatenate([s.clearances.distance for s in stretches]),
-        np.concatenate([s.clearances.pair for s in stretches]),
-        np.concatenate([s.clearances.position for s in stretches]),
-    )
-    k = int(np.argmin(every.distance))
-    if not np.isfinite(every.distance[k]):
+    distance = np.concatenate([c.distance for c, _ in found])
+    k = int(np.argmin(distance))
+    if not np.isfinite(distance[k]):
         return None
-    target = int(np.concatenate([s.edge for s in stretches])[k])
-    return Least(float(every.distance[k]), target, tuple(job.scene.geom_name(int(g)) for g in every.pair[k]))
+    pair = np.concatenate([c.pair for c, _ in found])[k]
+    target = int(np.concatenate([t for _, t in found])[k])
+    return Least(float(distance[k]), target, tuple(job.scene.geom_name(int(g)) for g in pair))
 
 
 def _least_margin(nodes: Nodes, stretches: list[Stretch]) -> Least | None:

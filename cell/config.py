@@ -77,9 +77,7 @@ class Slicing(Section):
     h_layer_mm: Positive = 1.73
     h_min_mm: Positive = 1.39
     h_max_mm: Positive = 2.2
-    tolerance_mm: Positive = Field(
-        0.01, description="largest distance of a layer's chords from its exact curve"
-    )
+    tolerance_mm: Positive = Field(0.01, description="largest distance of a layer's chords from its exact curve")
 
     @model_validator(mode="after")
     def _heights_in_order(self) -> Slicing:
@@ -187,9 +185,7 @@ class Checks(Section):
     wrist_deg: NotNegative = 5.0
     elbow_deg: NotNegative = 5.0
     shoulder_mm: NotNegative = 50.0
-    sigma: NotNegative = Field(
-        0.02, description="smallest singular value; arms without a spherical wrist only"
-    )
+    sigma: NotNegative = Field(0.02, description="smallest singular value; arms without a spherical wrist only")
     gravity_max_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null does not limit it"
     )
@@ -216,9 +212,7 @@ class Expect(Section):
 
     verdict: Literal["feasible", "infeasible"]
     infeasible: int | None = Field(None, description="number of infeasible targets")
-    reasons: dict[str, int] | list[str] | None = Field(
-        None, description="counts by reason, or the reasons alone"
-    )
+    reasons: dict[str, int] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
 
     @field_validator("reasons")
     @classmethod
@@ -232,6 +226,9 @@ class Expect(Section):
 class Case(Section):
     """A whole case; see the module's docstring."""
 
+    extends: str | None = Field(
+        None, description="another case this one changes; name, description, expect stay its own"
+    )
     name: str | None = None
     description: str | None = None
     part: Part
@@ -284,7 +281,11 @@ def load_case(path: str | Path) -> Case:
     Raises:
         InputError: the file is missing or no YAML, a key is unknown or a value not allowed; one line.
     """
-    path = Path(path)
+    return parse_case(_read(Path(path), ()), path)
+
+
+def _read(path: Path, within: tuple[Path, ...]) -> object:
+    """A case file's content, with what it extends merged in."""
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -297,7 +298,60 @@ def load_case(path: str | Path) -> Case:
         mark = getattr(error, "problem_mark", None)
         where = f", line {mark.line + 1}" if mark else ""
         raise InputError(f"{path}{where}: not YAML ({getattr(error, 'problem', None) or error})") from None
-    return parse_case(content, path)
+    if not isinstance(content, dict) or "extends" not in content:
+        return content
+    here = path.resolve()
+    if here in within:
+        raise InputError(f"{path}: extends: goes round in a circle")
+    if not isinstance(content["extends"], str):
+        raise InputError(f"{path}: extends: is the name of a case file (is {_short(content['extends'])})")
+    base = _read(path.parent / content["extends"], (*within, here))
+    if not isinstance(base, dict):
+        return content  # parse_case says what is missing
+    kept = {key: value for key, value in base.items() if key not in _OWN}
+    _rebase(kept, Path(content["extends"]).parent)
+    return _merged(kept, content)
+
+
+_OWN = ("extends", "name", "description", "expect")
+_WHOLE = ("roll", "expect")  # of which one form excludes the other: replaced, not merged
+
+
+def _merged(base: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
+    out = dict(base)
+    for key, value in change.items():
+        both = isinstance(value, dict) and isinstance(out.get(key), dict) and key not in _WHOLE
+        out[key] = _merged(out[key], value) if both else value
+    return out
+
+
+def _rebase(content: dict[str, Any], folder: Path) -> None:
+    """Make the paths of a case that is extended relative to the one that extends it."""
+
+    def rebase(section: object, key: str) -> None:
+        if (
+            isinstance(section, dict)
+            and isinstance(section.get(key), str)
+            and (key != "model" or is_path(section[key]))
+        ):
+            section[key] = str(folder / section[key])
+
+    part = content.get("part")
+    rebase(part, "mesh")
+    if isinstance(part, dict):
+        rebase(part.get("body"), "mesh")
+        names = part.get("sub_volumes")
+        if isinstance(names, list):
+            part["sub_volumes"] = [str(folder / name) if isinstance(name, str) else name for name in names]
+    for name in ("robot", "tool", "positioner"):
+        rebase(content.get(name), "model")
+    for fixture in content.get("fixtures") or ():
+        rebase(fixture, "mesh")
+
+
+def is_path(model: str) -> bool:
+    """Whether a model is a file rather than the name of a shipped one."""
+    return "/" in model or "." in model
 
 
 def parse_case(content: object, path: str | Path = "case.yaml") -> Case:

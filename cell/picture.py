@@ -39,8 +39,10 @@ LARGEST = 8192  # pixels a side
 FOVY = 34.0  # deg; a long lens keeps the arm's proportions
 TWIN = 5e-3  # m: a visual geom this close in size to the geom that collides stands for it
 HIDDEN = 4e-3  # m: what a ray meets this near to a point is the point itself
+SHADED = 0.4  # m around the torch
 ARROW = 0.18  # m; past the torch's bend, or the neck would hide it
 RED, GREEN = (0.88, 0.08, 0.06, 1.0), (0.15, 0.65, 0.25, 1.0)
+PALE_RED = (0.95, 0.62, 0.58, 1.0)
 RAMP = np.array([(0.50, 0.10, 0.10), (0.87, 0.33, 0.09), (0.98, 0.78, 0.28)])  # first layer to last
 NO_GL = (
     "cannot render a picture: no OpenGL ({why}); on Debian or Ubuntu install libegl1 and libgl1-mesa-dri "
@@ -172,13 +174,24 @@ class Staging:
 
     def _tint(self, geom: int) -> None:
         m = self.model
-        size = m.geom_aabb[geom, 3:]
-        near = np.abs(m.geom_pos - m.geom_pos[geom]).max(axis=1) + np.abs(m.geom_aabb[:, 3:] - size).max(axis=1)
-        same = (m.geom_bodyid == m.geom_bodyid[geom]) & (VISIBLE[self._looks[1]] == 1)
-        twins = np.flatnonzero(same & (near < TWIN))
-        # two faces in one place would flicker: a visual geom of that size is coloured instead
-        m.geom_rgba[twins if len(twins) else geom] = RED
-        m.geom_group[geom] = self._looks[1][geom] if len(twins) else 2
+        if m.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            m.geom_rgba[geom] = PALE_RED  # it fills the picture
+            return
+        # what is seen in its place is coloured: two faces in one place would flicker
+        mates = (m.geom_bodyid == m.geom_bodyid[geom]) & (VISIBLE[self._looks[1]] == 1)
+        away = np.linalg.norm(m.geom_pos - m.geom_pos[geom], axis=1)
+        size = np.abs(m.geom_aabb[:, 3:] - m.geom_aabb[geom, 3:]).max(axis=1)
+        seen = mates & (away + size < TWIN)
+        if not seen.any() and self.scene.arm_geom[geom]:
+            seen = mates & (away < 0.7 * np.maximum(m.geom_rbound, m.geom_rbound[geom]))
+        m.geom_rgba[seen if seen.any() else geom] = RED
+        m.geom_group[geom] = self._looks[1][geom] if seen.any() else 2
+
+    def shade_closely(self) -> None:
+        """Spend the whole shadow map on what is near the torch, or its shadows would be ragged there."""
+        self.model.vis.map.shadowclip = SHADED / self.model.stat.extent
+        directional = self.model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+        self.data.light_xpos[directional] = self.tcp()[0] - self.data.light_xdir[directional] * 3 * SHADED
 
     def T_world_part(self) -> Floats:
         """Pose of the part as the table stands, (4, 4), m."""
@@ -231,7 +244,9 @@ class Staging:
             i = frame.target
             tip = position[i] + normal[i] * ARROW
             colour = RED if bad[i] else (0.1, 0.3, 0.75, 1.0)
-            _rod(scn, mujoco.mjtGeom.mjGEOM_ARROW, 1.5 * radius[i], position[i], tip, np.array(colour))
+            there = self.result.rows[i].q is not None or self.result.rows[i].attempt is not None
+            width = radius[i] * (0.6 if there else 2.0)  # thinner than the wire that it runs in
+            _rod(scn, mujoco.mjtGeom.mjGEOM_ARROW, width, position[i], tip, np.array(colour))
         if not frame.marks:
             return
         # infeasible ones first: they are what is looked for
@@ -391,7 +406,10 @@ def picture(
     frame = still(result, middle(result) if target is None else target)
     staging = Staging(result)
     staging.pose(frame)
-    return _png(_rendered(staging, frame, camera(staging, view, width / height), width, height))
+    look = camera(staging, view, width / height)
+    if view == "torch":
+        staging.shade_closely()
+    return _png(_rendered(staging, frame, look, width, height))
 
 
 def still(result: Result, target: int) -> Frame:
@@ -413,6 +431,7 @@ def still(result: Result, target: int) -> Frame:
 
 
 def middle(result: Result) -> int:
+    """The target halfway through the motion, or the first infeasible one, best with an attempt."""
     if result.motion is not None:
         return int(result.motion.target[np.searchsorted(result.motion.t_s, result.motion.t_s[-1] / 2)])
     bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
@@ -428,9 +447,11 @@ def _rendered(
     option.geomgroup[:] = VISIBLE
     _choose_backend()
     room = model.ngeom + len(staging.beads.target) + MARKS + 100
+    # PyOpenGL is only there where EGL or OSMesa is used
+    gl_error = getattr(sys.modules.get("OpenGL.error"), "Error", RuntimeError)
     try:
         renderer = mujoco.Renderer(model, height, width, max_geom=room)
-    except (mujoco.FatalError, ImportError, RuntimeError) as error:
+    except (mujoco.FatalError, ImportError, RuntimeError, gl_error) as error:
         raise InputError(NO_GL.format(why=" ".join(str(error).split()) or type(error).__name__)) from None
     with renderer:
         renderer.update_scene(staging.data, view, option)
@@ -444,10 +465,13 @@ def _choose_backend() -> None:
 
     from mujoco.rendering.classic import gl_context
 
+    context = getattr(gl_context, "GLContext", None)
+    if context is None:
+        raise InputError(NO_GL.format(why=f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')} turns it off"))
     if not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         return
     wanted = os.environ.setdefault("MUJOCO_GL", "egl")
-    if wanted != "egl" or gl_context.GLContext.__module__.startswith("mujoco.egl"):
+    if wanted != "egl" or context.__module__.startswith("mujoco.egl"):
         return
     try:
         importlib.reload(gl_context)

@@ -299,15 +299,19 @@ def _opened(staging: Staging, pressed: queue.SimpleQueue[int]) -> mujoco.viewer.
             raise
         raise InputError(f"on macOS the viewer needs mjpython: mjpython -m cell replay ... ({error})") from None
     with viewer.lock():
-        best = camera(staging, "cell", ASPECT)
-        viewer.cam.lookat[:] = best.lookat
-        viewer.cam.distance, viewer.cam.azimuth, viewer.cam.elevation = (
-            best.distance,
-            best.azimuth,
-            best.elevation,
-        )
         viewer.opt.geomgroup[:] = VISIBLE
     return viewer
+
+
+def _look(viewer: mujoco.viewer.Handle, staging: Staging, frame: Frame, view: View) -> None:
+    """Turn the camera to what a view frames; from there on it is the user's."""
+    # the whole cell is looked at from one side: the best for the middle of the motion
+    staging.pose(frame if view == "torch" else still(staging.result, middle(staging.result)))
+    best = camera(staging, view, ASPECT)
+    with viewer.lock():
+        viewer.cam.lookat[:] = best.lookat
+        viewer.cam.distance, viewer.cam.azimuth = best.distance, best.azimuth
+        viewer.cam.elevation = best.elevation
 
 
 def _play(viewer: mujoco.viewer.Handle, staging: Staging, player: Player, pressed: queue.SimpleQueue[int]) -> None:

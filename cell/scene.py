@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ik.chain import Chain, Floats
 from ik.roll import wrap
 
-from .config import MODELS_DIR, Case, Fixture
+from .config import MODELS_DIR, Case, Fixture, is_path
 from .deposit import PartShape
 from .errors import InputError
 from .place import METRES_PER_MM
@@ -225,7 +225,7 @@ def _speeds(model: mujoco.MjModel, case: Case) -> Floats:
 def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
     """A shipped model by name, or any MJCF by its path."""
     shipped = MODELS_DIR / name / f"{name}.xml"
-    path = shipped if "/" not in name and "." not in name else case.path_of(name)
+    path = case.path_of(name) if is_path(name) else shipped
     if not path.is_file():
         known = sorted(p.parent.name for p in MODELS_DIR.glob("*/*.xml"))
         raise InputError(

@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 from . import closed_form, dls
 from .chain import Chain, Floats
 from .limits import excess, with_turns
-from .roll import RollWindow
+from .roll import RollWindow, wrap
 
 SOLVERS = ("auto", "closed_form", "dls")
-DLS_KEPT = 8  # distinct solutions kept of a pose
+DLS_KEPT = 8  # distinct solutions kept of a pose, not counting whole turns
+TWIN = 1e-4  # rad; solutions closer than this are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +83,7 @@ class Solver:
             raise ValueError(f"solver {kind!r}: allowed are {', '.join(SOLVERS)}")
         geometry = closed_form.recognise(chain)
         if kind == "closed_form" and geometry is None:
-            raise ValueError(
-                "solver closed_form: this arm has none (it needs A2 parallel to A3 and a spherical wrist)"
-            )
+            raise ValueError("solver closed_form: this arm has none (it needs A2 parallel to A3 and a spherical wrist)")
         return cls(chain, None if kind == "dls" else geometry, geometry)
 
     @property
@@ -105,7 +104,7 @@ class Solver:
             return self._by_least_squares(Ts_base_tcp)
         raw = closed_form.solve(self.form, Ts_base_tcp)
         return Candidates(
-            q=_trim(with_turns(self.chain, raw)),
+            q=with_turns(self.chain, raw, packed=True),
             raw=raw,
             over=excess(self.chain, raw),
             reach_excess=closed_form.reach_excess(self.form, Ts_base_tcp),
@@ -115,19 +114,15 @@ class Solver:
     def _by_least_squares(self, Ts: Floats) -> Candidates:
         found = dls.solve(self.chain, Ts, RollWindow.fixed(0.0), seeds=self.seeds)
         q = np.where(found.ok[..., None], found.q, np.nan)
-        # a solution that an earlier seed found already is no new one
-        gap = np.abs(q[:, :, None] - q[:, None]).max(axis=-1)
-        twin = np.tril(gap < 1e-4, k=-1).any(axis=2)
+        # what an earlier seed found already, perhaps a whole turn away, is no new configuration
+        gap = np.abs(wrap(q[:, :, None] - q[:, None])).max(axis=-1)
+        twin = np.tril(gap < TWIN, k=-1).any(axis=2)
         order = np.argsort(twin | ~found.ok, axis=1, kind="stable")[:, :DLS_KEPT]
         q[twin] = np.nan
+        q = with_turns(self.chain, np.take_along_axis(q, order[..., None], axis=1))
+        q = q.reshape(len(Ts), -1, self.chain.n)
+        most = max(int(np.isfinite(q[..., 0]).sum(axis=1).max(initial=0)), 1)
+        order = np.argsort(np.isnan(q[..., 0]), axis=1, kind="stable")[:, :most]
         q = np.take_along_axis(q, order[..., None], axis=1)[:, None]
         nothing = np.full((len(Ts), 1, self.chain.n), np.nan)
         return Candidates(q, nothing, nothing, np.full(len(Ts), np.nan), exhaustive=False)
-
-
-def _trim(q: Floats) -> Floats:
-    """Leave out standings that no pose uses (most arms have one turn of most joints)."""
-    used = np.isfinite(q[..., 0]).any(axis=(0, 1))
-    used[0] = True
-    # standings are filled from the front, so that what is unused is a tail only for single joints; keep order
-    return q[:, :, used]

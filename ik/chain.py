@@ -80,7 +80,7 @@ class Chain:
         n = len(self.origins)
         if self.axes.shape != (n, 3) or not np.allclose(np.linalg.norm(self.axes, axis=1), 1.0, atol=1e-9):
             raise ValueError("a chain needs one unit axis per joint")
-        if not (np.all(np.isfinite(self.lower)) and np.all(self.lower < self.upper)):
+        if not np.all(np.isfinite(self.upper - self.lower) & (self.lower < self.upper)):
             raise ValueError("a chain needs finite joint limits with lower < upper")
 
     @property

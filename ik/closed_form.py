@@ -10,19 +10,25 @@ Branch b = 4 * shoulder + 2 * elbow + wrist, each 0 or 1. Away from a singularit
 Metres and radians.
 
 Source: the arm by plane geometry (wrist centre on a circle about A1's axis, then two circles), the wrist by
-Paden-Kahan subproblems; the class is that of Brandstoetter, Angerer, Hofbaur 2014 (ortho-parallel basis with a
-spherical wrist), here without their restriction on the wrist's angles.
+Paden-Kahan subproblems, worked out for both its signs at once; the class is that of Brandstoetter, Angerer, Hofbaur
+2014 (ortho-parallel basis with a spherical wrist), here without their restriction on the wrist's angles.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .chain import Chain, Floats, rotation_about
 
 BRANCHES = 8
+BLOCK = 1024  # poses worked on at a time: what fits a core's cache
+TURN = 2 * np.pi
+ROUNDING = 1e-10  # how far out of reach (m, or a cosine) still counts as on the edge
+NEAR_STRAIGHT = 1e-3  # sine between A4 and A6 below which only the sum of their angles is sharp
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +58,11 @@ class SphericalWristArm:
     upper_arm: complex
     forearm: complex
     sign_3: float
+
+    @cached_property
+    def wrist(self) -> _Wrist:
+        """Constants of the last three joints."""
+        return _wrist_of(self)
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -131,25 +142,86 @@ def reach_excess(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
         (...) m: positive beyond the reach, negative where the arm cannot fold up enough, 0 where it gets there (over
         the better of facing forwards and backwards).
     """
-    h, rho = _plane_coordinates(form, wrist_centre(form, Ts_base_tcp))[:2]
+    v = (wrist_centre(form, Ts_base_tcp) - form.origin) @ form.wrist.to_own.T
+    rho = _radius(form, v[..., 0], v[..., 1])[0]
     low, high = form.reach
-    out = np.full((*np.shape(h), 2), np.inf)
+    out = np.empty((*rho.shape, 2))
     for i, sign in enumerate((1.0, -1.0)):
-        s = np.hypot(h - form.zeta_2.real, sign * np.nan_to_num(rho) - form.zeta_2.imag)
+        s = np.hypot(v[..., 2] - form.zeta_2.real, sign * rho - form.zeta_2.imag)
         out[..., i] = np.maximum(s - high, 0.0) - np.maximum(low - s, 0.0)
-    out[np.isnan(rho)] = -abs(form.lateral)  # inside the cylinder that the lateral offset keeps from A1
     best = np.argmin(np.abs(out), axis=-1)
-    return np.take_along_axis(out, best[..., None], axis=-1)[..., 0]
+    out = np.take_along_axis(out, best[..., None], axis=-1)[..., 0]
+    # inside the cylinder that the lateral offset keeps from A1
+    return np.where(np.isnan(rho), np.hypot(v[..., 0], v[..., 1]) - abs(form.lateral), out)
 
 
-def _plane_coordinates(form: SphericalWristArm, centre: Floats) -> tuple[Floats, Floats, Floats]:
-    v = centre - form.origin
-    h = v @ form.axes[0]
-    u_r, u_b = v @ form.e_r, v @ form.axes[1]
-    square = u_r**2 + u_b**2 - form.lateral**2
-    # a rounding error below zero is a wrist centre exactly on the edge
-    rho = np.sqrt(np.where(square < -1e-12, np.nan, np.maximum(square, 0.0)))
-    return h, rho, np.arctan2(u_b, u_r)
+@dataclass(frozen=True, eq=False)
+class _Wrist:
+    """What A4, A5, A6 need, with vectors in the arm's own axes (r, b, h): forwards, along A2, along A1.
+
+    A5 turns A6's axis round a circle whose height along A4 is ``k + r cos(delta)``, delta counted from ``base``.
+
+    Attributes:
+        to_own: the arm's axes as rows, (3, 3), base frame.
+        pose_map: maps the upper three rows of a TCP pose, flattened, to A6's axis, ``n``, ``n x`` and the wrist
+            centre, in the arm's axes, (12, 12).
+        w4: A4's axis, (3,).
+        p: across A4, where A6's axis lies at delta = 0, (3,).
+        s: w4 cross p, (3,).
+        base: A5 at delta = 0, rad.
+        low: 1 - (k + r), high: 1 + (k - r); both 0 where A5 is at right angles to A4 and A6.
+        r: see above.
+        lead_4: A6's axis against A4 as it turns: constant, cosine and sine parts along p, p, s.
+        lead_6: A4's axis against A6, likewise.
+    """
+
+    to_own: Floats
+    pose_map: Floats
+    w4: Floats
+    p: Floats
+    s: Floats
+    base: float
+    low: float
+    high: float
+    r: float
+    lead_4: tuple[float, float, float]
+    lead_6: tuple[float, float, float]
+
+
+def _wrist_of(form: SphericalWristArm) -> _Wrist:
+    w4, w5, w6 = form.axes[3:]
+    flat_6, across_6, side_6 = w5 * (w5 @ w6), w6 - w5 * (w5 @ w6), np.cross(w5, w6)
+    flat_4, across_4, side_4 = w5 * (w5 @ w4), w4 - w5 * (w5 @ w4), np.cross(w5, w4)
+    a, b = float(w4 @ across_6), float(w4 @ side_6)
+    base, r, k = float(np.arctan2(b, a)), float(np.hypot(a, b)), float(w4 @ flat_6)
+    c, s = np.cos(base), np.sin(base)
+    turn_6, swing_6 = c * across_6 + s * side_6, c * side_6 - s * across_6
+    turn_4, swing_4 = c * across_4 - s * side_4, c * side_4 + s * across_4
+    axis_s, axis_n = swing_6 / np.linalg.norm(swing_6), swing_4 / np.linalg.norm(swing_4)
+    axis_p, axis_m = np.cross(axis_s, w4), np.cross(axis_n, w6)
+    to_own = np.array([form.e_r, form.axes[1], form.axes[0]])
+    K = np.zeros((4, 4))
+    K[:3, :3] = form.R_tcp_0.T @ np.column_stack([w6, axis_m, axis_n])
+    K[:3, 3], K[3, 3] = form.wrist_in_tcp, 1.0
+    low, high = 1 - (k + r), 1 + (k - r)
+    return _Wrist(
+        to_own=to_own,
+        pose_map=np.kron(to_own, K.T),
+        w4=to_own @ w4,
+        p=to_own @ axis_p,
+        s=to_own @ axis_s,
+        base=base,
+        low=low if abs(low) > 1e-12 else 0.0,
+        high=high if abs(high) > 1e-12 else 0.0,
+        r=r,
+        lead_4=_cleaned(flat_6 @ axis_p, turn_6 @ axis_p, float(np.linalg.norm(swing_6))),
+        lead_6=_cleaned(flat_4 @ axis_m, turn_4 @ axis_m, float(np.linalg.norm(swing_4))),
+    )
+
+
+def _cleaned(*values: float) -> tuple[float, float, float]:
+    a, b, c = (0.0 if abs(v) < 1e-14 else float(v) for v in values)
+    return a, b, c
 
 
 def solve(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
@@ -160,64 +232,117 @@ def solve(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
         Ts_base_tcp: (..., 4, 4), m, base frame.
 
     Returns:
-        (..., 8, 6) rad, each angle in [-pi, pi); NaN rows where a branch does not exist. Joint limits are not
-        looked at.
+        (..., 8, 6) rad, each angle in [-pi, pi]; NaN rows where a branch does not exist. With A4 and A6 in line, A4
+        stands at zero and A6 does the turning. Joint limits are not looked at.
     """
     shape = Ts_base_tcp.shape[:-2]
     Ts = Ts_base_tcp.reshape(-1, 4, 4)
-    arm = _arm_angles(form, wrist_centre(form, Ts))
-    S = _wrist_rotation(form, arm, Ts[:, None, :3, :3])
-    q = np.concatenate([np.repeat(arm, 2, axis=1), _wrist_angles(form, S)], axis=-1)
-    q[np.isnan(q).any(axis=-1)] = np.nan
-    return ((q + np.pi) % (2 * np.pi) - np.pi).reshape(*shape, BRANCHES, 6)
+    out = np.empty((len(Ts), BRANCHES, 6))
+    for first in range(0, len(Ts), BLOCK):
+        block = slice(first, first + BLOCK)
+        out[block] = _solve_block(form, Ts[block])
+    return out.reshape(*shape, BRANCHES, 6)
 
 
-def _arm_angles(form: SphericalWristArm, centre: Floats) -> Floats:
-    """A1, A2, A3 of the four arm branches, (m, 4, 3)."""
-    h, rho, azimuth = _plane_coordinates(form, centre)
-    arm = np.empty((len(h), 4, 3))
+def _solve_block(form: SphericalWristArm, Ts: Floats) -> Floats:
+    """As :func:`solve`, (m, 4, 4) -> (m, 8, 6); poses run along the last axis inside."""
+    wrist = form.wrist
+    m = len(Ts)
+    vectors = (wrist.pose_map @ Ts[:, :3].reshape(m, 12).T).reshape(3, 4, m)
+    vectors[:, 3] -= (wrist.to_own @ form.origin)[:, None]
+    u_r, u_b, h = vectors[:, 3]
+    rho, phi = _radius(form, u_r, u_b)
+    azimuth = np.arctan2(u_b, u_r)
+    q = np.empty((2, 2, 2, 6, m))  # shoulder, elbow, wrist, joint
+    straight = np.empty((2, 2, m), dtype=bool)
+    for shoulder in range(2):
+        q1 = azimuth - phi if shoulder == 0 else azimuth + phi - np.pi
+        q[shoulder, :, :, 0] = q1
+        c, s = np.cos(q1), np.sin(q1)
+        x, y, z = vectors[:, :3]
+        x, y = c * x + s * y, c * y - s * x
+        for elbow, (q2, q3) in enumerate(_elbows(form, h, rho if shoulder == 0 else -rho)):
+            here = q[shoulder, elbow]
+            here[:, 1], here[:, 2] = q2, form.sign_3 * q3
+            c, s = np.cos(q2 + q3), np.sin(q2 + q3)
+            straight[shoulder, elbow] = _wrist_angles(wrist, (c * x - s * z, y, c * z + s * x), here)
+    q -= TURN * np.floor((q + np.pi) / TURN)
+    out = np.ascontiguousarray(q.reshape(BRANCHES, 6, m).transpose(2, 0, 1))
+    out[np.isnan(out[..., 3:5]).any(axis=-1)] = np.nan  # what has no arm has no wrist either
+    at = np.argwhere(np.repeat(straight.reshape(4, m), 2, axis=0).T)
+    if len(at):
+        pose, branch = at.T
+        out[pose, branch, 5] = _last_angle(form, out[pose, branch], Ts[pose, :3, :3])
+    return out
+
+
+def _radius(form: SphericalWristArm, u_r: Floats, u_b: Floats) -> tuple[Floats, Floats]:
+    """The wrist centre's radius in the arm's plane, and that plane's angle against it."""
+    distance, offset = np.sqrt(u_r * u_r + u_b * u_b), abs(form.lateral)
+    # a rounding error inside is a wrist centre exactly on the edge
+    square = np.maximum(distance - offset, 0.0) * (distance + offset)
+    rho = np.sqrt(np.where(distance < offset - ROUNDING, np.nan, square))
+    return rho, np.arctan2(form.lateral, rho)
+
+
+def _elbows(form: SphericalWristArm, h: Floats, rho: Floats) -> list[tuple[Floats, Floats]]:
+    """A2 and A3 (as an angle about A2's axis) of both elbows, each (m,)."""
     la, lf = abs(form.upper_arm), abs(form.forearm)
-    bend = np.angle(form.forearm) - np.angle(form.upper_arm)
-    for shoulder, sign in enumerate((1.0, -1.0)):
-        q1 = azimuth - np.arctan2(form.lateral, sign * rho)
-        t = h + 1j * sign * rho - form.zeta_2
-        cosine = (np.abs(t) ** 2 - la**2 - lf**2) / (2 * la * lf)
-        cosine = np.where(np.abs(cosine) > 1 + 1e-12, np.nan, np.clip(cosine, -1.0, 1.0))
-        for elbow, side in enumerate((1.0, -1.0)):
-            q3 = side * np.arccos(cosine) - bend  # as an angle about A2
-            q2 = np.angle(t) - np.angle(form.upper_arm + np.exp(1j * q3) * form.forearm)
-            arm[:, 2 * shoulder + elbow] = np.stack([q1, q2, form.sign_3 * q3], axis=-1)
-    return arm
+    zero_2, zero_3 = float(np.angle(form.upper_arm)), float(np.angle(form.forearm))
+    up, out = h - form.zeta_2.real, rho - form.zeta_2.imag
+    cosine = (up * up + out * out - (la * la + lf * lf)) / (2 * la * lf)
+    cosine = np.where(np.abs(cosine) > 1 + ROUNDING, np.nan, np.clip(cosine, -1.0, 1.0))
+    bend = np.arccos(cosine)
+    inner = np.arctan2(lf * np.sqrt((1 - cosine) * (1 + cosine)), la + lf * cosine)
+    towards = np.arctan2(out, up) - zero_2
+    return [(towards - inner, bend + zero_2 - zero_3), (towards + inner, zero_2 - zero_3 - bend)]
 
 
-def _wrist_rotation(form: SphericalWristArm, arm: Floats, R_base_tcp: Floats) -> Floats:
-    """What A4, A5, A6 have to turn, (m, 4, 3, 3), in the frame of the arm at zero."""
-    E1 = rotation_about(form.axes[0], arm[..., 0])
-    E23 = rotation_about(form.axes[1], arm[..., 1] + form.sign_3 * arm[..., 2])
-    return np.swapaxes(E1 @ E23, -1, -2) @ R_base_tcp @ form.R_tcp_0.T
+def _wrist_angles(wrist: _Wrist, turned: tuple[Floats, Floats, Floats], out: Floats) -> NDArray[np.bool_]:
+    """A4, A5, A6 of both wrists.
+
+    Args:
+        wrist: the constants.
+        turned: r, b and h components of A6's axis and the two directions across it, with A1 to A3 taken out,
+            (3, m) each.
+        out: where the angles go, (2, 6, m).
+
+    Returns:
+        (m,): where A4 and A6 are so close to a line that A6 needs working out from A4.
+    """
+    height, along_m, along_n = wrist.w4[0] * turned[0] + wrist.w4[1] * turned[1] + wrist.w4[2] * turned[2]
+    x, y, z = turned[0][0], turned[1][0], turned[2][0]
+    v_p = wrist.p[0] * x + wrist.p[1] * y + wrist.p[2] * z
+    v_s = wrist.s[0] * x + wrist.s[1] * y + wrist.s[2] * z
+    across = v_p * v_p + v_s * v_s
+    # 1 - height and 1 + height; the smaller one from the part across, where nothing cancels
+    far = 1 + np.abs(height)
+    near, up = across / far, height > 0
+    low = np.where(up, near, far) - wrist.low
+    high = np.where(up, far, near) - wrist.high
+    outside = np.minimum(low, high) < -ROUNDING
+    low, high = np.maximum(low, 0.0), np.where(outside, np.nan, np.maximum(high, 0.0))
+    root = np.sqrt(low * high)
+    delta = np.arctan2(root, (high - low) / 2)
+    c, s = (high - low) / (2 * wrist.r), root / wrist.r
+    lead_4 = np.arctan2(wrist.lead_4[2] * s, wrist.lead_4[0] + wrist.lead_4[1] * c)
+    lead_6 = np.arctan2(wrist.lead_6[2] * s, wrist.lead_6[0] + wrist.lead_6[1] * c)
+    a4, a6 = np.arctan2(v_s, v_p), -np.arctan2(along_n, along_m)
+    aligned = across < 1e-24  # any split will do: A4 stays at zero
+    for side, angles in zip((1.0, -1.0), out, strict=True):
+        angles[3] = np.where(aligned, 0.0, a4 - side * lead_4)
+        angles[4] = wrist.base + side * delta
+        angles[5] = a6 - side * lead_6
+    return across < NEAR_STRAIGHT**2
 
 
-def _wrist_angles(form: SphericalWristArm, S: Floats) -> Floats:
-    """A4, A5, A6 of both wrist branches, (m, 8, 3), wrist varying fastest."""
-    w4, w5, w6 = form.axes[3:]
-    v = S @ w6
-    along = w5 * (w5 @ w6)
-    a, b = w4 @ (w6 - along), w4 @ np.cross(w5, w6)
-    ratio = (v @ w4 - w4 @ along) / np.hypot(a, b)
-    ratio = np.where(np.abs(ratio) > 1 + 1e-9, np.nan, np.clip(ratio, -1.0, 1.0))
-    n6 = np.cross(w6, np.eye(3)[np.argmin(np.abs(w6))])
-    n6 /= np.linalg.norm(n6)
-    out = np.empty((*v.shape[:-1], 2, 3))
-    for wrist, side in enumerate((1.0, -1.0)):
-        q5 = np.arctan2(b, a) + side * np.arccos(ratio)
-        E5 = rotation_about(w5, q5)
-        x = E5 @ w6
-        x, y = x - w4 * (x @ w4)[..., None], v - w4 * (v @ w4)[..., None]
-        # with A4 and A6 in line any split will do: A4 stays at zero
-        q4 = np.arctan2(np.cross(x, y) @ w4, np.einsum("...i,...i->...", x, y))
-        q4 = np.where(np.einsum("...i,...i->...", x, x) < 1e-24, 0.0, q4)
-        E45 = rotation_about(w4, q4) @ E5
-        turned = np.einsum("...ji,...j->...i", E45, S @ n6)
-        q6 = np.arctan2(np.cross(n6, turned) @ w6, turned @ n6)
-        out[..., wrist, :] = np.stack([q4, q5, q6], axis=-1)
-    return out.reshape(v.shape[0], -1, 3)
+def _last_angle(form: SphericalWristArm, q: Floats, R_base_tcp: Floats) -> Floats:
+    """A6 that completes A1 to A5, (m, 6) and (m, 3, 3) -> (m,) rad."""
+    w = form.axes
+    R = rotation_about(w[0], q[:, 0]) @ rotation_about(w[1], q[:, 1] + form.sign_3 * q[:, 2])
+    R = R @ rotation_about(w[3], q[:, 3]) @ rotation_about(w[4], q[:, 4])
+    left = np.swapaxes(R, 1, 2) @ R_base_tcp @ form.R_tcp_0.T
+    x = np.cross(w[5], np.eye(3)[int(np.argmin(np.abs(w[5])))])
+    x /= np.linalg.norm(x)
+    turned = left @ x
+    return np.arctan2(turned @ np.cross(w[5], x), turned @ x)

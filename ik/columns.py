@@ -1,8 +1,7 @@
 """A chain with configurations as columns: the same kinematics as :mod:`ik.chain`, laid out for thousands at a time.
 
 Every quantity is an array whose last axis runs over the configurations, so that each numpy call is one pass over
-contiguous memory. Only element-wise arithmetic is used: a column's result never depends on its neighbours, down to
-the last bit::
+contiguous memory. A column's result never depends on its neighbours, down to the last bit::
 
     arm = ColumnChain.of(chain)
     tool, axes, points = arm.frames(q)      # q (n, m) rad
@@ -168,9 +167,11 @@ def solve_damped(A: Floats, b: Floats, damping: Floats) -> Floats:
         ``A^T (A A^T + damping)^-1 b``, (n, m): the minimiser of |A x - b|^2 + damping |x|^2.
     """
     r, _, m = A.shape
+    if m == 1:  # einsum sums a lone column in another order than one among many
+        return solve_damped(np.repeat(A, 2, axis=2), np.repeat(b, 2, axis=1), np.repeat(damping, 2))[:, :1]
     M = np.empty((r, r + 1, m))  # the lower part is never read
     for i in range(r):
-        np.add.reduce(A[i] * A[i:], axis=1, out=M[i, i:r])
+        np.einsum("nm,knm->km", A[i], A[i:], out=M[i, i:r])
         M[i, i] += damping
     M[:, r] = b
     pivots = []
@@ -185,7 +186,7 @@ def solve_damped(A: Floats, b: Floats, damping: Floats) -> Floats:
         for k in range(i + 1, r):
             rest = rest - M[i, k] * y[k]
         np.multiply(rest, pivots[i], out=y[i])
-    return np.add.reduce(A * y[:, None], axis=0)
+    return np.einsum("rnm,rm->nm", A, y)
 
 
 def _frame_along(axis: Floats) -> Floats:

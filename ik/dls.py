@@ -30,11 +30,11 @@ POSITION_TOLERANCE = 1e-7  # m
 ANGLE_TOLERANCE = 1e-7  # rad
 LENGTH_SCALE = 0.5  # m that count as much as one radian in the error
 FINISHED = 1e-18  # squared error of a solution that further steps cannot improve
-DAMPING = 0.05  # lambda as a share of the squared error
-LARGEST_STEP = 0.6  # rad a joint: the linear model is not worth more
+DAMPING = 0.025  # lambda as a share of the squared error
+LARGEST_STEP = 1.3  # rad a joint: the linear model is not worth more
 PATIENCE = 6  # steps without a gain of PROGRESS after which a start is given up
 PROGRESS = 0.99
-WIDTH = 1024  # rows worked on at a time: what fits a core's cache
+WIDTH = 2048  # rows worked on at a time: what fits a core's cache
 WAVES = (1, 1, 2, 4)  # seeds tried between looks at which targets have enough
 TURN = 2 * np.pi
 
@@ -166,9 +166,7 @@ def spread(chain: Chain, count: int, rng_seed: int = 0) -> Floats:
     return chain.lower + u * (chain.upper - chain.lower)
 
 
-def follow(
-    chain: Chain, Ts_base_target: Floats, q0: Floats, window: RollWindow, *, max_iterations: int = 30
-) -> Found:
+def follow(chain: Chain, Ts_base_target: Floats, q0: Floats, window: RollWindow, *, max_iterations: int = 30) -> Found:
     """Bring one guess per target onto its target.
 
     Args:
@@ -276,10 +274,13 @@ def _advance(
 def _step(arm: ColumnChain, q: Floats, A: Floats, e: Floats, size: Floats, whole_turns: bool) -> None:
     """One damped step, in place."""
     turns = (arm.upper - arm.lower >= TURN - 1e-9) & whole_turns
-    # a joint at its limit that the error pulls outwards is held for this step
-    pull = np.add.reduce(A * e[:, None], axis=0)
-    held = (((q <= arm.lower) & (pull < 0)) | ((q >= arm.upper) & (pull > 0))) & ~turns
-    A *= ~held
+    low, high = (q <= arm.lower) & ~turns, (q >= arm.upper) & ~turns
+    edge = np.flatnonzero((low | high).any(axis=0))
+    if len(edge):
+        # a joint at its limit that the error pulls outwards is held for this step
+        B = np.take(A, edge, axis=2)
+        pull = np.einsum("rnm,rm->nm", B, np.take(e, edge, axis=1))
+        A[:, :, edge] = B * ~((low[:, edge] & (pull < 0)) | (high[:, edge] & (pull > 0)))
     dq = solve_damped(A, e, DAMPING * np.minimum(size, 1.0) + 1e-12)
     dq *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(dq).max(axis=0), 1e-12))
     q += dq

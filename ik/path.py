@@ -1,8 +1,8 @@
 """One configuration per target along a bead, none of them a jump.
 
 Nodes are target x roll x configuration; an edge joins neighbouring targets where the roll moves at most one sample, no
-joint moves further than a motion without a flip does, and the joints are fast enough for the deposition. A dynamic programme finds the cheapest way through; where there is none it says
-between which targets the way is cut::
+joint moves further than a motion without a flip does, and the joints are fast enough for the deposition. A dynamic
+programme finds the cheapest way through; where there is none it says between which targets the way is cut::
 
     runs = best_runs(q, cost, times, speed, circular=True)
     for run in runs:                       # stretches that can be run through, in order
@@ -23,6 +23,7 @@ from .chain import Floats
 
 Ints = NDArray[np.int64]
 ROLL_COST = 0.05  # s a sample: a steady torch is better than a swinging one
+SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; standing still is preferred
 LARGEST_STEP = np.deg2rad(60.0)  # a flip of wrist, elbow or shoulder turns some joint further
 Edge = tuple[tuple[int, int, int], tuple[int, int, int]]
 
@@ -73,72 +74,128 @@ def best_runs(
     Returns:
         Runs in order. Targets without any node belong to no run; two runs that touch are cut for want of an edge.
     """
+    blocked = blocked or {}
+    usable = np.isfinite(cost) & np.isfinite(q).all(axis=-1)
+    price = np.moveaxis(np.where(usable, cost, np.inf), 1, -1)
+    nodes = np.moveaxis(q, (1, -1), (-1, 1))  # (t, n, g, k, r): the roll, along which all are alike, runs fastest
     runs: list[Run] = []
-    here = cost[0] if start_cost is None else cost[0] + start_cost
+    here = price[0] if start_cost is None else price[0] + np.nan_to_num(np.moveaxis(start_cost, 0, -1), nan=np.inf)
     start = 0
     back: list[Ints] = []
     for i in range(1, len(q) + 1):
-        ways = None
-        if i < len(q) and np.isfinite(here).any():
-            forbidden = (blocked or {}).get(i - 1, set())
-            ways = _forward(here, q[i - 1], q[i], times[i - 1], speed, largest_step, circular, forbidden)
-            total = ways[0] + cost[i]
+        open_here = np.isfinite(here)
+        if i < len(q) and open_here.any():
+            ends = _Ends(nodes[i - 1], here, nodes[i], price[i])
+            limits = _Limits(speed, float(times[i - 1]), largest_step, circular)
+            arrived, origin = _forward(ends, limits, blocked.get(i - 1, set()))
+            total = arrived + price[i]
             if np.isfinite(total).any():
                 here = total
-                back.append(ways[1])
+                back.append(origin)
                 continue
-        if np.isfinite(here).any():
+        if open_here.any():
             runs.append(_trace(here, back, start))
         if i < len(q):
-            here, start, back = cost[i], i, []
+            here, start, back = price[i], i, []
     return runs
 
 
-def _forward(
-    here: Floats,
-    q0: Floats,
-    q1: Floats,
-    time: float,
-    speed: Floats,
-    largest_step: float,
-    circular: bool,
-    forbidden: set[Edge],
-) -> tuple[Floats, Ints]:
-    """Cost of arriving at every node of the next target, and where from (roll shift, standing)."""
-    best = np.full(q1.shape[:-1], np.inf)
-    origin = np.zeros((*q1.shape[:-1], 2), dtype=np.int64)
-    for shift in (0, -1, 1) if len(here) > 1 else (0,):
-        came = np.roll(here, shift, axis=0)
-        from_q = np.roll(q0, shift, axis=0)
-        if shift and not circular:
-            came[0 if shift > 0 else -1] = np.inf
-        # (r, g, k_to, k_from, n): standings of the same group alone
-        move = np.abs(q1[:, :, :, None] - from_q[:, :, None])
-        needed = (move / speed).max(axis=-1)
-        price = needed + came[:, :, None] + ROLL_COST * abs(shift)
-        allowed = (move.max(axis=-1) <= largest_step) & (needed <= time)  # NaN compares false
-        price = np.where(allowed, price, np.inf)
-        _forbid(price, shift, forbidden, len(here))
-        k = np.argmin(price, axis=-1)
-        arrived = np.take_along_axis(price, k[..., None], axis=-1)[..., 0]
-        better = arrived < best
-        best = np.where(better, arrived, best)
-        origin[better] = np.stack([np.full_like(k, shift), k], axis=-1)[better]
+@dataclass(frozen=True, eq=False)
+class _Ends:
+    """Two neighbouring targets: configurations (n, g, k, r) and cost so far or to come (g, k, r)."""
+
+    q0: Floats
+    here: Floats
+    q1: Floats
+    price: Floats
+
+    def shared(self) -> tuple[Ints, Ints, Ints]:
+        """Groups open at both, and their standings open at the first and at the second."""
+        a = np.any(np.isfinite(self.here), axis=-1)
+        b = np.any(np.isfinite(self.price), axis=-1)
+        g = np.flatnonzero(np.any(a, axis=1) & np.any(b, axis=1))
+        return g, np.flatnonzero(a[g].any(axis=0)), np.flatnonzero(b[g].any(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class _Limits:
+    """What an edge has to keep; see :func:`best_runs`."""
+
+    speed: Floats
+    time: float
+    largest_step: float
+    circular: bool
+
+
+def _forward(ends: _Ends, limits: _Limits, forbidden: set[Edge]) -> tuple[Floats, Ints]:
+    """Cost of arriving at every node of the second target, and where from (g, k, r; a flat index of the same)."""
+    shape = ends.here.shape
+    best, origin = np.full(shape, np.inf), np.zeros(shape, dtype=np.int64)
+    g, k0, k1 = ends.shared()
+    if not len(g):
+        return best, origin
+    rolls = shape[-1]
+    shifts = SHIFTS if rolls > 1 else SHIFTS[:1]
+    # (n, g, k1, shift, k0, r): standings of the same group alone
+    from_q = _shifted(ends.q0[:, g[:, None], k0], shifts, limits.circular)[:, :, None]
+    to_q = ends.q1[:, g[:, None], k1][:, :, :, None, None]
+    came = _shifted(ends.here[g[:, None], k0], shifts, limits.circular)
+    came += ROLL_COST * np.abs(shifts)[:, None, None]
+    needed, furthest = _moves(from_q, to_q, limits.speed)
+    allowed = (furthest <= limits.largest_step) & (needed <= limits.time)  # NaN compares false
+    price = np.where(allowed, needed + came[:, None], np.inf)
+    _forbid(price, forbidden, (g, k0, k1), shifts)
+    price = price.reshape(len(g), len(k1), -1, rolls)
+    choice = np.argmin(price, axis=2)
+    where = g[:, None], k1
+    best[where] = np.take_along_axis(price, choice[:, :, None], axis=2)[:, :, 0]
+    shift, k = np.divmod(choice, len(k0))
+    r = (np.arange(rolls) - shifts[shift]) % rolls
+    origin[where] = np.ravel_multi_index((np.broadcast_to(g[:, None, None], r.shape), k0[k], r), shape)
     return best, origin
 
 
-def _forbid(price: Floats, shift: int, forbidden: set[Edge], rolls: int) -> None:
+def _shifted(values: Floats, shifts: Ints, circular: bool) -> Floats:
+    """Values (..., k, r) as seen from a roll ``shift`` samples on, (..., shift, k, r); infinite beyond an open end."""
+    source = (np.arange(values.shape[-1]) - shifts[:, None]) % values.shape[-1]
+    out = np.ascontiguousarray(np.swapaxes(values[..., source], -3, -2))
+    if not circular:
+        for i, s in enumerate(shifts):
+            if s:
+                out[..., i, :, 0 if s > 0 else -1] = np.inf
+    return out
+
+
+def _moves(from_q: Floats, to_q: Floats, speed: Floats) -> tuple[Floats, Floats]:
+    """Time that the slowest joint needs, s, and the furthest that any turns, rad; joints along the first axis."""
+    furthest = np.abs(to_q[0] - from_q[0])
+    needed = furthest / speed[0]
+    for j in range(1, len(to_q)):
+        move = np.abs(to_q[j] - from_q[j])
+        np.maximum(furthest, move, out=furthest)
+        move /= speed[j]
+        np.maximum(needed, move, out=needed)
+    return needed, furthest
+
+
+def _forbid(price: Floats, forbidden: set[Edge], kept: tuple[Ints, Ints, Ints], shifts: Ints) -> None:
+    """Take edges out of the prices (g, k1, shift, k0, r) of the groups and standings that are kept."""
+    g_at, k0_at, k1_at = ({int(v): i for i, v in enumerate(values)} for values in kept)
+    rolls = price.shape[-1]
     for (r0, g, k0), (r1, _, k1) in forbidden:
-        if (r0 + shift) % rolls == r1:
-            price[r1, g, k1, k0] = np.inf
+        if g in g_at and k0 in k0_at and k1 in k1_at:
+            for i, shift in enumerate(shifts):
+                if (r0 + shift) % rolls == r1:
+                    price[g_at[g], k1_at[k1], i, k0_at[k0], r1] = np.inf
 
 
 def _trace(here: Floats, back: list[Ints], start: int) -> Run:
-    node = np.unravel_index(int(np.argmin(here)), here.shape)
-    total = float(here[node])
-    nodes = [tuple(int(v) for v in node)]
+    """The way that ends cheapest, (g, k, r) followed back and reported as (r, g, k)."""
+    by_roll = np.moveaxis(here, -1, 0)
+    r, g, k = (int(v) for v in np.unravel_index(int(np.argmin(by_roll)), by_roll.shape))
+    total = float(here[g, k, r])
+    nodes = [(r, g, k)]
     for origin in reversed(back):
-        r, g, k = nodes[-1]
-        shift, k_from = origin[r, g, k]
-        nodes.append(((r - int(shift)) % len(here), g, int(k_from)))
+        g, k, r = (int(v) for v in np.unravel_index(int(origin[g, k, r]), here.shape))
+        nodes.append((r, g, k))
     return Run(start, np.array(nodes[::-1], dtype=np.int64), total)

@@ -1,11 +1,11 @@
 """How far a configuration is from a singularity.
 
-``margins`` measures what a welder's controller trips over: the wrist (A4 and A6 in line), the elbow (arm stretched or
-folded flat) and the shoulder (wrist centre over A1). Arms without these features are judged by the smallest singular
-value of the scaled Jacobian alone::
+``margins`` measures what a robot's controller trips over: the wrist (A4 and A6 in line), the elbow (arm stretched or
+folded flat) and the shoulder (wrist centre over A1). The Jacobian is singular exactly where one of them is zero. Arms
+without these features are judged by the smallest singular value of the scaled Jacobian alone::
 
-    m = margins(chain, form, q)
-    m.violation(limits)          # (m,) name index of the first margin that is too small, -1 where all hold
+    m = margins(chain, form, q)                       # (..., 4), in the order of KINDS
+    (m >= limits.values(form is not None)).all(-1)    # which configurations keep SingularityLimits
 
 Metres and radians.
 """
@@ -27,7 +27,8 @@ class SingularityLimits:
     """Least margins a configuration must keep.
 
     Attributes:
-        wrist: angle between the axes of A4 and A6, rad.
+        wrist: angle of A5 from where the axes of A4, A5 and A6 lie in a plane (of common wrists: where A4 and A6 are
+            in line), rad.
         elbow: angle of the elbow from stretched or folded flat, rad.
         shoulder: distance of the wrist centre from the line where A1 stops mattering, m.
         sigma: smallest singular value of the scaled Jacobian, for arms without a spherical wrist.
@@ -41,9 +42,7 @@ class SingularityLimits:
     def values(self, geometric: bool) -> Floats:
         """The limits in the order of :data:`KINDS`; those that do not apply are -inf."""
         none = -np.inf
-        return np.array(
-            [self.wrist, self.elbow, self.shoulder, none] if geometric else [none, none, none, self.sigma]
-        )
+        return np.array([self.wrist, self.elbow, self.shoulder, none] if geometric else [none, none, none, self.sigma])
 
 
 def margins(chain: Chain, form: SphericalWristArm | None, q: Floats) -> Floats:
@@ -66,18 +65,19 @@ def margins(chain: Chain, form: SphericalWristArm | None, q: Floats) -> Floats:
         sigma[good] = smallest_singular_value(chain, flat[good])
         out[..., 3] = sigma.reshape(q.shape[:-1])
         return out
-    w4, w5, w6 = form.axes[3:]
-    along = w5 * (w5 @ w6)
-    across, side = w6 - along, np.cross(w5, w6)
-    cos5 = along @ w4 + np.cos(q[..., 4]) * (across @ w4) + np.sin(q[..., 4]) * (side @ w4)
-    angle = np.arccos(np.clip(np.abs(cos5), 0.0, 1.0))
-    out[..., 0] = angle
-    theta = form.sign_3 * q[..., 2] + np.angle(form.forearm) - np.angle(form.upper_arm)
-    out[..., 1] = np.arcsin(np.clip(np.abs(np.sin(theta)), 0.0, 1.0))
-    tip = form.upper_arm + np.exp(1j * form.sign_3 * q[..., 2]) * form.forearm
-    rho = np.imag(form.zeta_2 + np.exp(1j * q[..., 1]) * tip)
-    out[..., 2] = np.abs(rho)
+    q2, q3, q5 = q[..., 1], form.sign_3 * q[..., 2], q[..., 4]
+    upper, forearm = np.angle(form.upper_arm), np.angle(form.forearm)
+    out[..., 0] = _from_line(q5 - form.wrist.base)
+    out[..., 1] = _from_line(q3 + (forearm - upper))
+    radius = abs(form.upper_arm) * np.sin(q2 + upper) + abs(form.forearm) * np.sin(q2 + q3 + forearm)
+    out[..., 2] = np.abs(form.zeta_2.imag + radius)
     return out
+
+
+def _from_line(angle: Floats) -> Floats:
+    """Distance of an angle from the nearest multiple of pi, rad."""
+    distance: Floats = np.abs(angle - np.pi * np.round(angle / np.pi))
+    return distance
 
 
 def smallest_singular_value(chain: Chain, q: Floats) -> Floats:
@@ -92,4 +92,5 @@ def smallest_singular_value(chain: Chain, q: Floats) -> Floats:
     """
     J = chain.jacobian(q)
     J[:, :3] /= np.linalg.norm(chain.origins[1:, :3, 3], axis=1).sum()
-    return np.linalg.svd(J, compute_uv=False)[:, -1]
+    values: Floats = np.linalg.svd(J, compute_uv=False)
+    return values[:, -1]

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import mujoco  # noqa: F401  (pytester forgets modules that its tests import first, and these load once a process)
 import pytest
+import trimesh
 import yaml
 
 pytest_plugins = ["pytester"]
@@ -14,8 +16,6 @@ pytest_plugins = ["pytester"]
 
 def boss_mesh(length: float = 12.0, width: float = 8.0, height: float = 5.0, radius: float = 20.0):
     """A box on a cylinder of ``radius`` about z, pointing along -x; its foot is inside the cylinder."""
-    import trimesh
-
     box = trimesh.creation.box((height + 4.0, length, width))
     box.apply_translation([-(radius - 4.0 + (height + 4.0) / 2), 0.0, 20.0])
     return box

@@ -67,3 +67,34 @@ def test_broken_yaml_names_the_line(tmp_path):
     path.write_text("part:\n  sub_volumes: [a.stl\n", encoding="utf-8")
     with pytest.raises(InputError, match="line 3: not YAML"):
         load_case(path)
+
+
+def write(path, text):
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_case_changes_the_one_it_extends(tmp_path):
+    base = "part: {sub_volumes: [a.stl], body: {radius_mm: 20}}\nroll: {fixed_deg: 3}\nexpect: feasible\nname: base\n"
+    write(tmp_path / "cells" / "base.case.yaml", base)
+    path = write(
+        tmp_path / "turned.case.yaml",
+        "extends: cells/base.case.yaml\npart: {rotation_deg: 90}\nroll: {range_deg: [0, 9]}\n",
+    )
+    case = load_case(path)
+    assert case.part.body.radius_mm == 20
+    assert case.part.rotation_deg == 90
+    assert case.roll.range_deg == (0, 9)
+    assert case.path_of(case.part.sub_volumes[0]) == tmp_path / "cells" / "a.stl"
+    assert case.expect is None
+    assert case.title == "turned"
+
+
+def test_extending_in_a_circle_is_refused(tmp_path):
+    write(tmp_path / "a.yaml", "extends: b.yaml\n")
+    path = write(tmp_path / "b.yaml", "extends: a.yaml\n")
+    with pytest.raises(InputError, match="in a circle"):
+        load_case(path)
+    with pytest.raises(InputError, match=r"gone\.yaml: no such file"):
+        load_case(write(tmp_path / "c.yaml", "extends: gone.yaml\n"))
