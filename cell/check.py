@@ -20,13 +20,13 @@ from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 
 from .collision import Checker
-from .config import REASONS
 from .job import Job
 from .motion import Motion, assemble
 from .nodes import Nodes, evaluate
 from .place import METRES_PER_MM, Placed, place
 from .plan import BeadPlan, Planner, Settings, Stretch
 from .scene import table_angles
+from .sections import REASONS
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
 
@@ -229,12 +229,7 @@ def _rows(
             reason, detail, attempt = nodes.why_not(i)
             rows[i] = Row(reason, detail, proved, None, attempt)
         row = rows[i]
-        if (
-            steepest is not None
-            and row is not None
-            and row.reason is None
-            and gravity[i] > np.deg2rad(steepest)
-        ):
+        if steepest is not None and row is not None and row.reason is None and gravity[i] > np.deg2rad(steepest):
             measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
             rows[i] = Row("gravity", measure, True, None, row.q)
     return tuple(row for row in rows if row is not None)

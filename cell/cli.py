@@ -21,7 +21,7 @@ from .errors import InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from .config import Case
+    from .sections import Case
 
 FEASIBLE, INFEASIBLE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -111,16 +111,10 @@ def build_parser() -> argparse.ArgumentParser:
     check.add_argument("--motion", metavar="F.csv", help="write the checked motion (feasible cases)")
 
     cut = command("slice", _slice, "cut the sub-volumes into layers and targets", SLICE_TEXT)
-    cut.add_argument(
-        "input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)"
-    )
+    cut.add_argument("input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)")
     cut.add_argument("--body-radius", type=float, metavar="MM", help="radius of the body a mesh stands on")
-    cut.add_argument(
-        "--units", choices=("mm", "cm", "m", "inch"), default="mm", help="of a mesh (default mm)"
-    )
-    cut.add_argument(
-        "--strategy", choices=("planar", "cylindrical", "nonuniform"), help="instead of the case's"
-    )
+    cut.add_argument("--units", choices=("mm", "cm", "m", "inch"), default="mm", help="of a mesh (default mm)")
+    cut.add_argument("--strategy", choices=("planar", "cylindrical", "nonuniform"), help="instead of the case's")
     cut.add_argument("--h-layer", type=float, metavar="MM", help="layer height instead of the case's")
     cut.add_argument("--json", metavar="F", help="write the layers, rbam-slices/1 (- for stdout)")
     cut.add_argument("--targets", metavar="F.csv", help="write the targets")
@@ -155,24 +149,31 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-CHECK_TEXT = """Slices the part, puts its targets on the table, searches every configuration of the arm at every roll about the wire
-that the case allows, and follows the arm along each bead and from bead to bead, against joint limits, singularity
-margins and collisions. "feasible" is said of a motion that was followed; every infeasible target carries a reason:
+CHECK_TEXT = """\
+Slices the part, puts its targets on the table, searches every configuration of the arm at every
+roll about the wire that the case allows, and follows the arm along each bead and from bead to
+bead, against joint limits, singularity margins and collisions. "feasible" is said of a motion
+that was followed; every infeasible target carries a reason:
   unreachable   the wrist cannot get there            joint_limit   an axis would leave its range
   singular      a margin is too small                 collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
   speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)"""
 
-SLICE_TEXT = """Strategies: planar (planes across the sub-volume's own direction), cylindrical (offsets of the body), nonuniform (from
-the body's curvature to planes within h_min .. h_max; Lettori et al. 2024). A mesh needs --body-radius: it stands on a
-cylinder about the z axis. Prints the paper's indices: layers NL, adhesion area A, targets NV, top angle R."""
+SLICE_TEXT = """\
+Strategies: planar (planes across the sub-volume's own direction), cylindrical (offsets of the
+body), nonuniform (from the body's curvature to planes within h_min .. h_max; Lettori et al. 2024).
+A mesh needs --body-radius: it stands on a cylinder about the z axis. Prints the paper's indices:
+layers NL, adhesion area A, targets NV, top angle R."""
 
-SWEEP_TEXT = """Every pose gets the verdict of rbam check at those angles. Poses at which some target has no configuration at all are
-not searched further and are counted as they stand. The best pose is the feasible one that deposits closest to upright
-and, among equals, with the most clearance."""
+SWEEP_TEXT = """\
+Every pose gets the verdict of rbam check at those angles. Poses at which some target has no
+configuration at all are not searched further and are counted as they stand. The best pose is the
+feasible one that deposits closest to upright and, among equals, with the most clearance."""
 
-REPLAY_TEXT = """Space plays and pauses, left and right step by target, up and down by bead, + and - change the speed, n goes to the next
-infeasible target, t shows targets. An infeasible case shows its infeasible targets with what went wrong."""
+REPLAY_TEXT = """\
+Space plays and pauses, left and right step by target, up and down by bead, + and - change the
+speed, n goes to the next infeasible target, t shows targets. An infeasible case shows its
+infeasible targets with what went wrong."""
 
 
 def _version() -> str:
@@ -192,7 +193,8 @@ def _case_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _load(args: argparse.Namespace) -> Case:
-    from .config import DEFAULT_CASE, Table, load_case, with_changes
+    from .config import DEFAULT_CASE, load_case, with_changes
+    from .sections import Table
 
     case = load_case(args.case or DEFAULT_CASE)
     if getattr(args, "roll", None) is not None:
@@ -218,7 +220,7 @@ def parse_roll(text: str) -> Any:
     """
     from pydantic import ValidationError
 
-    from .config import Roll
+    from .sections import Roll
 
     kind, *numbers = text.split(":")
     try:
@@ -231,9 +233,7 @@ def parse_roll(text: str) -> Any:
             return Roll(range_deg=(values[0], values[1]))
     except (ValueError, ValidationError):
         pass
-    raise InputError(
-        f"--roll: {text!r} is none of free, fixed:DEG, range:LO:HI (LO <= HI, at most 360 apart)"
-    )
+    raise InputError(f"--roll: {text!r} is none of free, fixed:DEG, range:LO:HI (LO <= HI, at most 360 apart)")
 
 
 def _console(stream: IO[str]) -> Console:
@@ -327,9 +327,7 @@ def _slice_input(args: argparse.Namespace) -> Case:
         case = load_case(args.input)
     else:
         if args.body_radius is None:
-            raise InputError(
-                f"{args.input}: a mesh needs --body-radius MM, the radius of the cylinder it stands on"
-            )
+            raise InputError(f"{args.input}: a mesh needs --body-radius MM, the radius of the cylinder it stands on")
         path = Path(args.input)
         body = {"radius_mm": args.body_radius}
         part = {"sub_volumes": [path.name], "body": body, "units": args.units}

@@ -157,9 +157,7 @@ def _way_back(surface: Cylinder | Plane) -> Callable[[Floats], Floats]:
         return lambda flat: np.asarray(surface.point) + flat[:, :1] * u + flat[:, 1:] * v
     x, y = surface.axis_point
     r = surface.radius
-    return lambda flat: np.stack(
-        [x + r * np.cos(flat[:, 0] / r), y + r * np.sin(flat[:, 0] / r), flat[:, 1]], axis=1
-    )
+    return lambda flat: np.stack([x + r * np.cos(flat[:, 0] / r), y + r * np.sin(flat[:, 0] / r), flat[:, 1]], axis=1)
 
 
 def _cut(region: Polygon) -> Iterator[Polygon]:

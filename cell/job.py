@@ -22,11 +22,11 @@ from slicing.slicer import slice_sub_volume
 from slicing.targets import Targets, sample_targets
 
 from .collision import Ints
-from .config import Case
 from .deposit import PartShape, part_shape
 from .errors import InputError
 from .place import METRES_PER_MM
 from .scene import Scene, compose
+from .sections import Case
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +107,7 @@ def slice_case(case: Case) -> tuple[SlicedSubVolume, ...]:
     body = Body(part.body.radius_mm, part.body.axis_xy_mm)
     parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
     try:
-        meshes = [
-            load_mesh(case.path_of(name), part.units, f"SV{i + 1}") for i, name in enumerate(part.sub_volumes)
-        ]
+        meshes = [load_mesh(case.path_of(name), part.units, f"SV{i + 1}") for i, name in enumerate(part.sub_volumes)]
         return tuple(slice_sub_volume(mesh, body, parameters) for mesh in meshes)
     except PartError as error:
         raise InputError(str(error)) from None

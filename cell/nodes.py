@@ -98,9 +98,7 @@ class Nodes:
             "margin": round(float(self.margin[i][node][kind]) * factor, 3),
             "limit": round(float(limits[kind]) * factor, 3),
             "unit": unit,
-            "smallest_singular_value": round(
-                float(smallest_singular_value(self.solver.chain, q[None])[0]), 5
-            ),
+            "smallest_singular_value": round(float(smallest_singular_value(self.solver.chain, q[None])[0]), 5),
             "roll_deg": _deg(self.rolls[node[0]]),
         }
         return "singular", detail, q
@@ -121,9 +119,7 @@ def _deg(angle: float) -> float:
     return round(float(np.rad2deg(angle)), 3)
 
 
-def evaluate(
-    solver: Solver, placed: Placed, window: RollWindow, roll_step: float, limits: SingularityLimits
-) -> Nodes:
+def evaluate(solver: Solver, placed: Placed, window: RollWindow, roll_step: float, limits: SingularityLimits) -> Nodes:
     """Candidates of all targets at all sampled rolls.
 
     Args:

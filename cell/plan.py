@@ -12,6 +12,7 @@ Metres, radians, seconds.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -154,9 +155,7 @@ class Planner:
         stretches = tuple(self._stretch(first, run, done) for run in runs)
         return BeadPlan(stretches, self._cuts(first, runs, causes), self._collisions(first, stop, runs))
 
-    def _runs(
-        self, first: int, stop: int, q_before: Floats | None, blocked: dict[int, set[Edge]]
-    ) -> list[Run]:
+    def _runs(self, first: int, stop: int, q_before: Floats | None, blocked: dict[int, set[Edge]]) -> list[Run]:
         here = slice(first, stop)
         q = self.nodes.q[here]
         start = None
@@ -262,9 +261,7 @@ class Planner:
         if len(nodes) == 1:
             one = self.checker.clearances(q, self.stage[target])
             position = self.placed.position[target]
-            return Stretch(
-                int(target[0]), q, roll, target, np.zeros(1), q, position, one, self.nodes.margin[where]
-            )
+            return Stretch(int(target[0]), q, roll, target, np.zeros(1), q, position, one, self.nodes.margin[where])
         pieces = [done[run.start + i, (nodes[i], nodes[i + 1])] for i in range(len(nodes) - 1)]
         # an edge's last sample is the next edge's first
         keep = [slice(None) if i == len(pieces) - 1 else slice(None, -1) for i in range(len(pieces))]
@@ -288,11 +285,9 @@ class Planner:
             margin=joined(lambda s: s.margin),
         )
 
-    def _cuts(
-        self, first: int, runs: list[Run], causes: dict[int, list[dict[str, Any]]]
-    ) -> dict[int, dict[str, Any]]:
+    def _cuts(self, first: int, runs: list[Run], causes: dict[int, list[dict[str, Any]]]) -> dict[int, dict[str, Any]]:
         cuts = {}
-        for before, after in zip(runs, runs[1:], strict=False):
+        for before, after in pairwise(runs):
             if before.stop != after.start:
                 continue  # a target without configurations lies between, and says why itself
             i = after.start
@@ -315,9 +310,7 @@ class Planner:
         )
         return "speed" if len(slow) == 1 else "configuration change"
 
-    def _collisions(
-        self, first: int, stop: int, runs: list[Run]
-    ) -> dict[int, tuple[Clearances, Floats, float]]:
+    def _collisions(self, first: int, stop: int, runs: list[Run]) -> dict[int, tuple[Clearances, Floats, float]]:
         """The least bad node of targets all of whose allowed nodes collide."""
         reached = {first + run.start + i for run in runs for i in range(len(run.nodes))}
         out = {}
@@ -343,9 +336,7 @@ class Planner:
             "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[k]],
         }
 
-    def travel(
-        self, end: Stretch, start: Stretch, stage: int
-    ) -> tuple[Floats, Floats, Clearances] | dict[str, Any]:
+    def travel(self, end: Stretch, start: Stretch, stage: int) -> tuple[Floats, Floats, Clearances] | dict[str, Any]:
         """From the end of one bead to the start of the next: out along the normal, across, in again.
 
         Args:

@@ -28,8 +28,9 @@ from .check import Result
 from .collision import Ints
 from .errors import InputError
 from .motion import Motion
-from .picture import VISIBLE, Frame, Staging, View, camera, middle, still
+from .picture import View, camera, middle, still
 from .report import in_words
+from .staging import VISIBLE, Frame, Staging
 
 if TYPE_CHECKING:
     import mujoco.viewer

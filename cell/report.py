@@ -253,9 +253,7 @@ def _severity(row: Row) -> float:
     }
     d = row.detail
     measure = d.get("beyond_reach_mm", 0) or d.get("inside_reach_mm", 0) or d.get("over_deg", 0)
-    measure = (
-        measure or d.get("required_mm", 0) - d.get("distance_mm", 0) or d.get("limit", 0) - d.get("margin", 0)
-    )
+    measure = measure or d.get("required_mm", 0) - d.get("distance_mm", 0) or d.get("limit", 0) - d.get("margin", 0)
     return order[row.reason or "gravity"] * 1e6 + float(measure)
 
 
@@ -315,9 +313,7 @@ def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
             line.append(*_mark(at.get((tilt, turn)), wide))
         yield line
     yield Text(
-        "yes: feasible; numbers: targets that are not"
-        if wide
-        else "#: feasible   + : .: ever more targets are not"
+        "yes: feasible; numbers: targets that are not" if wide else "#: feasible   + : .: ever more targets are not"
     )
     best = document["best"]
     if best is None:

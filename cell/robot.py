@@ -54,9 +54,7 @@ def require(model: mujoco.MjModel, kind: str, name: str, what: str) -> int:
         count = {"body": model.nbody, "joint": model.njnt, "site": model.nsite, "geom": model.ngeom}[kind]
         names = sorted(filter(None, (getattr(model, kind)(i).name for i in range(count))))
         shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
-        raise InputError(
-            f"{what}: the model has no {kind} named {name!r}; it has {shown or 'none'}"
-        ) from None
+        raise InputError(f"{what}: the model has no {kind} named {name!r}; it has {shown or 'none'}") from None
 
 
 def chain_of(

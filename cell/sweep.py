@@ -23,12 +23,12 @@ from typing import IO, Any
 import numpy as np
 
 from .check import check
-from .config import REASONS, Case
 from .errors import InputError
 from .job import Job, prepare
 from .nodes import evaluate
 from .place import METRES_PER_MM, place
 from .scene import table_angles
+from .sections import REASONS, Case
 
 SCHEMA = "rbam-sweep/1"
 STEP_DEG = 45.0
@@ -54,9 +54,7 @@ def parse_grid(case: Case, e1: str | None, e2: str | None) -> list[Pose]:
     """
     job = prepare(case)
     ranges = np.rad2deg(job.scene.table_range)
-    axes = [
-        _axis(name, text, limits) for name, text, limits in zip(("E1", "E2"), (e1, e2), ranges, strict=True)
-    ]
+    axes = [_axis(name, text, limits) for name, text, limits in zip(("E1", "E2"), (e1, e2), ranges, strict=True)]
     if len(axes[0]) * len(axes[1]) > MOST_POSES:
         raise InputError(f"sweep: {len(axes[0])} x {len(axes[1])} poses; at most {MOST_POSES} at once")
     poses = [(a, b) for a in axes[0] for b in axes[1]]
@@ -76,9 +74,7 @@ def _axis(name: str, text: str | None, limits: np.ndarray) -> list[float]:
     if len(values) == 1:
         return values
     if len(values) != 3 or not np.isfinite(values).all() or not values[0] <= values[1] or not values[2] > 0:
-        raise InputError(
-            f"--{name.lower()}: {text!r} is neither one angle nor LO:HI:STEP with LO <= HI and STEP > 0"
-        )
+        raise InputError(f"--{name.lower()}: {text!r} is neither one angle nor LO:HI:STEP with LO <= HI and STEP > 0")
     low, high, step = values
     count = int(np.floor((high - low) / step + 1e-9)) + 1
     if count > MOST_POSES:
@@ -172,9 +168,7 @@ def _computed(case: Case, todo: Sequence[Pose], workers: int) -> Iterator[dict[s
             yield pose_outcome(job, pose)
         return
     # spawned, not forked: the same on every system, and no thread of the parent is copied half-way
-    pool = ProcessPoolExecutor(
-        workers, mp_context=get_context("spawn"), initializer=_prepare_worker, initargs=(case,)
-    )
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_prepare_worker, initargs=(case,))
     try:
         futures = [pool.submit(_in_worker, pose) for pose in todo]
         for future in as_completed(futures):

@@ -20,7 +20,7 @@ import pytest
 
 if TYPE_CHECKING:
     from .check import Result
-    from .config import Expect
+    from .sections import Expect
 
 
 class Unexpected(Exception):

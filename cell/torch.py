@@ -97,9 +97,7 @@ class TorchDimensions:
             value, (low, high) = getattr(self, field.name), ALLOWED[field.name]
             number = isinstance(value, Real) and not isinstance(value, bool)
             if not (number and low <= value <= high):  # written so that NaN is refused as well
-                raise ValueError(
-                    f"torch: {field.name} is {value!r}; allowed is a number from {low:g} to {high:g}"
-                )
+                raise ValueError(f"torch: {field.name} is {value!r}; allowed is a number from {low:g} to {high:g}")
         if self.neck_bend_radius_mm < self.neck_radius_mm:
             raise ValueError(
                 f"torch: neck_bend_radius_mm is {self.neck_bend_radius_mm:g}; allowed is at least "

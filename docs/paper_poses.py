@@ -9,8 +9,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from cell.check import Result, check
-from cell.config import DEFAULT_CASE, Case, Roll, load_case, with_changes
+from cell.config import DEFAULT_CASE, load_case, with_changes
 from cell.job import prepare
+from cell.sections import Case, Roll
 
 POSES = ((-45.0, 0.0), (90.0, 180.0))
 DISTANCES = (1400.0, 1475.0, 1550.0)
@@ -39,8 +40,12 @@ image, and the rolls are given with their sign turned.
 
 READING = """
 **What it says.** With the roll held where the shipped case holds it, the paper's two verdicts come out by computation
-alone. They are no property of the table poses: with a free roll {free}. What the paper's set-up missed is the freedom
-about the wire, which its planes took away.
+alone. They are no property of the table poses, though:
+
+- with a free roll {free}: what the paper's set-up missed is the freedom about the wire, which its planes took away;
+- held between 75 and 120 degrees, the roll spoils 90/180 as well, though hardly a target is out of reach by itself there: the
+  wire swings by 59 degrees to either side over the blade's root, and takes the arm through its wrist singularity on the way.
+  A check of points alone does not see this.
 """
 
 

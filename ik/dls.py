@@ -35,7 +35,7 @@ LARGEST_STEP = 1.3  # rad a joint: the linear model is not worth more
 PATIENCE = 6  # steps without a gain of PROGRESS after which a start is given up
 PROGRESS = 0.99
 WIDTH = 2048  # rows worked on at a time: what fits a core's cache
-WAVES = (1, 1, 2, 4)  # seeds tried between looks at which targets have enough
+WAVES = (1, 3)  # seeds tried before looking which targets have enough; the rest follow at once
 TURN = 2 * np.pi
 
 
@@ -67,10 +67,11 @@ def task_error(Ts_target: Floats, Ts_tcp: Floats, window: RollWindow) -> Floats:
     Returns:
         (m, 6): translation (m), then rotation vector (rad) whose z part is the roll's excess.
     """
-    x, y, z, p = np.moveaxis(Ts_tcp[:, :3], (1, 2), (1, 0))
-    e = _error(Tool(x.T, y.T, z.T, p.T), np.moveaxis(Ts_target[:, :3], (0, 2), (2, 0)), window, 0.0)
-    e[:3] = np.einsum("mij,im->jm", Ts_tcp[:, :3, :3], e[:3])
-    return e.T
+    e = _error(Tool(*Ts_tcp[:, :3].transpose(2, 1, 0)), Ts_target[:, :3].transpose(2, 1, 0), window, 0.0)
+    out = np.zeros((len(Ts_tcp), 6))
+    out[:, :3] = np.einsum("mij,im->mj", Ts_tcp[:, :3, :3], e[:3])
+    out[:, 3 : len(e)] = e[3:].T
+    return out
 
 
 def _error(tool: Tool, target: Floats, window: RollWindow, tool_roll: float) -> Floats:
@@ -83,8 +84,9 @@ def _error(tool: Tool, target: Floats, window: RollWindow, tool_roll: float) -> 
     sine = np.sqrt(u * u + v * v)
     scale = np.arctan2(sine, w) / np.maximum(sine, 1e-300)
     # exactly opposed directions have no such axis, and any will do
-    e[3] = np.where((sine < 1e-12) & (w < 0), np.pi, -v * scale)
-    e[4] = u * scale
+    opposed = (sine < 1e-12) & (w < 0)
+    e[3] = np.where(opposed, np.pi, -v * scale)
+    e[4] = np.where(opposed, 0.0, u * scale)
     if not window.is_full:
         # the roll once the wire is brought into line by that turn: the twist of the relative rotation about z
         twist = np.arctan2(_dot(tool.x, ty) - _dot(tool.y, tx), _dot(tool.x, tx) + _dot(tool.y, ty))
@@ -189,7 +191,7 @@ def follow(chain: Chain, Ts_base_target: Floats, q0: Floats, window: RollWindow,
 
 def _columns(chain: Chain, Ts: Floats) -> tuple[ColumnChain, Floats]:
     """The arm and its targets (x, y, z, p: (4, 3, m)) with lengths in units of LENGTH_SCALE."""
-    targets = np.ascontiguousarray(np.moveaxis(Ts[:, :3], (0, 2), (2, 0)), dtype=float)
+    targets = np.array(Ts[:, :3].transpose(2, 1, 0), dtype=float, order="C")
     targets[3] /= LENGTH_SCALE
     return ColumnChain.of(chain, LENGTH_SCALE), targets
 

@@ -92,5 +92,4 @@ def smallest_singular_value(chain: Chain, q: Floats) -> Floats:
     """
     J = chain.jacobian(q)
     J[:, :3] /= np.linalg.norm(chain.origins[1:, :3, 3], axis=1).sum()
-    values: Floats = np.linalg.svd(J, compute_uv=False)
-    return values[:, -1]
+    return np.asarray(np.linalg.svd(J, compute_uv=False)[:, -1], dtype=np.float64)

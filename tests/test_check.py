@@ -1,5 +1,7 @@
 """Verdicts: feasible motions hold under plain MuJoCo, infeasible ones carry the right reason."""
 
+from itertools import pairwise
+
 import mujoco
 import numpy as np
 
@@ -11,9 +13,7 @@ from cell.scene import standalone_xml
 
 def run(path, e1=None, e2=None):
     case = load_case(path)
-    return check(
-        prepare(case), case.table.E1_deg if e1 is None else e1, case.table.E2_deg if e2 is None else e2
-    )
+    return check(prepare(case), case.table.E1_deg if e1 is None else e1, case.table.E2_deg if e2 is None else e2)
 
 
 def reasons(result):
@@ -50,7 +50,7 @@ def independent_problems(result):
         k = motion.target[i]
         near = [j for j in (k - 1, k, k + 1) if 0 <= j < len(T) and T.path[j] == motion.bead[i]]
         p = result.placed.position
-        gap = min(_to_segment(tcp, p[a], p[b]) for a, b in zip(near, near[1:], strict=False))
+        gap = min(_to_segment(tcp, p[a], p[b]) for a, b in pairwise(near))
         if gap > 5e-5:
             yield f"sample {i}: {gap * 1e3:.3f} mm off its bead"
 
@@ -95,10 +95,7 @@ def test_too_far_is_unreachable_by_the_distance_too_far(make_case):
     near = run(make_case("near", positioner={"position_mm": [3000, 0, 0]}))
     far = run(make_case("far", positioner={"position_mm": [3200, 0, 0]}))
     assert reasons(near) == reasons(far) == {"unreachable"}
-    gap = [
-        f.detail["beyond_reach_mm"] - n.detail["beyond_reach_mm"]
-        for f, n in zip(far.rows, near.rows, strict=True)
-    ]
+    gap = [f.detail["beyond_reach_mm"] - n.detail["beyond_reach_mm"] for f, n in zip(far.rows, near.rows, strict=True)]
     assert np.allclose(gap, 200, atol=20)  # almost along the line to the shoulder
 
 
@@ -106,9 +103,7 @@ def test_proved_only_where_every_configuration_was_looked_at(make_case):
     place = {"position_mm": [3000, 0, 0]}
     fixed = run(make_case("fixed", positioner=place, roll={"fixed_deg": 0}))
     free = run(make_case("free", positioner=place))
-    searched = run(
-        make_case("dls", positioner=place, roll={"fixed_deg": 0}, ik={"solver": "dls", "seeds": 4})
-    )
+    searched = run(make_case("dls", positioner=place, roll={"fixed_deg": 0}, ik={"solver": "dls", "seeds": 4}))
     assert all(row.proved for row in fixed.rows)
     assert not any(row.proved for row in free.rows)
     assert not any(row.proved for row in searched.rows)

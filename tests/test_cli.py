@@ -165,7 +165,5 @@ def test_slice_takes_a_mesh_alone(make_case, tmp_path, capsys):
 
 
 def test_module_runs_as_a_command():
-    done = subprocess.run(
-        [sys.executable, "-m", "cell", "--version"], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-m", "cell", "--version"], capture_output=True, text=True, check=True)
     assert done.stdout.startswith("rbam ")

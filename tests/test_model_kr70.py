@@ -92,7 +92,7 @@ def test_home_is_where_the_source_says(robot) -> None:
 def test_reach_is_2101_mm(robot) -> None:
     """The wrist's centre, furthest from A1's axis: the elbow stretched, arm level."""
     model, data = robot
-    forward(model, data, [0, 0, np.degrees(np.arctan2(-0.05, 1.035)), 0, 0, 0])
+    forward(model, data, [0, 0, np.degrees(np.arctan2(0.05, 1.035)), 0, 0, 0])
     wrist = data.body("link_5").xpos
     assert wrist[2] == pytest.approx(0.575)
     assert wrist[0] == pytest.approx(2.101, abs=5e-4)
@@ -204,12 +204,12 @@ def test_a_tool_on_the_flange_stays_tested_against_the_forearm() -> None:
     spec = mujoco.MjSpec.from_file(str(XML))
     tool = mujoco.MjSpec()
     body = tool.worldbody.add_body(name="tool")
-    body.add_geom(name="ball", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.12, 0, 0], pos=[0, 0, 0.1])
-    spec.attach(tool, site=spec.site("flange"), prefix="")
+    body.add_geom(name="ball", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.15, 0, 0], pos=[0, 0, 0.1])
+    spec.attach(tool, site=spec.site("flange"), prefix="torch_")
     model = spec.compile()
     data = mujoco.MjData(model)
     assert forward(model, data, HOME_DEG) == set()
-    assert forward(model, data, [0, -90, 90, 0, 125, 0]) == {("link_4", "tool")}
+    assert forward(model, data, [0, -90, 90, 0, 125, 0]) == {("link_4", "torch_tool")}
 
 
 def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,8 @@ from cell.check import Result, check
 from cell.config import load_case
 from cell.errors import InputError
 from cell.job import prepare
-from cell.picture import FOVY, Staging, beads_of, camera, picture, still
+from cell.picture import camera, picture, still
+from cell.staging import FOVY, VISIBLE, Staging, beads_of
 
 CASE = """
 name: boss
@@ -146,9 +147,7 @@ def test_the_wires_end_is_in_the_picture_and_in_sight(result: Result, view: str,
     eye = look.lookat - look.distance * np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     way = tip - eye
     hit = np.array([-1], dtype=np.int32)
-    met = mujoco.mj_ray(
-        staging.model, staging.data, eye, way / np.linalg.norm(way), pictures.VISIBLE, True, -1, hit, None
-    )
+    met = mujoco.mj_ray(staging.model, staging.data, eye, way / np.linalg.norm(way), VISIBLE, True, -1, hit, None)
     assert met < 0 or met > np.linalg.norm(way) - 5e-3
 
 

@@ -23,7 +23,9 @@ def run(pytester):
 def test_cases_pass_and_fail_by_their_expectation(pytester, cases):
     cases("good", expect="feasible")
     cases("far", positioner={"position_mm": [4000, 0, 0]}, expect="feasible")
-    cases("told", positioner={"position_mm": [4000, 0, 0]}, expect={"verdict": "infeasible", "reasons": ["unreachable"]})
+    cases(
+        "told", positioner={"position_mm": [4000, 0, 0]}, expect={"verdict": "infeasible", "reasons": ["unreachable"]}
+    )
     cases("untold")
     result = run(pytester)
     result.assert_outcomes(passed=2, failed=1, skipped=1)

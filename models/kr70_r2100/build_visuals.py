@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 ASSETS = Path(__file__).parent / "assets"
 X, Y, Z = 0, 1, 2
-RING = 40  # points around a section
+RING = 34  # points around a section
 
 # Origin (mm) and orientation of each link frame in the base frame at A = (0, -90, 90, 0, 0, 0).
 UPRIGHT = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -32,7 +32,7 @@ FRAMES = {
 }
 
 
-def loft(axis, stations, power=3.0, ends=(20.0, 20.0), ring=RING):
+def loft(axis, stations, power=3.0, ends=(20.0, 20.0), ring=RING, as_given=False):
     """Close a smooth body through rounded sections.
 
     Args:
@@ -42,6 +42,7 @@ def loft(axis, stations, power=3.0, ends=(20.0, 20.0), ring=RING):
             one each.
         ends: radius (mm) of the rounding at the first and at the last station.
         ring: points around a section.
+        as_given: True where the stations are dense enough to be joined as they stand.
 
     Returns:
         Vertices (n, 3) in mm, base frame, and faces (m, 3), outward.
@@ -51,7 +52,9 @@ def loft(axis, stations, power=3.0, ends=(20.0, 20.0), ring=RING):
     lo, hi = s_all[0], s_all[-1]
     spline = PchipInterpolator(s_all, np.column_stack([rows[:, 1:], np.broadcast_to(power, len(rows))]))
     arc = 1 - np.cos(np.linspace(0, np.pi / 2, 6))
-    inner = np.linspace(lo + ends[0], hi - ends[1], max(2, 3 * len(rows) - 2))
+    inner = np.linspace(lo + ends[0], hi - ends[1], min(18, 3 * len(rows) - 2))
+    if as_given:
+        inner = s_all[(s_all > lo + ends[0]) & (s_all < hi - ends[1])]
     s = np.unique(np.round(np.concatenate([lo + ends[0] * arc, inner, hi - ends[1] * arc]), 3))
     u0, u1, v0, v1, n = spline(s).T
     inset = np.zeros_like(s)
@@ -145,14 +148,15 @@ def stitch(points, flip=False):
     return vertices, faces[:, ::-1] if flip else faces
 
 
-def bar(ends, radii, breadth, edge, samples=15):
-    """Loft an upright bar with round ends (a bone): its outline is the hull of two circles in the x-z plane.
+def bar(ends, radii, waist, breadth, power, samples=11):
+    """Loft an upright bar with round ends (a bone): circles at both ends and a smooth waist between them.
 
     Args:
         ends: centres ((x, z), (x, z)) of the lower and the upper circle, mm.
         radii: their radii, mm.
+        waist: rows (z, x_min, x_max) between the circles, mm.
         breadth: rows (z, y_min, y_max), mm.
-        edge: rounding of the bar's long edges, mm, as the exponent of its section.
+        power: exponent of the superellipse of a section.
         samples: stations on each round end.
 
     Returns:
@@ -161,12 +165,11 @@ def bar(ends, radii, breadth, edge, samples=15):
     (x0, z0), (x1, z1) = ends
     r0, r1 = radii
     turn = np.linspace(0.06, 1.0, samples) * np.pi / 2
-    rows = [(z0 - r0 * np.cos(a), x0, r0 * np.sin(a)) for a in turn]
-    rows += [(z1 + r1 * np.cos(a), x1, r1 * np.sin(a)) for a in turn[::-1]]
+    low = [(z0 - r0 * np.cos(a), x0 - r0 * np.sin(a), x0 + r0 * np.sin(a)) for a in turn]
+    high = [(z1 + r1 * np.cos(a), x1 - r1 * np.sin(a), x1 + r1 * np.sin(a)) for a in turn[::-1]]
     table = np.asarray(breadth, float)
     side = PchipInterpolator(table[:, 0], table[:, 1:])
-    stations = [(z, x - w, x + w, *side(z)) for z, x, w in rows]
-    return loft(Z, stations, edge, (4.0, 4.0))
+    return loft(Z, [(z, a, b, *side(z)) for z, a, b in [*low, *waist, *high]], power, (4.0, 4.0), as_given=True)
 
 
 def parts():
@@ -177,7 +180,12 @@ def parts():
     """
     return {
         "base_link_dark": [
-            loft(Z, [(0, -186, 244, -244, 244), (30, -186, 244, -244, 244), (185, -180, 226, -166, 166)], 4.0, (4, 12)),
+            loft(
+                Z,
+                [(0, -186, 244, -244, 244), (30, -186, 244, -244, 244), (185, -180, 226, -166, 166)],
+                4.0,
+                (4, 12),
+            ),
             loft(
                 Z,
                 [(0, -378, -130, -216, 212), (140, -376, -130, -190, 186), (256, -334, -180, -160, 160)],
@@ -215,7 +223,12 @@ def parts():
                 (22, 20),
                 56,
             ),
-            loft(Y, [(-96, -72, 190, 470, 724), (0, -90, 200, 470, 742), (100, -74, 200, 470, 732)], 3.2, (40, 30)),
+            loft(
+                Y,
+                [(-96, -72, 190, 470, 724), (0, -90, 200, 470, 742), (100, -74, 200, 470, 732)],
+                3.2,
+                (40, 30),
+            ),
             loft(
                 Z,
                 [
@@ -230,7 +243,10 @@ def parts():
         ],
         "link_1_dark": [
             loft(
-                Z, [(500, -270, -92, -82, 120), (610, -270, -102, -80, 118), (669, -266, -112, -78, 104)], 5.0, (2, 26)
+                Z,
+                [(500, -270, -92, -82, 120), (610, -270, -102, -80, 118), (669, -266, -112, -78, 104)],
+                5.0,
+                (2, 26),
             ),
             loft(
                 Y,
@@ -250,25 +266,36 @@ def parts():
                     (62, -175, 424),
                     (98, -236, 430),
                     (126, -272, 458),
-                    (154, -294, 515),
-                    (174, -296, 582),
+                    (154, -288, 515),
+                    (172, -284, 575),
                 ],
                 24,
             ),
         ],
         "link_2_orange": [
             bar(
-                ((158, 576), (176, 1465)),
-                (150, 112),
+                ((165, 575), (176, 1465)),
+                (148, 111),
+                [
+                    (625, 19, 311),
+                    (680, 33, 308),
+                    (740, 47, 306),
+                    (800, 60, 304),
+                    (870, 66, 301),
+                    (960, 68, 299),
+                    (1080, 67, 296),
+                    (1220, 66, 293),
+                    (1360, 65, 289),
+                ],
                 [
                     (420, -172, -112),
                     (455, -205, -102),
                     (500, -250, -94),
                     (560, -300, -92),
                     (640, -314, -90),
-                    (760, -316, -96),
-                    (860, -328, -146),
-                    (1050, -336, -146),
+                    (760, -314, -96),
+                    (860, -328, -148),
+                    (1050, -334, -148),
                     (1250, -328, -146),
                     (1380, -312, -152),
                     (1470, -286, -166),
@@ -278,7 +305,7 @@ def parts():
                 3.6,
             ),
         ],
-        "link_2_dark": [disc(Y, (176, 1465), 78, -293, -270, 6), disc(Y, (170, 575), 92, -312, -270, 6)],
+        "link_2_dark": [disc(Y, (176, 1465), 62, -303, -270, 6), disc(Y, (172, 575), 88, -316, -270, 6)],
         "link_3_orange": [
             loft(
                 X,

@@ -1,0 +1,376 @@
+"""The pieces of a cell, put into one MjSpec: surroundings, robot with its tool, positioner, part, fixtures.
+
+    world = surroundings(case)
+    home = add_robot(world, case)
+    add_positioner(world, case); add_part(world, case, shape); add_fixture(world, case, fixture)
+    set_contact_bits(world, case); pair_tool_with_forearm(world, case)
+
+Every piece keeps its own names. World frame, metres; ``cell.scene`` compiles what comes of it.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from ik.chain import Floats
+from ik.roll import wrap
+
+from .config import MODELS_DIR, is_path
+from .deposit import PartShape
+from .errors import InputError
+from .place import METRES_PER_MM
+from .sections import Case, Fixture
+from .torch import TorchDimensions, shape_torch
+
+# contact bits: the wire may touch the part and nothing else
+SOLID, WIRE = 1, 2
+ROBOT, TOOL, POSITIONER = "robot/", "tool/", "positioner/"
+UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
+COLOUR = {
+    "support": (0.42, 0.44, 0.47, 1.0),
+    "body": (0.62, 0.65, 0.69, 1.0),
+    "part": (0.36, 0.62, 0.86, 1.0),
+    "deposit": (0.36, 0.62, 0.86, 0.35),
+    "fixture": (0.55, 0.50, 0.40, 1.0),
+}
+
+
+def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
+    """A shipped model by name, or any MJCF by its path."""
+    shipped = MODELS_DIR / name / f"{name}.xml"
+    path = case.path_of(name) if is_path(name) else shipped
+    if not path.is_file():
+        known = sorted(p.parent.name for p in MODELS_DIR.glob("*/*.xml"))
+        raise InputError(
+            f"{case.path}: {what}.model: no file {path}; shipped models are {', '.join(known)}, anything else is a path"
+        )
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise InputError(f"{path}: not an MJCF that MuJoCo reads: {one_line(error)}") from None
+    for mesh in spec.meshes:
+        if mesh.file:  # found wherever the scene is compiled
+            mesh.file = str((path.parent / spec.meshdir / mesh.file).resolve())
+    return spec
+
+
+def one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def _drop_keys(spec: mujoco.MjSpec) -> None:
+    # keyframes of several models would clash, and none of them covers the whole cell
+    for key in list(spec.keys):
+        spec.delete(key)
+
+
+def _quat(rotation_deg: tuple[float, float, float]) -> Floats:
+    quat = np.zeros(4)
+    mujoco.mju_euler2Quat(quat, np.deg2rad(rotation_deg), "XYZ")
+    return quat
+
+
+def surroundings(case: Case) -> mujoco.MjSpec:
+    world = mujoco.MjSpec()
+    world.modelname = "cell"
+    world.compiler.degree = False
+    world.option.gravity = (0, 0, 0)  # kinematics and contacts alone: nothing is to fall
+    world.stat.extent, world.stat.center = 3.4, (1.0, -0.1, 0.6)  # the same depth range whatever stands in the cell
+    world.visual.headlight.ambient = (0.28, 0.28, 0.28)
+    world.visual.headlight.diffuse = (0.30, 0.30, 0.30)
+    world.visual.headlight.specular = (0.05, 0.05, 0.05)
+    world.visual.map.znear = 0.005
+    world.visual.quality.shadowsize = 8192
+    world.visual.global_.offwidth, world.visual.global_.offheight = 2560, 1600
+    world.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=(0.97, 0.98, 0.99),
+        rgb2=(0.80, 0.83, 0.86),
+        width=256,
+        height=1536,
+    )
+    world.add_texture(
+        name="floor",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        mark=mujoco.mjtMark.mjMARK_EDGE,
+        rgb1=(0.74, 0.75, 0.77),
+        rgb2=(0.71, 0.72, 0.74),
+        markrgb=(0.64, 0.65, 0.67),
+        width=512,
+        height=512,
+    )
+    textures = [""] * int(mujoco.mjtTextureRole.mjNTEXROLE)
+    textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = "floor"
+    dull = {"reflectance": 0.0, "specular": 0.0, "shininess": 0.0}
+    world.add_material(name="floor", textures=textures, texrepeat=(1, 1), texuniform=True, **dull)
+    body = world.worldbody
+    sun = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    body.add_light(
+        type=sun,
+        pos=(0.7, -2.5, 8.0),
+        dir=(0.15, 0.45, -0.88),
+        diffuse=(0.5,) * 3,
+        specular=(0.15,) * 3,
+        castshadow=True,
+    )
+    body.add_light(
+        type=sun,
+        pos=(-2, 3, 4),
+        dir=(0.45, -0.6, -0.65),
+        diffuse=(0.22, 0.23, 0.25),
+        specular=(0,) * 3,
+        castshadow=False,
+    )
+    if case.floor:
+        body.add_geom(
+            name="floor",
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=(20, 20, 0.1),
+            material="floor",
+            contype=SOLID,
+            conaffinity=SOLID | WIRE,
+        )
+    return world
+
+
+def add_robot(world: mujoco.MjSpec, case: Case) -> dict[str, float]:
+    """Attach the arm and its tool; gives the angles of the arm's ``home`` keyframe by joint name."""
+    robot = _load(case, case.robot.model, "robot")
+    home = _home(robot)
+    _drop_keys(robot)
+    flange = robot.site(case.robot.flange)
+    if flange is None:
+        raise InputError(f"{case.path}: robot.flange: {case.robot.model} has no site named {case.robot.flange!r}")
+    tool = _load(case, case.tool.model, "tool")
+    _drop_keys(tool)
+    if case.tool.dimensions or case.tool.model == "cmt_torch":
+        try:
+            shape_torch(tool, TorchDimensions(**case.tool.dimensions))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{case.path}: tool.dimensions: {_dimension_problem(error)}") from None
+    robot.attach(tool, site=flange, prefix=TOOL)
+    frame = world.worldbody.add_frame(
+        pos=np.array(case.robot.position_mm) * METRES_PER_MM, quat=_quat(case.robot.rotation_deg)
+    )
+    world.attach(robot, frame=frame, prefix=ROBOT)
+    for prefix in (ROBOT, TOOL):
+        _own_names(world, prefix)
+    return home
+
+
+def _dimension_problem(error: Exception) -> str:
+    text = str(error)
+    if isinstance(error, TypeError):
+        known = list(TorchDimensions.__dataclass_fields__)
+        match = re.search(r"'(\w+)'", text)
+        wrong = match.group(1) if match else text
+        near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
+        return f"{wrong}: unknown key; " + (f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}")
+    return text
+
+
+def _home(robot: mujoco.MjSpec) -> dict[str, float]:
+    key = next((k for k in robot.keys if k.name == "home"), None)
+    if key is None:
+        return {}
+    return {joint.name: float(wrap(np.array(value))) for joint, value in zip(robot.joints, key.qpos, strict=False)}
+
+
+def add_positioner(world: mujoco.MjSpec, case: Case) -> None:
+    positioner = _load(case, case.positioner.model, "positioner")
+    _drop_keys(positioner)
+    for numeric in list(positioner.numerics):
+        numeric.name = f"positioner_{numeric.name}"
+    frame = world.worldbody.add_frame(
+        pos=np.array(case.positioner.position_mm) * METRES_PER_MM, quat=_quat(case.positioner.rotation_deg)
+    )
+    world.attach(positioner, frame=frame, prefix=POSITIONER)
+    _own_names(world, POSITIONER)
+
+
+def _own_names(world: mujoco.MjSpec, prefix: str) -> None:
+    """Give what was attached its own names back; defaults, materials and meshes keep the prefix and cannot clash."""
+    named = (
+        world.bodies,
+        world.joints,
+        world.geoms,
+        world.sites,
+        world.cameras,
+        world.numerics,
+        world.excludes,
+        world.pairs,
+    )
+    for element in (e for group in named for e in group):
+        element.name = element.name.removeprefix(prefix)
+    for exclude in world.excludes:
+        exclude.bodyname1, exclude.bodyname2 = (
+            exclude.bodyname1.removeprefix(prefix),
+            exclude.bodyname2.removeprefix(prefix),
+        )
+    for pair in world.pairs:
+        pair.geomname1, pair.geomname2 = (
+            pair.geomname1.removeprefix(prefix),
+            pair.geomname2.removeprefix(prefix),
+        )
+
+
+def _on_table(world: mujoco.MjSpec, case: Case) -> tuple[mujoco.MjsBody, mujoco.MjsSite]:
+    site = world.site(case.positioner.table)
+    if site is None:
+        raise InputError(
+            f"{case.path}: positioner.table: {case.positioner.model} has no site named {case.positioner.table!r}"
+        )
+    return site.parent, site
+
+
+def add_part(world: mujoco.MjSpec, case: Case, part: PartShape) -> None:
+    turn, table = _on_table(world, case)
+    lift = 0.0
+    fixed = turn.add_body(name="workpiece", pos=table.pos, quat=table.quat)
+    if case.support is not None:
+        radius, height = case.support.radius_mm * METRES_PER_MM, case.support.height_mm * METRES_PER_MM
+        fixed.add_geom(
+            name="support",
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=(radius, height / 2, 0),
+            pos=(0, 0, height / 2),
+            rgba=COLOUR["support"],
+            group=3,
+            contype=SOLID,
+            conaffinity=SOLID,
+        )
+        fixed.add_geom(
+            name="support_visual",
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=(radius, height / 2, 0),
+            pos=(0, 0, height / 2),
+            rgba=COLOUR["support"],
+            group=2,
+            contype=0,
+            conaffinity=0,
+        )
+        lift = height
+    place = np.array(case.part.position_mm) * METRES_PER_MM + (0.0, 0.0, lift)
+    body = fixed.add_body(name="part", pos=place, quat=_quat((0.0, 0.0, case.part.rotation_deg)))
+    body.add_site(name="part", size=(0.002, 0.002, 0.002), group=4)
+    for name, mesh in part.visual.items():
+        world.add_mesh(
+            name=name,
+            uservert=(mesh.vertices * METRES_PER_MM).ravel(),
+            userface=mesh.faces.astype(np.int32).ravel(),
+        )
+        colour = COLOUR["body" if name == "body_visual" else "part"]
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            rgba=colour,
+            group=2,
+            contype=0,
+            conaffinity=0,
+        )
+    for name, vertices in part.hulls.items():
+        world.add_mesh(name=name, uservert=(vertices * METRES_PER_MM).ravel())
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            rgba=COLOUR["deposit" if name.startswith("deposit/") else "body"],
+            group=3,
+            contype=SOLID,
+            conaffinity=SOLID,
+        )
+
+
+def add_fixture(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> None:
+    if fixture.on == "table":
+        turn, table = _on_table(world, case)
+        parent = turn.add_body(name=f"fixture_{fixture.name}_frame", pos=table.pos, quat=table.quat)
+    else:
+        parent = world.worldbody
+    body = parent.add_body(
+        name=f"fixture_{fixture.name}",
+        pos=np.array(fixture.position_mm) * METRES_PER_MM,
+        quat=_quat(fixture.rotation_deg),
+    )
+    options = {
+        "name": fixture.name,
+        "rgba": COLOUR["fixture"],
+        "group": 3,
+        "contype": SOLID,
+        "conaffinity": SOLID | WIRE,
+    }
+    if fixture.box is not None:
+        shape = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": np.array(fixture.box.size_mm) * METRES_PER_MM / 2}
+    elif fixture.cylinder is not None:
+        radius, height = fixture.cylinder.radius_mm, fixture.cylinder.height_mm
+        shape = {
+            "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
+            "size": np.array([radius, height / 2, 0]) * METRES_PER_MM,
+        }
+    else:
+        shape = {
+            "type": mujoco.mjtGeom.mjGEOM_MESH,
+            "meshname": _fixture_mesh(world, case, fixture),
+        }
+    body.add_geom(**shape, **options)
+    look = {**options, "name": f"{fixture.name}_visual", "group": 2, "contype": 0, "conaffinity": 0}
+    body.add_geom(**shape, **look)
+
+
+def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
+    path = Path(case.path_of(str(fixture.mesh)))
+    if not path.is_file():
+        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {path}: no such file")
+    name = f"fixture_{fixture.name}_mesh"
+    # its convex hull is what collides: it covers the fixture, holes and all
+    world.add_mesh(name=name, file=str(path.resolve()), scale=[UNIT[fixture.units]] * 3)
+    return name
+
+
+def set_contact_bits(world: mujoco.MjSpec, case: Case) -> None:
+    """Everything may hit everything, but for the wire on the part (a model's own bits only say what collides)."""
+    wires = set(case.tool.wire)
+    part = {"support"}
+    for geom in world.geoms:
+        if not (geom.contype or geom.conaffinity):
+            continue
+        if geom.name in wires:
+            geom.contype, geom.conaffinity = WIRE, 0
+        elif geom.name in part or geom.name.startswith(("deposit/", "body/")):
+            geom.contype, geom.conaffinity = SOLID, SOLID
+        else:
+            geom.contype, geom.conaffinity = SOLID, SOLID | WIRE
+
+
+def pair_tool_with_forearm(world: mujoco.MjSpec, case: Case) -> None:
+    """Name the pairs of the tool and the link before the last.
+
+    MuJoCo leaves out parent and child, and the tool is welded to the last link, so that its pairs with that link's parent
+    would never be tested. What is bolted onto the flange itself turns about that link's own axis and stays out.
+    """
+    last = world.joint(case.robot.joints[-1])
+    if last is None:
+        return  # _bind says so
+    flange_body, forearm = last.parent, last.parent.parent
+    tool_geoms = [g for body in flange_body.bodies for g in _all_geoms(body) if g.contype or g.conaffinity]
+    for mine in tool_geoms:
+        if mine.name.endswith("_mount") or mine.name in case.tool.wire:
+            continue
+        for other in (g for g in forearm.geoms if g.contype or g.conaffinity):
+            world.add_pair(name=f"{mine.name}~{other.name}", geomname1=mine.name, geomname2=other.name)
+
+
+def _all_geoms(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
+    found = list(body.geoms)
+    for child in body.bodies:
+        found += _all_geoms(child)
+    return found

@@ -1,0 +1,259 @@
+"""The sections of a case file: keys, defaults, and what is allowed.
+
+    Case.model_validate({"part": {"sub_volumes": ["blade.stl"], "body": {"radius_mm": 20}}})
+
+Lengths in mm and angles in degrees, as every key says. Reading files and wording errors is ``cell.config``'s.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity")
+
+Vec2 = tuple[float, float]
+Vec3 = tuple[float, float, float]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+
+
+class Section(BaseModel):
+    """A section of a case file: unknown keys and NaN are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Body(Section):
+    """The central cylindrical body the sub-volumes stand on; its axis is the part's z axis."""
+
+    radius_mm: Positive
+    axis_xy_mm: Vec2 = (0.0, 0.0)
+    z_mm: Vec2 | None = Field(None, description="lower and upper end of the cylinder along the part's z axis")
+    mesh: str | None = Field(None, description="the body's own shape; a cylinder where it is left out")
+
+    @field_validator("z_mm")
+    @classmethod
+    def _ends_in_order(cls, value: Vec2 | None) -> Vec2 | None:
+        if value is not None and value[0] >= value[1]:
+            raise ValueError("the lower end must be below the upper end")
+        return value
+
+
+class Part(Section):
+    """The part: its sub-volumes, its body, and where it stands on the table."""
+
+    mesh: str | None = Field(None, description="the whole part in one mesh")
+    sub_volumes: list[str] = Field(default_factory=list, description="one closed mesh each")
+    body: Body | None = None
+    units: Literal["mm", "cm", "m", "inch"] = "mm"
+    position_mm: Vec3 = (0.0, 0.0, 0.0)
+    rotation_deg: float = Field(0.0, description="turn of the part about the table's normal")
+
+
+class Support(Section):
+    """A cylinder between the faceplate and the part."""
+
+    radius_mm: Positive
+    height_mm: Positive
+
+
+class Slicing(Section):
+    """How the layers are cut."""
+
+    strategy: Literal["planar", "cylindrical", "nonuniform"] = "nonuniform"
+    h_layer_mm: Positive = 1.73
+    h_min_mm: Positive = 1.39
+    h_max_mm: Positive = 2.2
+    tolerance_mm: Positive = Field(0.01, description="largest distance of a layer's chords from its exact curve")
+
+    @model_validator(mode="after")
+    def _heights_in_order(self) -> Slicing:
+        if not self.h_min_mm <= self.h_layer_mm <= self.h_max_mm:
+            raise ValueError("needs h_min_mm <= h_layer_mm <= h_max_mm")
+        return self
+
+
+class Sampling(Section):
+    """How the layers' curves become targets."""
+
+    chord_tolerance_mm: Positive = 0.3
+    min_segment_mm: Positive = 3.0
+
+
+class Roll(Section):
+    """Angles allowed about the wire."""
+
+    fixed_deg: float | None = None
+    range_deg: Vec2 | None = None
+
+    @model_validator(mode="after")
+    def _one_of(self) -> Roll:
+        if (self.fixed_deg is None) == (self.range_deg is None):
+            raise ValueError("is free, or {fixed_deg: ..}, or {range_deg: [low, high]}")
+        if self.range_deg is not None and not 0 <= self.range_deg[1] - self.range_deg[0] <= 360:
+            raise ValueError("range_deg needs low <= high, at most 360 apart")
+        return self
+
+
+class Table(Section):
+    """Angles of the positioner."""
+
+    E1_deg: float = 0.0
+    E2_deg: float = 0.0
+
+
+class Robot(Section):
+    """The arm: a shipped model's name or an MJCF file, where it stands, and what its joints are called."""
+
+    model: str = "kr70_r2100"
+    position_mm: Vec3 = (0.0, 0.0, 0.0)
+    rotation_deg: Vec3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
+    joints: list[str] = ["A1", "A2", "A3", "A4", "A5", "A6"]
+    flange: str = "flange"
+    base: str = Field("base_link", description="body whose frame the report's base_* columns are given in")
+    max_speed_deg_s: list[Positive] | None = Field(None, description="where the MJCF does not carry them")
+
+
+class Torch(Section):
+    """The tool: a shipped model's name or an MJCF file; for cmt_torch its dimensions."""
+
+    model: str = "cmt_torch"
+    tcp: str = "tcp"
+    wire: list[str] = Field(["torch_wire"], description="geoms that may touch the part")
+    dimensions: dict[str, float] = Field(default_factory=dict, description="of cmt_torch, see its README")
+
+
+class Positioner(Section):
+    """The table: a shipped model's name or an MJCF file, where it stands, and what its joints are called."""
+
+    model: str = "kp2_hv500"
+    position_mm: Vec3 = (1500.0, 0.0, 0.0)
+    rotation_deg: Vec3 = (0.0, 0.0, 0.0)
+    joints: tuple[str, str] = ("E1", "E2")
+    table: str = "table"
+
+
+class Box(Section):
+    """A box fixture."""
+
+    size_mm: tuple[Positive, Positive, Positive]
+
+
+class Cylinder(Section):
+    """An upright cylinder fixture."""
+
+    radius_mm: Positive
+    height_mm: Positive
+
+
+class Fixture(Section):
+    """Something that stands in the cell: one of box, cylinder or mesh, given by its centre."""
+
+    name: str
+    box: Box | None = None
+    cylinder: Cylinder | None = None
+    mesh: str | None = None
+    units: Literal["mm", "cm", "m", "inch"] = "mm"
+    position_mm: Vec3 = (0.0, 0.0, 0.0)
+    rotation_deg: Vec3 = (0.0, 0.0, 0.0)
+    on: Literal["floor", "table"] = Field("floor", description="frame it is given in and moves with")
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Fixture:
+        if sum(shape is not None for shape in (self.box, self.cylinder, self.mesh)) != 1:
+            raise ValueError("needs exactly one of box, cylinder, mesh")
+        return self
+
+
+class Checks(Section):
+    """What a target has to keep."""
+
+    clearance_mm: NotNegative = 5.0
+    wrist_deg: NotNegative = 5.0
+    elbow_deg: NotNegative = 5.0
+    shoulder_mm: NotNegative = 50.0
+    sigma: NotNegative = Field(0.02, description="smallest singular value; arms without a spherical wrist only")
+    gravity_max_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
+        None, description="largest angle between the deposition direction and up; null does not limit it"
+    )
+
+
+class Ik(Section):
+    """How configurations are searched."""
+
+    solver: Literal["auto", "closed_form", "dls"] = "auto"
+    roll_step_deg: Annotated[float, Field(gt=0, le=90)] = 15.0
+    seeds: Annotated[int, Field(ge=1, le=256)] = 16
+
+
+class Process(Section):
+    """Speeds and moves of the deposition."""
+
+    deposition_speed_mm_s: Positive = 8.0
+    travel_speed_mm_s: Positive = 100.0
+    retract_mm: Positive = 30.0
+
+
+class Expect(Section):
+    """What a case is expected to give, for pytest."""
+
+    verdict: Literal["feasible", "infeasible"]
+    infeasible: int | None = Field(None, description="number of infeasible targets")
+    reasons: dict[str, int] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
+
+    @field_validator("reasons")
+    @classmethod
+    def _known(cls, value: dict[str, int] | list[str] | None) -> dict[str, int] | list[str] | None:
+        unknown = set(value or ()) - set(REASONS)
+        if unknown:
+            raise ValueError(f"unknown reason {sorted(unknown)[0]!r}; known are {', '.join(REASONS)}")
+        return value
+
+
+class Case(Section):
+    """A whole case; see the module's docstring."""
+
+    extends: str | None = Field(
+        None, description="another case this one changes; name, description, expect stay its own"
+    )
+    name: str | None = None
+    description: str | None = None
+    part: Part
+    support: Support | None = None
+    slicing: Slicing = Slicing()
+    sampling: Sampling = Sampling()
+    roll: Literal["free"] | Roll = "free"
+    table: Table = Table()
+    robot: Robot = Robot()
+    tool: Torch = Torch()
+    positioner: Positioner = Positioner()
+    fixtures: list[Fixture] = Field(default_factory=list)
+    floor: bool = True
+    checks: Checks = Checks()
+    ik: Ik = Ik()
+    process: Process = Process()
+    expect: Expect | None = None
+
+    _path: Path = Path("case.yaml")
+
+    @field_validator("expect", mode="before")
+    @classmethod
+    def _short_expectation(cls, value: object) -> object:
+        return {"verdict": value} if isinstance(value, str) else value
+
+    @property
+    def path(self) -> Path:
+        """The file the case was read from."""
+        return self._path
+
+    @property
+    def title(self) -> str:
+        """The case's name, or its file's."""
+        return self.name or self._path.name.removesuffix(".yaml").removesuffix(".case")
+
+    def path_of(self, name: str) -> Path:
+        """A file that the case names, relative to the case file."""
+        return self._path.parent / name
