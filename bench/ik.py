@@ -68,7 +68,7 @@ def ours(chain: Chain, count: int) -> list[Row]:
     def least_squares(window: RollWindow, enough: int | None) -> Callable[[Floats], float]:
         return lambda Ts: float(dls.solve(chain, Ts, window, seeds=16, enough=enough).ok.any(axis=1).mean())
 
-    few = max(count // 10, 50)
+    few = max(count // 2, 50)
     return [
         Row("closed form, 8 branches", count, lambda Ts: inside(closed_form.solve(form, Ts))),
         Row(
@@ -115,9 +115,10 @@ def roboticstoolbox_rows(chain: Chain, count: int) -> list[Row]:
         x /= np.linalg.norm(x)
         frame[:3, :3] = np.column_stack([x, np.cross(chain.axes[j], x), chain.axes[j]])
         limits = [chain.lower[j], chain.upper[j]]
-        links *= rtb.ET.SE3(SE3(chain.origins[j] @ frame, check=False)) * rtb.ET.Rz(qlim=limits)
+        links *= rtb.ET.SE3(SE3(chain.origins[j] @ frame, check=False)) * rtb.ET.Rz(jindex=j, qlim=limits)
         links *= rtb.ET.SE3(SE3(frame.T, check=False))
     links *= rtb.ET.SE3(SE3(chain.T_last_tcp, check=False))
+    links = links.compile()  # fixed frames in a row become one
 
     def levenberg_marquardt(Ts: Floats) -> float:
         return float(np.mean([bool(links.ik_LM(T, slimit=16).success) for T in Ts]))

@@ -60,6 +60,7 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
 
 
 def one_line(error: Exception) -> str:
+    """MuJoCo's messages, which span several lines, in one."""
     return " ".join(str(error).split())
 
 
@@ -76,6 +77,7 @@ def _quat(rotation_deg: tuple[float, float, float]) -> Floats:
 
 
 def surroundings(case: Case) -> mujoco.MjSpec:
+    """An empty world: light, sky, and the floor if the case has one; no gravity."""
     world = mujoco.MjSpec()
     world.modelname = "cell"
     world.compiler.degree = False
@@ -142,7 +144,14 @@ def surroundings(case: Case) -> mujoco.MjSpec:
 
 
 def add_robot(world: mujoco.MjSpec, case: Case) -> dict[str, float]:
-    """Attach the arm and its tool; gives the angles of the arm's ``home`` keyframe by joint name."""
+    """Attach the arm and its tool.
+
+    Returns:
+        The angles of the arm's ``home`` keyframe by joint name, rad.
+
+    Raises:
+        InputError: there is no such model, or its flange or the tool's dimensions are not as the case says.
+    """
     robot = _load(case, case.robot.model, "robot")
     home = _home(robot)
     _drop_keys(robot)
@@ -185,6 +194,11 @@ def _home(robot: mujoco.MjSpec) -> dict[str, float]:
 
 
 def add_positioner(world: mujoco.MjSpec, case: Case) -> None:
+    """Attach the positioner where the case puts it.
+
+    Raises:
+        InputError: there is no such model.
+    """
     positioner = _load(case, case.positioner.model, "positioner")
     _drop_keys(positioner)
     for numeric in list(positioner.numerics):
@@ -232,6 +246,11 @@ def _on_table(world: mujoco.MjSpec, case: Case) -> tuple[mujoco.MjsBody, mujoco.
 
 
 def add_part(world: mujoco.MjSpec, case: Case, part: PartShape) -> None:
+    """Put support and part onto the positioner's table, with a site ``part`` at the part's frame.
+
+    Raises:
+        InputError: the positioner has no such site.
+    """
     turn, table = _on_table(world, case)
     lift = 0.0
     fixed = turn.add_body(name="workpiece", pos=table.pos, quat=table.quat)
@@ -291,6 +310,11 @@ def add_part(world: mujoco.MjSpec, case: Case, part: PartShape) -> None:
 
 
 def add_fixture(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> None:
+    """Put a fixture onto the floor or the table.
+
+    Raises:
+        InputError: its mesh is missing.
+    """
     if fixture.on == "table":
         turn, table = _on_table(world, case)
         parent = turn.add_body(name=f"fixture_{fixture.name}_frame", pos=table.pos, quat=table.quat)
@@ -354,8 +378,8 @@ def set_contact_bits(world: mujoco.MjSpec, case: Case) -> None:
 def pair_tool_with_forearm(world: mujoco.MjSpec, case: Case) -> None:
     """Name the pairs of the tool and the link before the last.
 
-    MuJoCo leaves out parent and child, and the tool is welded to the last link, so that its pairs with that link's parent
-    would never be tested. What is bolted onto the flange itself turns about that link's own axis and stays out.
+    MuJoCo leaves out parent and child, and the tool is welded to the last link, so that its pairs with that link's
+    parent would never be tested. What is bolted onto the flange itself turns about the flange's own axis and stays out.
     """
     last = world.joint(case.robot.joints[-1])
     if last is None:

@@ -322,8 +322,8 @@ def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
     clearance = best["least_clearance_mm"]
     room = "more than 50 mm" if clearance is None else f"{clearance:.1f} mm"
     yield (
-        f"best: E1 = {best['E1_deg']:g}, E2 = {best['E2_deg']:g} deg: deposits at most {best['gravity_max_deg']:.0f} deg "
-        f"off upright, least clearance {room}"
+        f"best: E1 = {best['E1_deg']:g}, E2 = {best['E2_deg']:g} deg: deposits at most "
+        f"{best['gravity_max_deg']:.0f} deg off upright, least clearance {room}"
     )
 
 
