@@ -1,7 +1,7 @@
 """Write docs/paper_poses.md: what becomes of the paper's two table poses, and how far that hangs on its gaps.
 
-``python docs/paper_poses.py`` takes some minutes. Every figure is a whole check of the shipped propeller's blade (motion,
-limits, singularities, collisions), at each placement of the positioner and each roll about the wire.
+``python docs/paper_poses.py`` takes some minutes. Every figure is a whole check of the shipped propeller's blade
+(motion, limits, singularities, collisions), at each placement of the positioner and each roll about the wire.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ held joints after Bertsekas, Projected Newton methods for optimization problems 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -193,7 +194,13 @@ def _columns(chain: Chain, Ts: Floats) -> tuple[ColumnChain, Floats]:
     """The arm and its targets (x, y, z, p: (4, 3, m)) with lengths in units of LENGTH_SCALE."""
     targets = np.array(Ts[:, :3].transpose(2, 1, 0), dtype=float, order="C")
     targets[3] /= LENGTH_SCALE
-    return ColumnChain.of(chain, LENGTH_SCALE), targets
+    return _arm(chain), targets
+
+
+@lru_cache(maxsize=16)
+def _arm(chain: Chain) -> ColumnChain:
+    """The chain's constants, worked out once: following a short bead would take less time than this."""
+    return ColumnChain.of(chain, LENGTH_SCALE)
 
 
 def _descend(

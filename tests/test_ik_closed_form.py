@@ -68,6 +68,18 @@ def test_random_arms_of_the_class(seed, bent):
     np.testing.assert_allclose(reach_excess(form, Ts), 0.0, atol=1e-9)
 
 
+@pytest.mark.slow
+def test_a_thousand_random_arms_of_the_class():
+    for seed in range(1000):
+        rng = np.random.default_rng(seed)
+        chain = random_class_arm(rng, bent_wrist=bool(seed % 2))
+        wanted = rng.uniform(-3, 3, (20, 6))
+        Ts = chain.forward(wanted)
+        q = solve(form_of(chain), Ts)
+        assert worst_pose_error(chain, q, Ts)[0] < 1e-9, seed
+        assert distance_to_nearest(q, wanted).max() < 1e-5, seed
+
+
 def test_branches_are_those_of_py_opw_kinematics():
     opw = pytest.importorskip("py_opw_kinematics")
     from scipy.spatial.transform import RigidTransform

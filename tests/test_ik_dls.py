@@ -50,6 +50,16 @@ def test_full_poses_are_found_from_sixteen_seeds():
     assert found.ok.mean() >= 0.5
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("window", WINDOWS.values(), ids=WINDOWS)
+def test_hardly_any_of_many_targets_is_missed(window):
+    chain = welder()
+    Ts = apply_roll(chain.forward(sampled(chain, 3000, seed=11)), np.full(3000, -window.low / 2 - window.high / 2))
+    found = dls.solve(chain, Ts, window)
+    check_found(chain, found, Ts, window)
+    assert found.ok.any(axis=1).mean() >= 0.99
+
+
 def random_targets(chain, count, seed):
     """Targets around the arm, many of them out of its reach."""
     rng = np.random.default_rng(seed)

@@ -1,11 +1,11 @@
 """The propeller of Lettori et al. (2024), as a parametric solid: ``python models/parts/propeller.py [--out DIR]``.
 
-Writes propeller.stl (hub and blades in one), propeller_hub.stl, and propeller_blade.stl (the one blade that is sliced, its root
-on the hub's cylinder). Part frame, mm: z is the hub's axis, the hub stands on z = 0, the sliced blade points along -y.
-What was dimensioned after the paper and what was not: README.md beside this file.
+Writes propeller.stl (hub and blades in one), propeller_hub.stl, and propeller_blade.stl (the one blade that is sliced,
+its root on the hub's cylinder). Part frame, mm: z is the hub's axis, the hub stands on z = 0, the sliced blade points
+along -y. What was dimensioned after the paper and what was not: README.md beside this file.
 
-A blade's section at radius r is an ellipse in the cylinder's unrolled plane (arc length, z), its chord at the angle of a
-helix of constant pitch; the tip is crowned.
+A blade's section at radius r is an ellipse in the cylinder's unrolled plane (arc length, z), its chord at the angle of
+a helix of constant pitch; the tip is crowned.
 """
 
 from __future__ import annotations
