@@ -59,7 +59,7 @@ def span(curves: list[Curve], axis_point: tuple[float, float]) -> tuple[float, f
     for k, curve in enumerate(curves):
         points = np.concatenate([curve.points, curve.points[:1]]) if curve.closed else curve.points
         angle = np.unwrap(np.arctan2(points[:, 1] - axis_point[1], points[:, 0] - axis_point[0]))
-        first = float(angle.min()) % full
+        first = float(angle.min()) % full % full  # an angle just below 0 rounds up to a whole turn, which is 0
         low[2 * k : 2 * k + 2] = first - full, first  # twice: what runs past 360 degrees begins again at 0
         high[2 * k : 2 * k + 2] = low[2 * k : 2 * k + 2] + float(np.ptp(angle))
     order = np.argsort(low)

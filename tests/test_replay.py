@@ -311,7 +311,9 @@ cell.replay.Player.texts = lambda player: (frames.append(player.time), texts(pla
 e1, e2 = map(float, sys.argv[2:4])
 result = check(prepare(load_case(sys.argv[1])), e1, e2)
 def stop():
-    time.sleep(3)
+    until = time.monotonic() + 60
+    while len(frames) < 8 and time.monotonic() < until:
+        time.sleep(0.1)
     os.kill(os.getpid(), signal.SIGINT)
 threading.Thread(target=stop, daemon=True).start()
 replay(result, speed=4.0)

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from test_slicing_solids import (
     BODY,
@@ -290,6 +290,7 @@ def test_holes_are_left_out_of_the_area():
 
 
 @settings(max_examples=60, deadline=None)
+@example([(0.0, 0.25), (-1e-214, 1.0)])
 @given(st.lists(st.tuples(st.floats(-3.1, 3.1), st.floats(0.05, 1.2)), min_size=1, max_size=4))
 def test_span_covers_all_loops_and_no_more_than_it_must(arcs):
     from slicing.intersect import Curve

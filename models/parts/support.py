@@ -1,0 +1,219 @@
+"""The support of Lettori et al. (2024), as a parametric solid: ``python models/parts/support.py [--out DIR]``.
+
+Writes support.stl (post and sub-volumes in one), support_body.stl (the post with its bore) and support_sv1.stl to
+support_sv3.stl (what is sliced, roots on the post's cylinder). Part frame, mm: z is the post's axis, the post stands on
+z = 0, the sub-volumes point along +y. What was dimensioned after the paper and what was not: README.md beside this file.
+
+SV1 is an arm set to one side of the post, SV2 a block, SV3 a round-ended pad; all three have flat ends across y.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+import manifold3d
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+SUNK = 5.0  # how far a root reaches into the post where the two are joined
+STEPS = 192  # along a plate's root
+
+
+@dataclass(frozen=True)
+class Support:
+    """Dimensions, mm and degrees; angles about z from +y towards +x.
+
+    Attributes:
+        radius: of the post.
+        bore_radius: of its bore.
+        height: of the post.
+        arm_foot: where SV1's root begins and ends on the post, deg.
+        arm_end: where its end begins and ends, x.
+        arm_top: y of its end.
+        arm_footprint: area of its root, mm2; gives its thickness along z.
+        arm_z: of its middle.
+        block_width: of SV2, along x.
+        block_top: y of its end.
+        block_footprint: area of its root, mm2; gives its length along z.
+        block_z: of its middle.
+        pad_width: of SV3, along x.
+        pad_top: y of its end.
+        pad_footprint: area of its root, mm2; gives its length along z.
+        pad_z: of its middle.
+    """
+
+    radius: float = 30.0
+    bore_radius: float = 12.0
+    height: float = 110.0
+    arm_foot: tuple[float, float] = (-20.0, 80.0)
+    arm_end: tuple[float, float] = (-10.0, 19.5)
+    arm_top: float = 81.0
+    arm_footprint: float = 233.88
+    arm_z: float = 95.0
+    block_width: float = 10.4
+    block_top: float = 55.6
+    block_footprint: float = 272.86
+    block_z: float = 58.0
+    pad_width: float = 12.0
+    pad_top: float = 38.1
+    pad_footprint: float = 247.45
+    pad_z: float = 20.0
+
+    @property
+    def arm_thickness(self) -> float:
+        """Along z: the footprint over the arc of its root."""
+        return self.arm_footprint / (self.radius * np.deg2rad(self.arm_foot[1] - self.arm_foot[0]))
+
+    @property
+    def block_half_angle(self) -> float:
+        """Half of what SV2's root spans on the post, deg."""
+        return float(np.rad2deg(np.arcsin(self.block_width / 2 / self.radius)))
+
+    @property
+    def block_length(self) -> float:
+        """Along z: the footprint over the arc of its root."""
+        return self.block_footprint / (2 * self.radius * np.deg2rad(self.block_half_angle))
+
+    @property
+    def pad_length(self) -> float:
+        """Along z: straight sides as long as the footprint needs, on the polygon that stands for the round ends."""
+        flat = _unrolled_area(self, 0.0)
+        return self.pad_width + (self.pad_footprint - flat) / (
+            2 * self.radius * np.arcsin(self.pad_width / 2 / self.radius)
+        )
+
+
+def _stadium(p: Support, straight: float, around: int = 192) -> Floats:
+    """Outline of the pad, (around, 2) x and z about its middle; point k and point -k have the same x."""
+    angle = 2 * np.pi * np.arange(around) / around
+    x, z = p.pad_width / 2 * np.cos(angle), p.pad_width / 2 * np.sin(angle)
+    return np.stack([x, z + straight / 2 * np.sign(np.round(z, 9))], axis=1)
+
+
+def _unrolled_area(p: Support, straight: float) -> float:
+    """Area of the pad's root on the unrolled post, mm2."""
+    x, z = _stadium(p, straight).T
+    s = p.radius * np.arcsin(x / p.radius)
+    return 0.5 * abs(float(np.dot(s, np.roll(z, -1)) - np.dot(z, np.roll(s, -1))))
+
+
+def plate(
+    radius: float,
+    foot: tuple[float, float],
+    end: tuple[float, float],
+    top: float,
+    z: tuple[float, float],
+    sunk: float = 0.0,
+) -> trimesh.Trimesh:
+    """A plate across z from a cylinder to a flat end.
+
+    Args:
+        radius: of the cylinder.
+        foot: where the root begins and ends, deg from +y towards +x.
+        end: where the end begins and ends, x.
+        top: y of the end.
+        z: of the two faces.
+        sunk: how far its root is carried on towards the axis, to be joined to the cylinder.
+
+    Returns:
+        The plate, mm, closed.
+    """
+    angle = np.deg2rad(np.linspace(*foot, STEPS + 1))
+    around = np.stack([np.sin(angle), np.cos(angle)], axis=1)
+    rows = [radius * around, np.stack([np.linspace(*end, STEPS + 1), np.full(STEPS + 1, top)], axis=1)]
+    if sunk > 0:
+        rows.insert(0, (radius - sunk) * around)
+    plan = np.concatenate(rows)
+    vertices = np.concatenate([np.column_stack([plan, np.full(len(plan), level)]) for level in z])
+    number = np.arange(len(vertices)).reshape(2, len(rows), STEPS + 1)
+    grids = [number[1], number[0, ::-1]]  # across z, across the root and the end, across the sides
+    grids += [number[:, -1].T, number[:, 0].T[::-1], number[:, :, -1], number[::-1, :, 0]]
+    return _closed(vertices, np.concatenate([_quads(grid) for grid in grids]))
+
+
+def _quads(grid: Ints) -> Ints:
+    """Two triangles for each cell of a grid of vertex numbers, all turned alike."""
+    a, b, c, d = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel(), grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
+    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+
+def _closed(vertices: Floats, faces: Ints) -> trimesh.Trimesh:
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    if mesh.volume < 0:
+        mesh.invert()
+    return mesh
+
+
+def arm(p: Support, sunk: float = 0.0) -> trimesh.Trimesh:
+    """SV1, mm; `sunk` as in :func:`plate`."""
+    half = p.arm_thickness / 2
+    return plate(p.radius, p.arm_foot, p.arm_end, p.arm_top, (p.arm_z - half, p.arm_z + half), sunk)
+
+
+def block(p: Support, sunk: float = 0.0) -> trimesh.Trimesh:
+    """SV2, mm; `sunk` as in :func:`plate`."""
+    angle, x, half = p.block_half_angle, p.block_width / 2, p.block_length / 2
+    return plate(p.radius, (-angle, angle), (-x, x), p.block_top, (p.block_z - half, p.block_z + half), sunk)
+
+
+def pad(p: Support, sunk: float = 0.0) -> trimesh.Trimesh:
+    """SV3, mm; `sunk` as in :func:`plate`."""
+    x, z = _stadium(p, p.pad_length - p.pad_width).T
+    root = np.sqrt(p.radius**2 - x**2)
+    rings = [np.stack([x, y, z + p.pad_z], axis=1) for y in (root - sunk, np.full(len(x), p.pad_top))]
+    around = len(x)
+    numbers = np.arange(2 * around).reshape(2, around)
+    # each cap in strips along z, so that the root's strips lie on the cylinder
+    half = np.arange(1, around // 2)
+    strips = np.concatenate([[[0, 0]], np.stack([half, around - half], axis=1), [[around // 2] * 2]])
+    faces = [_quads(np.concatenate([numbers, numbers[:, :1]], axis=1)), _quads(strips), _quads(strips[::-1] + around)]
+    flat = np.concatenate(faces)
+    flat = flat[(flat != np.roll(flat, 1, axis=1)).all(axis=1)]  # a strip that begins in a point is one triangle
+    return _closed(np.concatenate(rings), flat)
+
+
+def body(p: Support, sides: int = 360) -> trimesh.Trimesh:
+    """The post with its bore, its corners on the cylinder, mm."""
+    mesh = trimesh.creation.annulus(p.bore_radius, p.radius, p.height, sections=sides)
+    mesh.apply_translation([0, 0, p.height / 2])
+    return mesh
+
+
+def support(p: Support) -> trimesh.Trimesh:
+    """Post and sub-volumes in one closed mesh, mm."""
+    whole = _solid(body(p))
+    for make in (arm, block, pad):
+        whole += _solid(make(p, SUNK))
+    mesh = whole.to_mesh()
+    return trimesh.Trimesh(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
+
+
+def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
+    solid = manifold3d.Manifold(
+        manifold3d.Mesh64(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.uint64))
+    )
+    if solid.status() != manifold3d.Error.NoError:
+        raise RuntimeError(f"not a solid: {solid.status()}")
+    return solid
+
+
+def main() -> None:
+    """Build and write the meshes."""
+    parser = argparse.ArgumentParser(description="Build the support's meshes.")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder to write to")
+    out = parser.parse_args().out
+    p = Support()
+    made = {"": support(p), "_body": body(p), "_sv1": arm(p), "_sv2": block(p), "_sv3": pad(p)}
+    for name, mesh in made.items():
+        mesh.export(out / f"support{name}.stl")
+        size = ", ".join(f"{v:.2f}" for v in mesh.extents)
+        print(f"support{name}: {len(mesh.faces)} faces, {size} mm, {mesh.volume:.1f} mm3, closed: {mesh.is_watertight}")
+
+
+if __name__ == "__main__":
+    main()
