@@ -27,6 +27,7 @@ from .place import METRES_PER_MM, Placed, place
 from .plan import BeadPlan, Planner, Settings, Stretch
 from .scene import table_angles
 from .sections import REASONS
+from .travel import travel
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
 
@@ -191,7 +192,7 @@ def _plan(job: Job, planner: Planner) -> tuple[list[BeadPlan], list[Any], dict[i
         whole = len(plan.stretches) == 1 and plan.stretches[0].stop - plan.stretches[0].first == stop - first
         if last is not None and whole:
             # what was laid so far, the layer under the torch included
-            way = planner.travel(last, plan.stretches[0], int(planner.stage[last.stop - 1]) + 1)
+            way = travel(planner, last, plan.stretches[0], int(planner.stage[last.stop - 1]) + 1)
             travels.append(way)
             if isinstance(way, dict):
                 stuck[int(first)] = {"from_target": last.stop - 1, "travel": True, **way}

@@ -43,6 +43,10 @@ class Clearances:
     def __len__(self) -> int:
         return len(self.distance)
 
+    def rows(self, index: Ints) -> Clearances:
+        """Some of the configurations."""
+        return Clearances(self.distance[index], self.pair[index], self.position[index])
+
     @classmethod
     def none(cls, m: int) -> Clearances:
         """M configurations with nothing near."""
@@ -53,6 +57,7 @@ class Checker:
     """Collision detection of one scene at one table pose; not to be shared between threads."""
 
     scene: Scene
+    reach: float
 
     def __init__(self, scene: Scene, table: tuple[float, float], reach: float) -> None:
         """Prepare the model.
@@ -63,13 +68,13 @@ class Checker:
             reach: distances are known out to here, m.
         """
         self.scene = scene
+        self.reach = reach
         self._model = scene.model
         self._data = mujoco.MjData(scene.model)
         self._data.qpos[scene.table_qpos] = table
         # MuJoCo reports a pair out to the sum of its geoms' gaps
         self._geom_gap = np.where(self._model.geom_contype | self._model.geom_conaffinity, reach / 2, 0.0)
         self._pair_gap = reach
-        self._static: Clearances | None = None
 
     def clearances(self, q: Floats, stage: Ints) -> Clearances:
         """The nearest pair of every configuration.

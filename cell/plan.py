@@ -1,8 +1,8 @@
-"""The way of the arm through every bead and from bead to bead.
+"""The way of the arm through every bead.
 
-    planner = Planner(nodes, placed, targets, checker, settings)
-    ways = planner.beads()            # one BeadPlan a bead: runs, what cut them, clearances
-    planner.travel(q_from, q_to, ...) # from the end of one bead to the start of the next
+    planner = Planner(nodes, placed, path, stage, checker, settings)
+    plan = planner.bead(0, 14, None)  # BeadPlan: what can be run through, what cuts it, clearances
+    # cell.travel.travel(planner, ...): from the end of one bead to the start of the next
 
 A bead is searched on its nodes first and checked for collisions where the way leads (and where it fails, everywhere at
 that target); then followed densely between its targets. What turns out impossible is blocked and the search goes on.
@@ -17,18 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from ik import dls
 from ik.chain import Floats
 from ik.path import Edge, Run, best_runs
-from ik.roll import RollWindow
 
+from .between import radii, unproved
 from .collision import Checker, Clearances, Ints
-from .follow import JUMP, Steps, follow
+from .follow import Steps, follow
 from .nodes import Nodes
 from .place import METRES_PER_MM, Placed
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
-RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract, until the travel is free
 
 
 @dataclass(frozen=True)
@@ -123,6 +121,7 @@ class Planner:
         self.nodes, self.placed, self.path, self.stage = nodes, placed, path, stage
         self.checker, self.settings = checker, settings
         self.cost = nodes.cost.copy()
+        self.radius = radii(checker.scene)
         self._searched = np.zeros(len(path), dtype=bool)  # targets whose every node has been checked
         self._free = np.zeros(self.cost.shape, dtype=bool)  # nodes known to be free
         length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
@@ -222,7 +221,10 @@ class Planner:
         q = self.nodes.q[target, ends[..., 0], ends[..., 1], ends[..., 2]]
         roll = self.nodes.rolls[ends[..., 0]]
         track = follow(self.nodes.solver, self.placed, start, roll, q, self.nodes.limits, self.settings.steps)
-        clear = self.checker.clearances(track.q, self.stage[start[track.edge]])
+        stage = self.stage[start[track.edge]]
+        clear = self.checker.clearances(track.q, stage)
+        step, nearest = unproved(self.checker, self.radius, track.q, stage, clear, track.edge)
+        unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
         failed = False
         for e, (i, edge) in enumerate(todo):
             mine = track.edge == e
@@ -233,6 +235,8 @@ class Planner:
             elif near.min() < self.settings.clearance:
                 k = np.flatnonzero(mine)[int(np.argmin(near))]
                 cause = {"on_the_way": "collision", **self.describe(clear, int(k))}
+            elif e in unsafe:
+                cause = {"on_the_way": "collision", **self.describe(nearest, unsafe[e])}
             if cause is not None:
                 blocked.setdefault(i, set()).add(edge)
                 causes.setdefault(i, []).append(cause)
@@ -335,58 +339,3 @@ class Planner:
             "required_mm": round(self.settings.clearance / METRES_PER_MM, 3),
             "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[k]],
         }
-
-    def travel(self, end: Stretch, start: Stretch, stage: int) -> tuple[Floats, Floats, Clearances] | dict[str, Any]:
-        """From the end of one bead to the start of the next: out along the normal, across, in again.
-
-        Args:
-            end: what was welded last.
-            start: what is welded next.
-            stage: deposits laid by then.
-
-        Returns:
-            Samples (m, j), the time of each step (m - 1,), and their clearances; or why there is no way.
-        """
-        why: dict[str, Any] = {}
-        for times in RETRACTS:
-            retract = self.settings.retract * times
-            leave = self._along_normal(end.stop - 1, end.q_targets[-1], float(end.roll[-1]), retract)
-            arrive = self._along_normal(start.first, start.q_targets[0], float(start.roll[0]), retract)
-            if isinstance(leave, str) or isinstance(arrive, str):
-                why = why or {"on_the_way": leave if isinstance(leave, str) else str(arrive)}
-                continue
-            q, dt = self._joined_travel(leave, arrive[::-1])
-            found = self.checker.clearances(q, np.full(len(q), stage))
-            if found.distance.min() >= self.settings.clearance:
-                return q, dt, found
-            why = {"on_the_way": "collision", **self.describe(found, int(np.argmin(found.distance)))}
-        return why
-
-    def _along_normal(self, i: int, q: Floats, roll: float, distance: float) -> Floats | str:
-        """Configurations from a target out along its normal, (m, j), or what stops it."""
-        count = max(int(np.ceil(distance / (2 * self.settings.steps.position))), 1)
-        solver = self.nodes.solver
-        T = np.repeat(self.placed.Ts_base_target[i : i + 1], count, axis=0)
-        T[:, :3, 3] += np.linspace(0, distance, count + 1)[1:, None] * self.placed.normal[i]
-        found = dls.follow(solver.chain, T, np.repeat(q[None], count, axis=0), RollWindow.fixed(roll))
-        if not found.ok.all():
-            return "joint_limit"
-        out = np.concatenate([q[None], found.q])
-        if np.abs(np.diff(out, axis=0)).max() > JUMP:
-            return "jump"
-        return out
-
-    def _joined_travel(self, leave: Floats, arrive: Floats) -> tuple[Floats, Floats]:
-        a, b = leave[-1], arrive[0]
-        way = np.abs(b - a)
-        count = max(int(np.ceil(way.max() / self.settings.steps.angle)), 1)
-        # a smooth start and stop, at half the joints' speed: accelerations are not looked at
-        s = np.linspace(0, 1, count + 1)
-        across = a + s[:, None] * (b - a)
-        speed = self.nodes.solver.chain.max_speed
-        total = float((way / (0.5 * np.where(np.isfinite(speed), speed, 1.0))).max())
-        out = 2 * self.settings.steps.position / self.settings.travel_speed
-        dt = np.concatenate(
-            [np.full(len(leave) - 1, out), np.full(count, total / count), np.full(len(arrive) - 1, out)]
-        )
-        return np.concatenate([leave, across[1:], arrive[1:]]), dt

@@ -1,0 +1,97 @@
+"""Between two samples of a motion: nothing is hit on the way, by clearance against travel.
+
+    radius = radii(scene)                                  # (n,) m
+    open_at = unproved(checker, radius, q, stage, found)   # steps of q that could not be proved free
+
+A step is free if the clearances at its ends add up to more than the longest way any point of the arm can travel on it;
+otherwise it is halved, and its middle looked at. What is still open after the last halving counts as not free.
+
+Source: Schwarzer, Saha, Latombe, Adaptive dynamic collision checking for single and multiple articulated robots in
+complex environments, IEEE T-RO 2005.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ik.chain import Floats
+
+from .collision import Checker, Clearances, Ints
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+HALVINGS = 8
+
+
+def radii(scene: Scene) -> Floats:
+    """How far any point of the arm and its tool can be from each joint, whatever the joints after it do.
+
+    Args:
+        scene: the cell.
+
+    Returns:
+        (n,) m: of joint i the greater of what its own link holds and the way to the next joint plus that joint's.
+    """
+    import mujoco
+
+    model, chain = scene.model, scene.chain
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    bodies = [int(model.joint(name).bodyid[0]) for name in chain.names]
+    anchors = np.array([data.xanchor[model.joint(name).id] for name in chain.names])
+    out = np.zeros(chain.n)
+    for g in np.flatnonzero(scene.arm_geom & ((model.geom_contype | model.geom_conaffinity) != 0)):
+        body = int(model.geom_bodyid[g])
+        while body not in bodies:
+            body = int(model.body_parentid[body])
+        i = bodies.index(body)
+        out[i] = max(out[i], float(np.linalg.norm(data.geom_xpos[g] - anchors[i]) + model.geom_rbound[g]))
+    for i in range(chain.n - 2, -1, -1):
+        out[i] = max(out[i], float(np.linalg.norm(chain.origins[i + 1, :3, 3])) + out[i + 1])
+    return out
+
+
+def unproved(
+    checker: Checker, radius: Floats, q: Floats, stage: Ints, found: Clearances, apart: Ints | None = None
+) -> tuple[Ints, Clearances]:
+    """Steps of a motion that cannot be proved free of contact.
+
+    Args:
+        checker: collision detection at the table pose.
+        radius: from :func:`radii`, (n,), m.
+        q: samples, (m, n), rad; between neighbours the joints move on straight lines.
+        stage: deposits laid at each sample, (m,).
+        found: clearances at the samples.
+        apart: motion that each sample belongs to, (m,); steps from one motion to the next are left out.
+
+    Returns:
+        First samples of the open steps, (k,), and the nearest pair seen on each of them.
+    """
+    step = np.arange(len(q) - 1)
+    if apart is not None:
+        step = step[apart[:-1] == apart[1:]]
+    known = np.minimum(found.distance, checker.reach)
+    a, b, da, db = q[step], q[step + 1], known[step], known[step + 1]
+    laid = np.maximum(stage[step], stage[step + 1])
+    for _ in range(HALVINGS):
+        # the sum over the joints of the arc that the farthest point can describe about each
+        open_ = da + db <= (np.abs(b - a) * radius).sum(axis=1)
+        step, a, b, da, db, laid = (x[open_] for x in (step, a, b, da, db, laid))
+        if not len(step):
+            return step, Clearances.none(0)
+        middle = (a + b) / 2
+        seen = checker.clearances(middle, laid)
+        dm = np.minimum(seen.distance, checker.reach)
+        hit = dm <= 0
+        if hit.any():
+            left, row = np.unique(step[hit], return_index=True)
+            return left, seen.rows(np.flatnonzero(hit)[row])
+        step, laid = np.concatenate([step, step]), np.concatenate([laid, laid])
+        a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
+        da, db = np.concatenate([da, dm]), np.concatenate([dm, db])
+    open_ = da + db <= (np.abs(b - a) * radius).sum(axis=1)
+    left = np.unique(step[open_])
+    return left, found.rows(left)

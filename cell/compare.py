@@ -1,0 +1,327 @@
+"""The three strategies side by side, by the paper's indices and scores: the data behind ``rbam compare``.
+
+    found = compare_case(load_case("blade.case.yaml"))       # one Comparison a sub-volume
+    found = compare_paper()                                  # the shipped parts, with the paper's own figures
+    document = compare_document("blade", found)              # "rbam-compare/1"
+    for line in compare_lines("blade", found): ...           # rich renderables
+
+A strategy that cannot slice a sub-volume (planes, where it runs right round the body) is left out of its scores and says
+why; only where none can is that an error.
+
+Source: Lettori et al. 2024, section 5.1 and tables 2 to 9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import yaml
+
+from slicing.indices import Indices, indices
+from slicing.layers import STRATEGIES, Body, SlicingParameters
+from slicing.part import Mesh, PartError, load_mesh
+from slicing.scores import Scores, scores_of
+from slicing.slicer import slice_sub_volume
+from slicing.targets import sample_targets
+
+from .config import MODELS_DIR, Case, Sampling
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+PAPER_TABLES = MODELS_DIR / "parts" / "paper_tables.yaml"
+TITLES = {"planar": "planar", "cylindrical": "cylindrical", "nonuniform": "non-uniform"}
+SAME_AREA = 1e-3  # relative: cylinders a nudge apart have areas this close
+SAME_ANGLE_RAD = 1e-6
+
+
+@dataclass(frozen=True)
+class Row:
+    """What one strategy gives, or why it gives nothing.
+
+    Attributes:
+        strategy: planar, cylindrical or nonuniform.
+        indices: None where it cannot slice the sub-volume.
+        problem: why not; None where it can.
+        thin_layers: layers with beads thinner than h_min somewhere.
+    """
+
+    strategy: str
+    indices: Indices | None
+    problem: str | None = None
+    thin_layers: int = 0
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One sub-volume under all strategies.
+
+    Attributes:
+        name: of the sub-volume.
+        rows: one a strategy, in the order of `slicing.layers.STRATEGIES`.
+        paper: the paper's own figures; None where there are none.
+        printed_F: the total scores as the paper prints them; None where there are none.
+    """
+
+    name: str
+    rows: tuple[Row, ...]
+    paper: tuple[Row, ...] | None = None
+    printed_F: tuple[float, ...] | None = None
+
+
+def compare_meshes(
+    meshes: Sequence[Mesh], body: Body, parameters: SlicingParameters, sampling: Sampling | None = None
+) -> list[Comparison]:
+    """Slice sub-volumes by every strategy.
+
+    Args:
+        meshes: the sub-volumes, part frame, mm.
+        body: what they stand on.
+        parameters: thicknesses; the strategy is replaced by each in turn.
+        sampling: how curves become targets.
+
+    Returns:
+        One comparison a sub-volume.
+
+    Raises:
+        InputError: a sub-volume that no strategy can slice; one line.
+    """
+    chosen = sampling or Sampling()
+    found = []
+    for mesh in meshes:
+        rows = tuple(_row(mesh, body, replace(parameters, strategy=s), chosen) for s in STRATEGIES)
+        if all(row.indices is None for row in rows):
+            raise InputError(str(rows[0].problem))
+        found.append(Comparison(mesh.name, rows))
+    return found
+
+
+def _row(mesh: Mesh, body: Body, parameters: SlicingParameters, sampling: Sampling) -> Row:
+    try:
+        sliced = slice_sub_volume(mesh, body, parameters)
+    except PartError as error:
+        return Row(parameters.strategy, None, str(error))
+    targets = sample_targets([sliced], sampling.chord_tolerance_mm, sampling.min_segment_mm)
+    thin = sum(layer.thickness_mm[0] < parameters.h_min_mm - 1e-6 for layer in sliced.layers)
+    return Row(parameters.strategy, indices(sliced, targets), None, thin)
+
+
+def compare_case(case: Case) -> list[Comparison]:
+    """Slice the sub-volumes of a case by every strategy, whichever its own is.
+
+    Args:
+        case: the case; its thicknesses and sampling are used.
+
+    Returns:
+        One comparison a sub-volume.
+
+    Raises:
+        InputError: a mesh is missing or cannot be used; one line.
+    """
+    part, s = case.part, case.slicing
+    if part.body is None:
+        raise InputError(f"{case.path}: part.body: missing")
+    try:
+        meshes = [load_mesh(case.path_of(name), part.units, f"SV{i + 1}") for i, name in enumerate(part.sub_volumes)]
+        body = Body(part.body.radius_mm, part.body.axis_xy_mm)
+        parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
+    except PartError as error:
+        raise InputError(str(error)) from None
+    return compare_meshes(meshes, body, parameters, case.sampling)
+
+
+def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLES) -> list[Comparison]:
+    """The shipped stand-ins for the paper's parts, with the paper's own figures.
+
+    Args:
+        parts: which of propeller, support, boiler, valve; all of them where left out.
+        tables: the paper's figures and the names of the meshes, which lie beside that file.
+
+    Returns:
+        One comparison a row of the paper's tables, named ``support/SV1``.
+
+    Raises:
+        InputError: a part that is not one of them, or a file that is missing or cannot be used; one line.
+    """
+    data = _paper_data(tables)
+    asked = data["parameters"]
+    parameters = SlicingParameters("planar", asked["h_layer_mm"], asked["h_min_mm"])
+    sampling = Sampling(chord_tolerance_mm=asked["chord_tolerance_mm"], min_segment_mm=asked["min_segment_mm"])
+    found = []
+    for part in data["parts"] if parts is None else parts:
+        if part not in data["parts"]:
+            raise InputError(f"{part}: not a part of the paper; allowed: {', '.join(data['parts'])}")
+        shipped = data["parts"][part]
+        try:
+            meshes = [load_mesh(tables.parent / f, "mm", f"{part}/{sv}") for sv, f in shipped["meshes"].items()]
+        except PartError as error:
+            raise InputError(str(error)) from None
+        for ours in compare_meshes(meshes, Body(shipped["body_radius_mm"]), parameters, sampling):
+            row = data["rows"][ours.name]
+            printed = None if row["F"] is None else tuple(float(v) for v in row["F"])
+            found.append(replace(ours, paper=_paper_rows(row), printed_F=printed))
+    return found
+
+
+def _paper_data(tables: Path) -> dict[str, Any]:
+    try:
+        data: dict[str, Any] = yaml.safe_load(tables.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(f"{tables}: cannot be read ({' '.join(str(error).split())})") from None
+    return data
+
+
+def _paper_rows(row: dict[str, list[float]]) -> tuple[Row, ...]:
+    columns = zip(row["NL"], row["A"], row["NV"], row["R"], strict=True)
+    return tuple(
+        Row(strategy, Indices(int(nl), float(a), int(nv), float(r)))
+        for strategy, (nl, a, nv, r) in zip(STRATEGIES, columns, strict=True)
+    )
+
+
+def scores_by_strategy(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
+    """I1 to I4 and F of every strategy that could slice the sub-volume, see `slicing.scores`."""
+    able, scored = _scored(rows)
+    return {row.strategy: scored.to_dict(k) for k, row in enumerate(able)}
+
+
+def best_strategy(rows: Sequence[Row]) -> str:
+    """The strategy with the greatest F; the first of equals."""
+    able, scored = _scored(rows)
+    return able[int(scored.best)].strategy
+
+
+def _scored(rows: Sequence[Row]) -> tuple[list[Row], Scores]:
+    able = [row for row in rows if row.indices is not None]
+    return able, scores_of([row.indices for row in able if row.indices is not None])
+
+
+def orders(rows: Sequence[Row]) -> dict[str, bool] | None:
+    """What the paper finds of its strategies, asked of a sub-volume.
+
+    Args:
+        rows: one a strategy.
+
+    Returns:
+        Answers by question; None where a strategy is missing:
+
+        A_kept: the proposed strategy adheres as well as cylinders do.
+        A_above_planar: and better than planes.
+        NV_at_most_cylindrical: it needs no more targets than cylinders.
+        R_zero_where_planar_is: it meets a top exactly where planes do.
+    """
+    by_name = {row.strategy: row.indices for row in rows}
+    planar, cylindrical, nonuniform = (by_name.get(s) for s in STRATEGIES)
+    if planar is None or cylindrical is None or nonuniform is None:
+        return None
+    return {
+        "A_kept": bool(np.isclose(nonuniform.A_mm2, cylindrical.A_mm2, rtol=SAME_AREA, atol=0.0)),
+        "A_above_planar": nonuniform.A_mm2 > planar.A_mm2,
+        "NV_at_most_cylindrical": nonuniform.NV <= cylindrical.NV,
+        "R_zero_where_planar_is": planar.R_rad > SAME_ANGLE_RAD or nonuniform.R_rad <= SAME_ANGLE_RAD,
+    }
+
+
+def compare_document(title: str, found: Sequence[Comparison]) -> dict[str, Any]:
+    """The contract "rbam-compare/1".
+
+    Args:
+        title: of the case, or what else was compared.
+        found: the comparisons.
+
+    Returns:
+        Plain lists, dicts, strings and numbers; mm2 and rad as the keys say.
+    """
+    return {
+        "schema": "rbam-compare/1",
+        "case": title,
+        "strategies": list(STRATEGIES),
+        "sub_volumes": [_sub_volume(one) for one in found],
+    }
+
+
+def _sub_volume(one: Comparison) -> dict[str, Any]:
+    document: dict[str, Any] = {
+        "name": one.name,
+        **_figures(one.rows),
+        "thin_layers": {row.strategy: row.thin_layers for row in one.rows if row.indices is not None},
+        "problems": {row.strategy: row.problem for row in one.rows if row.problem is not None},
+    }
+    if one.paper is not None:
+        printed = None if one.printed_F is None else dict(zip(STRATEGIES, one.printed_F, strict=True))
+        document["paper"] = {**_figures(one.paper), "printed_F": printed}
+    return document
+
+
+def _figures(rows: Sequence[Row]) -> dict[str, Any]:
+    return {
+        "indices": {row.strategy: row.indices.to_dict() if row.indices else None for row in rows},
+        "scores": scores_by_strategy(rows),
+        "best": best_strategy(rows),
+        "orders": orders(rows),
+    }
+
+
+def compare_lines(title: str, found: Sequence[Comparison]) -> Iterator[RenderableType]:
+    """The terminal report: a table a sub-volume, the paper's figures in brackets beside ours.
+
+    Args:
+        title: of the case, or what else was compared.
+        found: the comparisons.
+
+    Yields:
+        rich renderables.
+    """
+    from rich.text import Text
+
+    beside = any(one.paper for one in found)
+    yield Text.assemble((title, "bold"), "  strategies compared", "; the paper's figures in brackets" if beside else "")
+    for one in found:
+        yield _table(one)
+        yield from (f"{row.strategy}: {row.problem}" for row in one.rows if row.problem)
+    if beside:
+        both = [one for one in found if one.paper is not None]
+        same = sum(best_strategy(one.rows) == best_strategy(one.paper or ()) for one in both)
+        yield f"best F by the same strategy as in the paper: {same} of {len(both)}"
+
+
+CRITERIA = (
+    ("layers NL", "NL", 0),
+    ("adhesion A mm2", "A_mm2", 2),
+    ("targets NV", "NV", 0),
+    ("top R rad", "R_rad", 2),
+    *((f"score {key}", key, 2) for key in ("I1", "I2", "I3", "I4", "F")),
+)
+
+
+def _table(one: Comparison) -> RenderableType:
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    table.add_column(one.name, style="dim", min_width=16)
+    for row in one.rows:
+        table.add_column(TITLES[row.strategy], justify="right", min_width=18)
+    ours, best = _cells(one.rows), best_strategy(one.rows)
+    paper = {} if one.paper is None else _cells(one.paper)
+    for title, key, digits in CRITERIA:
+        cells = []
+        for row in one.rows:
+            value, theirs = ours[row.strategy].get(key), paper.get(row.strategy, {}).get(key)
+            text = "-" if value is None else f"{value:.{digits}f}"
+            text += "" if theirs is None else f" ({theirs:.{digits}f})"
+            cells.append(f"[bold green]{text}[/]" if key == "F" and row.strategy == best else text)
+        table.add_row(title, *cells)
+    return table
+
+
+def _cells(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
+    """Indices and scores by strategy; empty for one that could not slice."""
+    scored = scores_by_strategy(rows)
+    return {
+        row.strategy: {} if row.indices is None else {**row.indices.to_dict(), **scored[row.strategy]} for row in rows
+    }
