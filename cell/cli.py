@@ -36,6 +36,7 @@ EXAMPLES = """examples:
   rbam check my.case.yaml --e1 -45 --e2 0        another table pose
   rbam check --roll fixed:90 --json report.json  the wire's roll held at 90 deg; every target as data
   rbam slice my.case.yaml --targets targets.csv  the layers' targets
+  rbam compare --paper                           the slicing strategies on the paper's four parts
   rbam sweep my.case.yaml --e1 -90:90:15         which table angles work
   rbam replay my.case.yaml                       watch the checked motion
   rbam scene my.case.yaml --xml cell.xml         the cell as one MJCF for plain MuJoCo
@@ -119,6 +120,13 @@ def build_parser() -> argparse.ArgumentParser:
     cut.add_argument("--json", metavar="F", help="write the layers, rbam-slices/1 (- for stdout)")
     cut.add_argument("--targets", metavar="F.csv", help="write the targets")
 
+    compare = command("compare", _compare, "hold the slicing strategies against one another", COMPARE_TEXT)
+    compare.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
+    compare.add_argument(
+        "--paper", action="store_true", help="the paper's four parts, with its own figures beside ours"
+    )
+    compare.add_argument("--json", metavar="F", help="write the comparison, rbam-compare/1 (- for stdout)")
+
     sweep = command("sweep", _sweep, "try a grid of table angles and map which work", SWEEP_TEXT)
     sweep.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
     sweep.add_argument("--e1", metavar="LO:HI:STEP", help="tilts, deg (default: the axis' range by 45)")
@@ -164,6 +172,10 @@ Strategies: planar (planes across the sub-volume's own direction), cylindrical (
 body), nonuniform (from the body's curvature to planes within h_min .. h_max; Lettori et al. 2024).
 A mesh needs --body-radius: it stands on a cylinder about the z axis. Prints the paper's indices:
 layers NL, adhesion area A, targets NV, top angle R."""
+
+COMPARE_TEXT = """\
+Slices every sub-volume by each strategy and prints the paper's indices (layers NL, adhesion area
+A, targets NV, top angle R) with their normalised scores I1..I4 and the total F; higher is better."""
 
 SWEEP_TEXT = """\
 Every pose gets the verdict of rbam check at those angles. Poses at which some target has no
@@ -343,6 +355,23 @@ def _slice_input(args: argparse.Namespace) -> Case:
             merged[key] *= args.h_layer / case.slicing.h_layer_mm
     content = {**case.model_dump(exclude_none=True), "slicing": merged}
     return with_changes(case, slicing=parse_case(content, case.path).slicing)
+
+
+def _compare(args: argparse.Namespace) -> int:
+    _outputs(args.json)
+    from .compare import compare_case, compare_document, compare_lines, compare_paper
+
+    if args.paper and args.case:
+        raise InputError("--paper compares the paper's own parts: give either it or a case")
+    if args.paper:
+        title, found = "the paper's parts", compare_paper()
+    else:
+        case = _load(args)
+        title, found = case.title, compare_case(case)
+    if args.json:
+        _put_json(args.json, compare_document(title, found))
+    _say(compare_lines(title, found), sys.stderr if args.json == "-" else sys.stdout)
+    return FEASIBLE
 
 
 def _sweep(args: argparse.Namespace) -> int:

@@ -5,8 +5,8 @@
     document = compare_document("blade", found)              # "rbam-compare/1"
     for line in compare_lines("blade", found): ...           # rich renderables
 
-A strategy that cannot slice a sub-volume (planes, where it runs right round the body) is left out of its scores and says
-why; only where none can is that an error.
+A strategy that cannot slice a sub-volume (planes, where it runs right round the body) is left out of its scores and
+says why; only where none can is that an error.
 
 Source: Lettori et al. 2024, section 5.1 and tables 2 to 9.
 """
@@ -22,22 +22,23 @@ import numpy as np
 import yaml
 
 from slicing.indices import Indices, indices
-from slicing.layers import STRATEGIES, Body, SlicingParameters
+from slicing.layers import Body, SlicingParameters
 from slicing.part import Mesh, PartError, load_mesh
-from slicing.scores import Scores, scores_of
+from slicing.scores import ZERO_RAD, Scores, scores_of
 from slicing.slicer import slice_sub_volume
 from slicing.targets import sample_targets
 
-from .config import MODELS_DIR, Case, Sampling
+from .config import MODELS_DIR
 from .errors import InputError
+from .sections import Case, Sampling
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
 PAPER_TABLES = MODELS_DIR / "parts" / "paper_tables.yaml"
+STRATEGIES = ("planar", "cylindrical", "nonuniform")  # those of the paper, in its order
 TITLES = {"planar": "planar", "cylindrical": "cylindrical", "nonuniform": "non-uniform"}
 SAME_AREA = 1e-3  # relative: cylinders a nudge apart have areas this close
-SAME_ANGLE_RAD = 1e-6
 
 
 @dataclass(frozen=True)
@@ -63,13 +64,17 @@ class Comparison:
 
     Attributes:
         name: of the sub-volume.
-        rows: one a strategy, in the order of `slicing.layers.STRATEGIES`.
+        rows: one a strategy, in the order of :data:`STRATEGIES`.
+        parameters: thicknesses it was sliced with; the strategy in them says nothing.
+        sampling: how curves became targets.
         paper: the paper's own figures; None where there are none.
         printed_F: the total scores as the paper prints them; None where there are none.
     """
 
     name: str
     rows: tuple[Row, ...]
+    parameters: SlicingParameters
+    sampling: Sampling
     paper: tuple[Row, ...] | None = None
     printed_F: tuple[float, ...] | None = None
 
@@ -97,7 +102,7 @@ def compare_meshes(
         rows = tuple(_row(mesh, body, replace(parameters, strategy=s), chosen) for s in STRATEGIES)
         if all(row.indices is None for row in rows):
             raise InputError(str(rows[0].problem))
-        found.append(Comparison(mesh.name, rows))
+        found.append(Comparison(mesh.name, rows, parameters, chosen))
     return found
 
 
@@ -123,16 +128,22 @@ def compare_case(case: Case) -> list[Comparison]:
     Raises:
         InputError: a mesh is missing or cannot be used; one line.
     """
-    part, s = case.part, case.slicing
-    if part.body is None:
-        raise InputError(f"{case.path}: part.body: missing")
+    s = case.slicing
     try:
-        meshes = [load_mesh(case.path_of(name), part.units, f"SV{i + 1}") for i, name in enumerate(part.sub_volumes)]
-        body = Body(part.body.radius_mm, part.body.axis_xy_mm)
-        parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
+        meshes, body = _sub_volumes(case)
+        parameters = SlicingParameters(STRATEGIES[0], s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
     except PartError as error:
         raise InputError(str(error)) from None
     return compare_meshes(meshes, body, parameters, case.sampling)
+
+
+def _sub_volumes(case: Case) -> tuple[list[Mesh], Body]:
+    part = case.part
+    if part.body is None:
+        raise InputError(f"{case.path}: part.body: missing")
+    names = enumerate(part.sub_volumes, start=1)
+    meshes = [load_mesh(case.path_of(name), part.units, f"SV{i}") for i, name in names]
+    return meshes, Body(part.body.radius_mm, part.body.axis_xy_mm)
 
 
 def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLES) -> list[Comparison]:
@@ -223,7 +234,7 @@ def orders(rows: Sequence[Row]) -> dict[str, bool] | None:
         "A_kept": bool(np.isclose(nonuniform.A_mm2, cylindrical.A_mm2, rtol=SAME_AREA, atol=0.0)),
         "A_above_planar": nonuniform.A_mm2 > planar.A_mm2,
         "NV_at_most_cylindrical": nonuniform.NV <= cylindrical.NV,
-        "R_zero_where_planar_is": planar.R_rad > SAME_ANGLE_RAD or nonuniform.R_rad <= SAME_ANGLE_RAD,
+        "R_zero_where_planar_is": planar.R_rad > ZERO_RAD or nonuniform.R_rad <= ZERO_RAD,
     }
 
 
@@ -248,6 +259,10 @@ def compare_document(title: str, found: Sequence[Comparison]) -> dict[str, Any]:
 def _sub_volume(one: Comparison) -> dict[str, Any]:
     document: dict[str, Any] = {
         "name": one.name,
+        "parameters": {
+            **{key: getattr(one.parameters, key) for key in ("h_layer_mm", "h_min_mm", "h_max_mm")},
+            **one.sampling.model_dump(),
+        },
         **_figures(one.rows),
         "thin_layers": {row.strategy: row.thin_layers for row in one.rows if row.indices is not None},
         "problems": {row.strategy: row.problem for row in one.rows if row.problem is not None},

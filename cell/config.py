@@ -167,14 +167,28 @@ def _first_problem(error: ValidationError, content: dict[str, Any]) -> str:
         near = difflib.get_close_matches(where[-1], known, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
         return f"{key}: unknown key; {hint}"
-    if problem["type"] == "missing":
+    if problem["type"] == "missing" and not isinstance(problem["input"], list):
         return f"{key}: missing"
-    message = problem["msg"].removeprefix("Value error, ")
+    value = problem["input"]
+    message = _IN_WORDS.get(problem["type"], problem["msg"].removeprefix("Value error, "))
     if key == "roll" and problem["type"] == "literal_error":
         message = "is free, or {fixed_deg: ..}, or {range_deg: [low, high]}"
-    value = problem["input"]
     shown = "" if isinstance(value, dict) and value == content else f" (is {_short(value)})"
     return f"{key}: {message[:1].lower() + message[1:]}{shown}"
+
+
+_IN_WORDS = {
+    "missing": "has too few values",
+    "too_long": "has too many values",
+    "model_type": "is a section of keys and values",
+    "list_type": "is a list",
+    "tuple_type": "is a list of numbers",
+    "float_parsing": "is a number",
+    "float_type": "is a number",
+    "finite_number": "is a finite number",
+    "string_type": "is a text",
+    "bool_parsing": "is true or false",
+}
 
 
 def _keys_of(location: tuple[int | str, ...], content: object, missing: bool) -> list[str]:
@@ -182,8 +196,12 @@ def _keys_of(location: tuple[int | str, ...], content: object, missing: bool) ->
     keys: list[str] = []
     here = content
     for i, item in enumerate(location):
-        if (isinstance(here, dict) and item in here) or (isinstance(here, list) and isinstance(item, int)):
-            here = here[item]  # type: ignore[index]
+        if isinstance(here, list) and isinstance(item, int):
+            if item >= len(here):
+                break  # a value that is not there: the list is what is wrong
+            here = here[item]
+        elif isinstance(here, dict) and item in here:
+            here = here[item]
         elif not missing or i < len(location) - 1:
             continue
         keys.append(str(item))

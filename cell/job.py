@@ -106,11 +106,15 @@ def slice_case(case: Case) -> tuple[SlicedSubVolume, ...]:
     # keys that end in _mm are mm, whatever units the meshes are in
     body = Body(part.body.radius_mm, part.body.axis_xy_mm)
     parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
+    meshes: list[Mesh] = []
     try:
-        meshes = [load_mesh(case.path_of(name), part.units, f"SV{i + 1}") for i, name in enumerate(part.sub_volumes)]
+        for i, name in enumerate(part.sub_volumes):
+            meshes.append(load_mesh(case.path_of(name), part.units, f"SV{i + 1}"))
         return tuple(slice_sub_volume(mesh, body, parameters) for mesh in meshes)
     except PartError as error:
-        raise InputError(str(error)) from None
+        # what looked odd about the meshes, a wrong unit above all, is often why
+        hints = "".join(f"; {line}" for mesh in meshes for line in mesh.warnings)
+        raise InputError(f"{error}{hints}") from None
 
 
 def prepare(case: Case) -> Job:

@@ -223,7 +223,12 @@ def _own_names(world: mujoco.MjSpec, prefix: str) -> None:
         world.pairs,
     )
     for element in (e for group in named for e in group):
-        element.name = element.name.removeprefix(prefix)
+        name = element.name.removeprefix(prefix)
+        try:
+            element.name = name
+        except ValueError:
+            owner = prefix.rstrip("/")
+            raise InputError(f"{owner}.model: its name {name!r} is another's in this cell already") from None
     for exclude in world.excludes:
         exclude.bodyname1, exclude.bodyname2 = (
             exclude.bodyname1.removeprefix(prefix),
@@ -315,6 +320,8 @@ def add_fixture(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> None:
     Raises:
         InputError: its mesh is missing.
     """
+    if "/" in fixture.name or world.geom(fixture.name) is not None:
+        raise InputError(f"{case.path}: fixtures: the name {fixture.name!r} is taken, or holds a /; choose another")
     if fixture.on == "table":
         turn, table = _on_table(world, case)
         parent = turn.add_body(name=f"fixture_{fixture.name}_frame", pos=table.pos, quat=table.quat)
@@ -363,6 +370,9 @@ def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
 def set_contact_bits(world: mujoco.MjSpec, case: Case) -> None:
     """Everything may hit everything, but for the wire on the part (a model's own bits only say what collides)."""
     wires = set(case.tool.wire)
+    for wire in wires:
+        if world.geom(wire) is None:
+            raise InputError(f"{case.path}: tool.wire: {case.tool.model} has no geom named {wire!r}")
     part = {"support"}
     for geom in world.geoms:
         if not (geom.contype or geom.conaffinity):

@@ -89,7 +89,7 @@ def test_usage_errors_are_one_line(capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", [[], ["check"], ["slice"], ["sweep"], ["replay"], ["scene"]])
+@pytest.mark.parametrize("command", [[], ["check"], ["slice"], ["compare"], ["sweep"], ["replay"], ["scene"]])
 def test_help_teaches(command, capsys):
     with pytest.raises(SystemExit) as caught:
         main([*command, "--help"])
@@ -104,11 +104,25 @@ def test_models_and_dimensions_that_do_not_exist_are_named(make_case, capsys):
     assert "did you mean stick_out_mm?" in capsys.readouterr().err
     assert main(["check", str(make_case(robot={"joints": ["A1", "B2"]}))]) == 2
     assert "no joint named 'B2'" in capsys.readouterr().err
+    assert main(["check", str(make_case(tool={"wire": ["string"]}))]) == 2
+    assert "no geom named 'string'" in capsys.readouterr().err
+    assert main(["check", str(make_case(positioner={"model": "kr70_r2100"}))]) == 2
+    assert "positioner.model: its name 'base_link'" in capsys.readouterr().err
+    box = {"name": "floor", "box": {"size_mm": [1, 1, 1]}}
+    assert main(["check", str(make_case(fixtures=[box]))]) == 2
+    assert "the name 'floor' is taken" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("mesh", "says"),
-    [("open", "not closed"), ("far", "touch"), ("inside", "inside"), ("empty", "boss.stl")],
+    [
+        ("open", "not closed"),
+        ("far", "touch"),
+        ("inside", "inside"),
+        ("empty", "boss.stl"),
+        ("nan", "finite"),
+        ("metres", "unit"),
+    ],
 )
 def test_unusable_meshes_are_one_line(mesh, says, make_case, tmp_path, capsys):
     from conftest import boss_mesh
@@ -121,6 +135,10 @@ def test_unusable_meshes_are_one_line(mesh, says, make_case, tmp_path, capsys):
         solid.apply_translation([-30, 0, 0])
     elif mesh == "inside":
         solid.apply_scale(0.2)
+    elif mesh == "metres":
+        solid.apply_scale(1000)
+    elif mesh == "nan":
+        solid.vertices[0] = np.nan
     solid.export(tmp_path / "boss.stl")
     if mesh == "empty":
         (tmp_path / "boss.stl").write_bytes(b"")

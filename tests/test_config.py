@@ -42,6 +42,12 @@ BAD = [
     ({"part": {"sub_volumes": ["a.stl"]}}, "part.body: needs radius_mm"),
     ({"part": {"body": {"radius_mm": 2}}}, "needs sub_volumes"),
     ({"part": {"mesh": "a.stl", "sub_volumes": ["b.stl"]}}, "not both"),
+    ({**MINIMAL, "positioner": {"position_mm": [1, 2]}}, "positioner.position_mm: has too few values (is [1, 2])"),
+    ({**MINIMAL, "positioner": {"position_mm": [1, 2, 3, 4]}}, "positioner.position_mm: has too many values"),
+    ({**MINIMAL, "positioner": {"position_mm": [1, "x", 3]}}, "positioner.position_mm.1: is a number (is 'x')"),
+    ({**MINIMAL, "slicing": 5}, "slicing: is a section of keys and values (is 5)"),
+    ({**MINIMAL, "floor": "maybe"}, "floor: is true or false (is 'maybe')"),
+    ({"part": {"sub_volumes": 5, "body": {"radius_mm": 2}}}, "part.sub_volumes: is a list (is 5)"),
     ({}, "part: missing"),
     ([1, 2], "mapping"),
 ]

@@ -46,8 +46,8 @@ class Boiler:
     radius: float = 37.2
     height: float = 200.0
     nozzle_radius: float = 10.5
-    nozzle_bore_radius: float = 3.4
-    nozzle_top: float = 55.1
+    nozzle_bore_radius: float = 3.293
+    nozzle_top: float = 54.4
     nozzle_z: float = 150.0
     duct_half_angle: float = 74.4
     duct_width: float = 100.0

@@ -2,7 +2,8 @@
 
 Writes support.stl (post and sub-volumes in one), support_body.stl (the post with its bore) and support_sv1.stl to
 support_sv3.stl (what is sliced, roots on the post's cylinder). Part frame, mm: z is the post's axis, the post stands on
-z = 0, the sub-volumes point along +y. What was dimensioned after the paper and what was not: README.md beside this file.
+z = 0, the sub-volumes point along +y. What was dimensioned after the paper and what was not: README.md beside this
+file.
 
 SV1 is an arm set to one side of the post, SV2 a block, SV3 a round-ended pad; all three have flat ends across y.
 """
@@ -50,17 +51,17 @@ class Support:
     radius: float = 30.0
     bore_radius: float = 12.0
     height: float = 110.0
-    arm_foot: tuple[float, float] = (-20.0, 80.0)
-    arm_end: tuple[float, float] = (-10.0, 19.5)
+    arm_foot: tuple[float, float] = (-30.0, 74.0)
+    arm_end: tuple[float, float] = (-19.5, 19.5)
     arm_top: float = 81.0
     arm_footprint: float = 233.88
     arm_z: float = 95.0
     block_width: float = 10.4
-    block_top: float = 55.6
+    block_top: float = 54.8
     block_footprint: float = 272.86
     block_z: float = 58.0
     pad_width: float = 12.0
-    pad_top: float = 38.1
+    pad_top: float = 37.3
     pad_footprint: float = 247.45
     pad_z: float = 20.0
 

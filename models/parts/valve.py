@@ -1,8 +1,8 @@
 """The valve body of Lettori et al. (2024), as a parametric solid: ``python models/parts/valve.py [--out DIR]``.
 
-Writes valve.stl (body and branch in one), valve_body.stl (cylinder, end flanges and bore) and valve_sv1.stl (the branch that
-is sliced, its root on the body's cylinder). Part frame, mm: z is the body's axis, the body stands on z = 0, the branch
-points along +x. What was dimensioned after the paper and what was not: README.md beside this file.
+Writes valve.stl (body and branch in one), valve_body.stl (cylinder, end flanges and bore) and valve_sv1.stl (the branch
+that is sliced, its root on the body's cylinder). Part frame, mm: z is the body's axis, the body stands on z = 0, the
+branch points along +x. What was dimensioned after the paper and what was not: README.md beside this file.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ class Valve:
         branch_top: x of its flat end.
     """
 
-    radius: float = 74.2
+    radius: float = 74.3
     bore_radius: float = 60.0
     height: float = 200.0
     flange: tuple[float, float] = (100.0, 115.0)
     flange_thickness: float = 18.0
-    branch_radius: float = 27.0
-    branch_bore_radius: float = 18.0
+    branch_radius: float = 28.0
+    branch_bore_radius: float = 19.732
     branch_top: float = 190.0
 
 
