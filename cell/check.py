@@ -19,12 +19,12 @@ import numpy as np
 from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 
+from .bead import BeadPlan, Stretch
 from .collision import Checker
 from .job import Job
 from .motion import Motion, assemble
-from .nodes import Nodes, evaluate
 from .place import METRES_PER_MM, Placed, place
-from .plan import BeadPlan, Planner, Settings, Stretch
+from .plan import Planner, Settings
 from .scene import table_angles
 from .sections import REASONS
 from .travel import travel
@@ -113,6 +113,7 @@ def settings_of(job: Job) -> Settings:
         speed=case.process.deposition_speed_mm_s * METRES_PER_MM,
         travel_speed=case.process.travel_speed_mm_s * METRES_PER_MM,
         retract=case.process.retract_mm * METRES_PER_MM,
+        roll_step=float(np.deg2rad(case.ik.roll_step_deg)),
     )
 
 
@@ -140,11 +141,10 @@ def check(job: Job, E1_deg: float, E2_deg: float) -> Result:
     if blocked is not None:
         rows = tuple(Row("collision", blocked, True, None) for _ in range(len(job.targets)))
         return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
-    roll_step = np.deg2rad(job.case.ik.roll_step_deg)
-    nodes = evaluate(job.solver, placed, job.window, roll_step, job.singularity_limits)
-    planner = Planner(nodes, placed, job.targets.path, job.stage, checker, settings)
+    limits = job.singularity_limits
+    planner = Planner.of(job.solver, placed, job.stage, job.window, limits, checker, settings)
     plans, travels, stuck = _plan(job, planner)
-    rows = _rows(job, nodes, planner, plans, stuck, gravity)
+    rows = _rows(job, plans, stuck, gravity)
     stretches = [s for plan in plans for s in plan.stretches]
     motion = None
     if all(row.reason is None for row in rows):
@@ -156,8 +156,8 @@ def check(job: Job, E1_deg: float, E2_deg: float) -> Result:
         placed=placed,
         rows=rows,
         clearance=_least_clearance(job, stretches, travels),
-        singularity=_least_margin(nodes, stretches),
-        sigma=_least_sigma(nodes, stretches),
+        singularity=_least_margin(planner, stretches),
+        sigma=_least_sigma(planner, stretches),
         gravity=gravity,
         motion=motion,
     )
@@ -189,8 +189,7 @@ def _plan(job: Job, planner: Planner) -> tuple[list[BeadPlan], list[Any], dict[i
     for first, stop in zip(firsts, stops, strict=True):
         plan = planner.bead(int(first), int(stop), None if last is None else last.q_targets[-1])
         plans.append(plan)
-        whole = len(plan.stretches) == 1 and plan.stretches[0].stop - plan.stretches[0].first == stop - first
-        if last is not None and whole:
+        if last is not None and plan.whole:
             # what was laid so far, the layer under the torch included
             way = travel(planner, last, plan.stretches[0], int(planner.stage[last.stop - 1]) + 1)
             travels.append(way)
@@ -200,44 +199,26 @@ def _plan(job: Job, planner: Planner) -> tuple[list[BeadPlan], list[Any], dict[i
     return plans, travels, stuck
 
 
-def _rows(
-    job: Job,
-    nodes: Nodes,
-    planner: Planner,
-    plans: list[BeadPlan],
-    stuck: dict[int, dict[str, Any]],
-    gravity: Floats,
-) -> tuple[Row, ...]:
-    n = len(job.targets)
-    rows: list[Row | None] = [None] * n
-    # one roll alone and all configurations of it: nothing is left to look at
-    proved = nodes.exhaustive and nodes.window.is_fixed
-    steepest = job.case.checks.gravity_max_deg
+def _rows(job: Job, plans: list[BeadPlan], stuck: dict[int, dict[str, Any]], gravity: Floats) -> tuple[Row, ...]:
+    rows: dict[int, Row] = {}
     for plan in plans:
         for stretch in plan.stretches:
-            for i, q in zip(range(stretch.first, stretch.stop), stretch.q_targets, strict=True):
-                rows[i] = Row(None, {}, False, q)
-        for i, (found, q, roll) in plan.collisions.items():
-            detail = {**planner.describe(found, 0), "roll_deg": round(float(np.rad2deg(roll)), 3)}
-            rows[i] = Row("collision", detail, proved, None, q)
+            targets = range(stretch.first, stretch.stop)
+            rows.update((i, Row(None, {}, False, q)) for i, q in zip(targets, stretch.q_targets, strict=True))
+        for i, m in plan.missing.items():
+            rows[i] = Row(m.reason, m.detail, m.exhaustive, None, m.attempt)
         for i, detail in plan.cuts.items():
             reason = "speed" if detail["on_the_way"] == "speed" else "no_path"
-            rows[i] = Row(reason, detail, False, None, _q(rows[i]))
+            rows[i] = Row(reason, detail, False, None, rows[i].q)
     for i, detail in stuck.items():
-        rows[i] = Row("no_path", detail, False, None, _q(rows[i]))
-    for i in range(n):
-        if rows[i] is None:
-            reason, detail, attempt = nodes.why_not(i)
-            rows[i] = Row(reason, detail, proved, None, attempt)
-        row = rows[i]
-        if steepest is not None and row is not None and row.reason is None and gravity[i] > np.deg2rad(steepest):
-            measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
-            rows[i] = Row("gravity", measure, True, None, row.q)
-    return tuple(row for row in rows if row is not None)
-
-
-def _q(row: Row | None) -> Floats | None:
-    return None if row is None else row.q
+        rows[i] = Row("no_path", detail, False, None, rows[i].q)
+    steepest = job.case.checks.gravity_max_deg
+    if steepest is not None:
+        for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
+            if rows[i].reason is None:
+                measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
+                rows[i] = Row("gravity", measure, True, None, rows[i].q)
+    return tuple(rows[i] for i in range(len(job.targets)))
 
 
 def _least_clearance(job: Job, stretches: list[Stretch], travels: list[Any]) -> Least | None:
@@ -258,10 +239,10 @@ def _least_clearance(job: Job, stretches: list[Stretch], travels: list[Any]) -> 
     return Least(float(distance[k]), target, tuple(job.scene.geom_name(int(g)) for g in pair))
 
 
-def _least_margin(nodes: Nodes, stretches: list[Stretch]) -> Least | None:
+def _least_margin(planner: Planner, stretches: list[Stretch]) -> Least | None:
     if not stretches:
         return None
-    limits = nodes.limits.values(nodes.solver.geometry is not None)
+    limits = planner.limits.values(planner.solver.geometry is not None)
     margin = np.concatenate([s.margin for s in stretches])
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(limits > 0, margin / limits, np.inf)
@@ -271,8 +252,8 @@ def _least_margin(nodes: Nodes, stretches: list[Stretch]) -> Least | None:
     return Least(float(margin[k, kind]), int(np.concatenate([s.edge for s in stretches])[k]), (KINDS[kind],))
 
 
-def _least_sigma(nodes: Nodes, stretches: list[Stretch]) -> float | None:
+def _least_sigma(planner: Planner, stretches: list[Stretch]) -> float | None:
     if not stretches:
         return None
     q = np.concatenate([s.q_targets for s in stretches])
-    return float(smallest_singular_value(nodes.solver.chain, q).min())
+    return float(smallest_singular_value(planner.solver.chain, q).min())

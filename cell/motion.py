@@ -20,8 +20,8 @@ from .collision import Clearances, Ints
 from .place import METRES_PER_MM
 
 if TYPE_CHECKING:
+    from .bead import Stretch
     from .job import Job
-    from .plan import Stretch
 
 
 @dataclass(frozen=True, eq=False)

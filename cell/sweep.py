@@ -16,6 +16,7 @@ import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import IO, Any
@@ -26,7 +27,8 @@ from .check import check
 from .errors import InputError
 from .job import Job, prepare
 from .nodes import evaluate
-from .place import METRES_PER_MM, place
+from .place import METRES_PER_MM, Placed, place
+from .plan import FINER
 from .scene import table_angles
 from .sections import REASONS, Case
 
@@ -94,20 +96,10 @@ def pose_outcome(job: Job, pose: Pose) -> dict[str, Any]:
     """
     table = table_angles(job.scene, *pose)
     placed = place(job.targets, job.scene.T_base_part(*table))
-    roll_step = np.deg2rad(job.case.ik.roll_step_deg)
-    nodes = evaluate(job.solver, placed, job.window, roll_step, job.singularity_limits)
-    dead = np.flatnonzero(~np.isfinite(nodes.cost).any(axis=(1, 2, 3)))
+    dead, reasons = _without_configuration(job, placed)
     row: dict[str, Any] = {"E1_deg": pose[0], "E2_deg": pose[1]}
-    if len(dead):
-        count = Counter(nodes.why_not(int(i))[0] for i in dead)
-        reasons = {reason: count[reason] for reason in REASONS}
-        return {
-            **row,
-            "verdict": "infeasible",
-            "infeasible": len(dead),
-            "reasons": reasons,
-            "searched": False,
-        }
+    if dead:
+        return {**row, "verdict": "infeasible", "infeasible": dead, "reasons": reasons, "searched": False}
     result = check(job, *pose)
     clearance, margin = result.clearance, result.singularity
     return {
@@ -121,6 +113,22 @@ def pose_outcome(job: Job, pose: Pose) -> dict[str, Any]:
         "gravity_max_deg": round(float(np.rad2deg(result.gravity.max())), 3),
         "time_s": None if result.motion is None else round(float(result.motion.t_s[-1]), 2),
     }
+
+
+def _without_configuration(job: Job, placed: Placed) -> tuple[int, dict[str, int]]:
+    """How many targets have no configuration at any roll that a check would try, by reason."""
+    step = np.deg2rad(job.case.ik.roll_step_deg)
+    steps = [step] if job.window.is_fixed else [step, step / FINER]
+    dead = np.arange(len(placed.position))
+    for roll_step in steps:
+        left = replace(placed, position=placed.position[dead], normal=placed.normal[dead])
+        nodes = evaluate(job.solver, left, job.window, roll_step, job.singularity_limits)
+        none = np.flatnonzero(~np.isfinite(nodes.cost).any(axis=(1, 2, 3)))
+        dead = dead[none]
+        if not len(dead):
+            return 0, {}
+    count = Counter(nodes.why_not(int(i))[0] for i in none)
+    return len(dead), {reason: count[reason] for reason in REASONS}
 
 
 def sweep(

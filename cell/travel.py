@@ -17,10 +17,11 @@ from ik import dls
 from ik.chain import Floats
 from ik.roll import RollWindow
 
+from .bead import Stretch
 from .between import unproved
 from .collision import Clearances
 from .follow import JUMP
-from .plan import Planner, Stretch
+from .plan import Planner
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract, until the travel is free
 
@@ -62,7 +63,7 @@ def travel(
 def _along_normal(planner: Planner, i: int, q: Floats, roll: float, distance: float) -> Floats | str:
     """Configurations from a target out along its normal, (m, j), or what stops it."""
     count = max(int(np.ceil(distance / (2 * planner.settings.steps.position))), 1)
-    solver = planner.nodes.solver
+    solver = planner.solver
     T = np.repeat(planner.placed.Ts_base_target[i : i + 1], count, axis=0)
     T[:, :3, 3] += np.linspace(0, distance, count + 1)[1:, None] * planner.placed.normal[i]
     found = dls.follow(solver.chain, T, np.repeat(q[None], count, axis=0), RollWindow.fixed(roll))
@@ -81,7 +82,7 @@ def _joined(planner: Planner, leave: Floats, arrive: Floats) -> tuple[Floats, Fl
     # a smooth start and stop, at half the joints' speed: accelerations are not looked at
     s = np.linspace(0, 1, count + 1)
     across = a + s[:, None] * (b - a)
-    speed = planner.nodes.solver.chain.max_speed
+    speed = planner.solver.chain.max_speed
     total = float((way / (0.5 * np.where(np.isfinite(speed), speed, 1.0))).max())
     out = 2 * planner.settings.steps.position / planner.settings.travel_speed
     dt = np.concatenate([np.full(len(leave) - 1, out), np.full(count, total / count), np.full(len(arrive) - 1, out)])

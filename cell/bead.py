@@ -1,0 +1,312 @@
+"""The search of one bead: a way through its nodes, checked where it leads, until one is free or there is none.
+
+    plan = BeadSearch(planner, nodes, placed, stage, first).run(q_before)
+    plan.whole, plan.stretches, plan.cuts, plan.missing
+
+Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.path import Edge, Run, best_runs
+
+from .between import unproved
+from .collision import Clearances, Ints
+from .follow import follow
+from .nodes import Nodes
+from .place import Placed
+
+if TYPE_CHECKING:
+    from .plan import Planner
+
+ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
+UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A run of targets with its dense samples.
+
+    Attributes:
+        first: first target.
+        q_targets: configuration at each target, (t, j), rad.
+        roll: roll at each target, (t,), rad.
+        edge: target that each sample follows, (m,).
+        fraction: place between that target and the next, (m,).
+        q: samples, (m, j), rad.
+        position: TCP, (m, 3), base frame, m.
+        clearances: of the samples.
+        margin: singularity margins of the samples, (m, 4).
+    """
+
+    first: int
+    q_targets: Floats
+    roll: Floats
+    edge: Ints
+    fraction: Floats
+    q: Floats
+    position: Floats
+    clearances: Clearances
+    margin: Floats
+
+    @property
+    def stop(self) -> int:
+        """One past the last target."""
+        return self.first + len(self.q_targets)
+
+
+@dataclass(frozen=True, eq=False)
+class Missing:
+    """Why a target has no configuration that could be used.
+
+    Attributes:
+        reason: "unreachable", "joint_limit", "singular" or "collision".
+        detail: its measure.
+        attempt: the best attempt, (j,), rad, or None.
+        exhaustive: whether every configuration at every allowed roll was looked at.
+    """
+
+    reason: str
+    detail: dict[str, Any]
+    attempt: Floats | None
+    exhaustive: bool
+
+
+@dataclass(frozen=True, eq=False)
+class BeadPlan:
+    """What became of a bead.
+
+    Attributes:
+        stretches: what can be run through.
+        cuts: targets that cannot be reached from the one before, with why.
+        missing: targets without any configuration, with why.
+    """
+
+    stretches: tuple[Stretch, ...]
+    cuts: dict[int, dict[str, Any]]
+    missing: dict[int, Missing]
+
+    @property
+    def whole(self) -> bool:
+        """Whether the bead can be run through in one."""
+        return not self.cuts and not self.missing
+
+    @property
+    def lost(self) -> int:
+        """Targets that are cut off or missing."""
+        return len(self.cuts) + len(self.missing)
+
+
+class BeadSearch:
+    """Holds what a search has learned about its nodes and edges. Targets count from the bead's first."""
+
+    def __init__(self, planner: Planner, nodes: Nodes, placed: Placed, stage: Ints, first: int) -> None:
+        """Prepare.
+
+        Args:
+            planner: what all beads share.
+            nodes: candidates of the bead's targets.
+            placed: the bead's targets.
+            stage: deposits laid at each of them, (t,).
+            first: number of the bead's first target in the whole part.
+        """
+        self.planner, self.nodes, self.placed, self.stage, self.first = planner, nodes, placed, stage, first
+        self.cost = nodes.cost.copy()
+        self._judged = np.zeros(len(stage), dtype=bool)  # targets whose every node has been checked
+        self._free = np.zeros(self.cost.shape, dtype=bool)  # nodes known to be free
+        self._blocked: dict[int, set[Edge]] = {}
+        self._causes: dict[int, list[dict[str, Any]]] = {}
+        self._done: dict[tuple[int, Edge], Stretch] = {}
+        length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
+        self._times = np.where(length > 0, length / planner.settings.speed, np.inf)
+        speed = nodes.solver.chain.max_speed
+        self._speed = np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
+
+    def run(self, q_before: Floats | None) -> BeadPlan:
+        """Search until the way found is free, or there is none.
+
+        Args:
+            q_before: where the arm comes from, (j,), rad, or None.
+
+        Returns:
+            The plan, its targets counted in the whole part.
+        """
+        for _ in range(ROUNDS):
+            runs = self._runs(q_before)
+            if not self._block_colliding_nodes(runs) and not self._block_broken_edges(runs):
+                break
+        else:
+            runs = self._given_up()
+        reached = {run.start + i for run in runs for i in range(len(run.nodes))}
+        missing = {self.first + i: self._missing(i) for i in range(len(self.stage)) if i not in reached}
+        return BeadPlan(tuple(self._stretch(run) for run in runs), self._cuts(runs), missing)
+
+    def _runs(self, q_before: Floats | None) -> list[Run]:
+        start = None
+        if q_before is not None:
+            way = (np.abs(self.nodes.q[0] - q_before) / self._speed).max(axis=-1)
+            start = np.nan_to_num(way, nan=np.inf)
+        return best_runs(
+            self.nodes.q,
+            self.cost,
+            self._times,
+            self._speed,
+            circular=self.nodes.window.is_full,
+            blocked=self._blocked,
+            start_cost=start,
+        )
+
+    def _given_up(self) -> list[Run]:
+        """Every target by itself, in a configuration known to be free: of the way between them nothing is claimed."""
+        for i in range(len(self.stage)):
+            self._judge_target(i)
+        best = self.cost.reshape(len(self.stage), -1).argmin(axis=1)
+        nodes = np.stack(np.unravel_index(best, self.cost.shape[1:]), axis=1)
+        return [Run(i, nodes[i : i + 1], 0.0) for i in range(len(nodes)) if np.isfinite(self.cost[i]).any()]
+
+    def _block_colliding_nodes(self, runs: list[Run]) -> bool:
+        """Check the nodes the runs lead over; where one collides, judge all of that target's. True if any does."""
+        way = [(run.start + i, *node) for run in runs for i, node in enumerate(run.nodes.tolist())]
+        index = np.array(way, dtype=np.int64).reshape(-1, 4)
+        index = index[~self._free[tuple(index.T)]]
+        hit = self._check(index)
+        for i in np.unique(index[hit, 0]):
+            self._judge_target(int(i))
+        return bool(hit.any())
+
+    def _check(self, index: Ints) -> np.ndarray:
+        """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
+        found = self.planner.checker.clearances(self.nodes.q[tuple(index.T)], self.stage[index[:, 0]])
+        hit = found.distance < self.planner.settings.clearance
+        self._free[tuple(index[~hit].T)] = True
+        self.cost[tuple(index[hit].T)] = np.inf
+        return hit
+
+    def _judge_target(self, i: int) -> None:
+        """Check every node of a target."""
+        if self._judged[i]:
+            return
+        self._judged[i] = True
+        open_nodes = np.argwhere(np.isfinite(self.cost[i]) & ~self._free[i])
+        self._check(np.column_stack([np.full(len(open_nodes), i), open_nodes]))
+
+    def _block_broken_edges(self, runs: list[Run]) -> bool:
+        """Follow the edges of the runs that have not been followed; block those that do not hold. True if any."""
+        todo: list[tuple[int, Edge]] = []
+        for run in runs:
+            nodes = [tuple(node) for node in run.nodes.tolist()]
+            keys = [(run.start + i, (nodes[i], nodes[i + 1])) for i in range(len(nodes) - 1)]
+            todo += [key for key in keys if key not in self._done]
+        if not todo:
+            return False
+        start = np.array([i for i, _ in todo])
+        ends = np.array([edge for _, edge in todo])  # (e, 2, 3)
+        target = np.stack([start, start + 1], axis=1)
+        q = self.nodes.q[target, ends[..., 0], ends[..., 1], ends[..., 2]]
+        roll = self.nodes.rolls[ends[..., 0]]
+        planner = self.planner
+        track = follow(planner.solver, self.placed, start, roll, q, planner.limits, planner.settings.steps)
+        stage = self.stage[start[track.edge]]
+        clear = planner.checker.clearances(track.q, stage)
+        step, nearest = unproved(planner.checker, planner.radius, track.q, stage, clear, track.edge)
+        unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
+        failed = False
+        for e, (i, edge) in enumerate(todo):
+            mine = np.flatnonzero(track.edge == e)
+            worst = int(mine[np.argmin(clear.distance[mine])])
+            if track.broken[e]:
+                cause: dict[str, Any] = {"on_the_way": str(track.broken[e])}
+            elif clear.distance[worst] < planner.settings.clearance:
+                cause = {"on_the_way": "collision", **planner.describe(clear, worst)}
+            elif e in unsafe:
+                cause = {"on_the_way": "collision", **planner.describe(nearest, unsafe[e])}
+            else:
+                self._done[i, edge] = Stretch(
+                    first=self.first + i,
+                    q_targets=q[e],
+                    roll=roll[e],
+                    edge=np.full(len(mine), self.first + i),
+                    fraction=track.fraction[mine],
+                    q=track.q[mine],
+                    position=track.position[mine],
+                    clearances=clear.rows(mine),
+                    margin=track.margin[mine],
+                )
+                continue
+            self._blocked.setdefault(i, set()).add(edge)
+            self._causes.setdefault(i, []).append(cause)
+            failed = True
+        return failed
+
+    def _stretch(self, run: Run) -> Stretch:
+        """The samples of a run, put together from its edges."""
+        nodes = [tuple(node) for node in run.nodes.tolist()]
+        target = run.start + np.arange(len(nodes))
+        where = (target, *run.nodes.T)
+        q, roll = self.nodes.q[where], self.nodes.rolls[run.nodes[:, 0]]
+        if len(nodes) == 1:
+            alone = self.planner.checker.clearances(q, self.stage[target])
+            position, margin = self.placed.position[target], self.nodes.margin[where]
+            first = self.first + run.start
+            return Stretch(first, q, roll, self.first + target, np.zeros(1), q, position, alone, margin)
+        pieces = [self._done[run.start + i, (nodes[i], nodes[i + 1])] for i in range(len(nodes) - 1)]
+
+        def joined(of: Callable[[Stretch], Any]) -> Any:
+            # an edge's last sample is the next edge's first
+            return np.concatenate([*(of(piece)[:-1] for piece in pieces[:-1]), of(pieces[-1])])
+
+        return Stretch(
+            first=self.first + run.start,
+            q_targets=q,
+            roll=roll,
+            edge=joined(lambda s: s.edge),
+            fraction=joined(lambda s: s.fraction),
+            q=joined(lambda s: s.q),
+            position=joined(lambda s: s.position),
+            clearances=Clearances(
+                joined(lambda s: s.clearances.distance),
+                joined(lambda s: s.clearances.pair),
+                joined(lambda s: s.clearances.position),
+            ),
+            margin=joined(lambda s: s.margin),
+        )
+
+    def _cuts(self, runs: list[Run]) -> dict[int, dict[str, Any]]:
+        cuts = {}
+        for before, after in pairwise(runs):
+            if before.stop != after.start:
+                continue  # a target without configurations lies between, and says why itself
+            i = after.start
+            known = self._causes.get(i - 1)
+            why = known[-1] if known else {"on_the_way": self._without_edge(i - 1)}
+            cuts[self.first + i] = {"from_target": self.first + i - 1, **why}
+        return cuts
+
+    def _without_edge(self, i: int) -> str:
+        """Why no edge joins two targets: they share no configuration, or the joints are too slow."""
+        pair = slice(i, i + 2)
+        circular = self.nodes.window.is_full
+        slow = best_runs(self.nodes.q[pair], self.cost[pair], np.array([np.inf]), self._speed, circular=circular)
+        return "speed" if len(slow) == 1 else "configuration change"
+
+    def _missing(self, i: int) -> Missing:
+        """Why a target has no node, by the least bad of those it had."""
+        # one roll alone and all configurations of it: nothing is left to look at
+        exhaustive = self.nodes.exhaustive and self.nodes.window.is_fixed
+        tried = np.argwhere(np.isfinite(self.nodes.cost[i]))
+        if not len(tried):
+            reason, detail, attempt = self.nodes.why_not(i)
+            return Missing(reason, detail, attempt, exhaustive)
+        q = self.nodes.q[i][tuple(tried.T)]
+        found = self.planner.checker.clearances(q, np.full(len(q), self.stage[i]))
+        k = int(np.argmax(found.distance))
+        roll = round(float(np.rad2deg(self.nodes.rolls[tried[k, 0]])), 3)
+        return Missing("collision", {**self.planner.describe(found, k), "roll_deg": roll}, q[k], exhaustive)
