@@ -113,7 +113,12 @@ def build_parser() -> argparse.ArgumentParser:
 
     cut = command("slice", _slice, "cut the sub-volumes into layers and targets", SLICE_TEXT)
     cut.add_argument("input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)")
-    cut.add_argument("--body-radius", type=float, metavar="MM", help="radius of the body a mesh stands on")
+    cut.add_argument(
+        "--body-radius",
+        type=float,
+        metavar="MM",
+        help="the mesh is one sub-volume, on a cylinder of this radius about z",
+    )
     cut.add_argument("--units", choices=("mm", "cm", "m", "inch"), default="mm", help="of a mesh (default mm)")
     cut.add_argument("--strategy", choices=("planar", "cylindrical", "nonuniform"), help="instead of the case's")
     cut.add_argument("--h-layer", type=float, metavar="MM", help="layer height instead of the case's")
@@ -170,8 +175,9 @@ that was followed; every infeasible target carries a reason:
 SLICE_TEXT = """\
 Strategies: planar (planes across the sub-volume's own direction), cylindrical (offsets of the
 body), nonuniform (from the body's curvature to planes within h_min .. h_max; Lettori et al. 2024).
-A mesh needs --body-radius: it stands on a cylinder about the z axis. Prints the paper's indices:
-layers NL, adhesion area A, targets NV, top angle R."""
+A mesh is a whole part, whose round body and sub-volumes are found; with --body-radius it is one
+sub-volume on a cylinder about the z axis. Prints the paper's indices: layers NL, adhesion area A,
+targets NV, top angle R."""
 
 COMPARE_TEXT = """\
 Slices every sub-volume by each strategy and prints the paper's indices (layers NL, adhesion area
@@ -310,23 +316,25 @@ def _slice(args: argparse.Namespace) -> int:
     from slicing.part import PartError
     from slicing.targets import sample_targets
 
-    from .job import slice_case
+    from .job import slice_part
+    from .parts import read_part
     from .report import slice_lines
 
     case = _slice_input(args)
-    sliced = slice_case(case)
+    part = read_part(case)
+    sliced = slice_part(case, part)
     try:
         targets = sample_targets(sliced, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm)
     except PartError as error:
         raise InputError(str(error)) from None
     found = [indices(s, targets) for s in sliced]
     if args.json:
-        _put_json(args.json, slices_document(sliced, found))
+        _put_json(args.json, slices_document(sliced, found, part.warnings))
     if args.targets:
         from .files import write_csv
 
         write_csv(args.targets, *targets_rows(targets))
-    _say(slice_lines(sliced, found), sys.stderr if args.json == "-" else sys.stdout)
+    _say(slice_lines(sliced, found, part.warnings), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE
 
 
@@ -338,11 +346,10 @@ def _slice_input(args: argparse.Namespace) -> Case:
     if args.input.endswith((".yaml", ".yml")):
         case = load_case(args.input)
     else:
-        if args.body_radius is None:
-            raise InputError(f"{args.input}: a mesh needs --body-radius MM, the radius of the cylinder it stands on")
         path = Path(args.input)
-        body = {"radius_mm": args.body_radius}
-        part = {"sub_volumes": [path.name], "body": body, "units": args.units}
+        part: dict[str, object] = {"mesh": path.name, "units": args.units}
+        if args.body_radius is not None:
+            part = {"sub_volumes": [path.name], "body": {"radius_mm": args.body_radius}, "units": args.units}
         case = parse_case({"part": part}, path.parent / "command line")
     changes = {"strategy": args.strategy, "h_layer_mm": args.h_layer}
     changes = {key: value for key, value in changes.items() if value is not None}

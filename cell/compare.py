@@ -30,6 +30,7 @@ from slicing.targets import sample_targets
 
 from .config import MODELS_DIR
 from .errors import InputError
+from .parts import read_part
 from .sections import Case, Sampling
 
 if TYPE_CHECKING:
@@ -128,22 +129,12 @@ def compare_case(case: Case) -> list[Comparison]:
     Raises:
         InputError: a mesh is missing or cannot be used; one line.
     """
-    s = case.slicing
-    try:
-        meshes, body = _sub_volumes(case)
-        parameters = SlicingParameters(STRATEGIES[0], s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
-    except PartError as error:
-        raise InputError(str(error)) from None
-    return compare_meshes(meshes, body, parameters, case.sampling)
-
-
-def _sub_volumes(case: Case) -> tuple[list[Mesh], Body]:
-    part = case.part
-    if part.body is None:
-        raise InputError(f"{case.path}: part.body: missing")
-    names = enumerate(part.sub_volumes, start=1)
-    meshes = [load_mesh(case.path_of(name), part.units, f"SV{i}") for i, name in names]
-    return meshes, Body(part.body.radius_mm, part.body.axis_xy_mm)
+    part, s = read_part(case), case.slicing
+    parameters = SlicingParameters(STRATEGIES[0], s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
+    found = []
+    for mesh, body in zip(part.meshes, part.bodies, strict=True):
+        found += compare_meshes([mesh], body, parameters, case.sampling)
+    return found
 
 
 def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLES) -> list[Comparison]:

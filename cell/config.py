@@ -145,12 +145,11 @@ def _check_part(case: Case) -> None:
     if part.mesh is not None and part.sub_volumes:
         raise InputError(f"{case.path}: part: give mesh (the whole part) or sub_volumes, not both")
     if part.mesh is not None:
-        raise InputError(
-            f"{case.path}: part.mesh: finding body and sub-volumes in one mesh is not there yet; "
-            "give part.sub_volumes and part.body"
-        )
+        return
     if not part.sub_volumes:
-        raise InputError(f"{case.path}: part: needs sub_volumes (closed meshes) and body (radius_mm)")
+        raise InputError(
+            f"{case.path}: part: needs mesh (the whole part), or sub_volumes (closed meshes) and body (radius_mm)"
+        )
     if part.body is None:
         raise InputError(f"{case.path}: part.body: needs radius_mm, the radius of the cylinder they stand on")
 

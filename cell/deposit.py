@@ -81,9 +81,9 @@ def part_shape(
     for s in sliced:
         first.append(number)
         for layer in s.layers:
-            below = s.layers[layer.index + 1 :][:1]
+            above = s.layers[layer.index + 1 :][:1]
             for k, piece in enumerate(_pieces(layer)):
-                hulls[f"deposit/{number}/{s.name}/{k}"] = _slab(layer, piece, below)
+                hulls[f"deposit/{number}/{s.name}/{k}"] = _slab(layer, piece, above)
             number += 1
     return PartShape(visual, hulls, tuple(first), number)
 
@@ -102,22 +102,28 @@ def _slab(layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:
 def _pieces(layer: Layer) -> Iterator[Floats]:
     """Outlines of a layer's nearly convex pieces, each (k, 3), mm."""
     surface = layer.surface
-    if isinstance(surface, Cylinder) and any(_winds(surface, c.points) for c in layer.curves if c.closed):
-        yield from _sectors(surface, np.concatenate([c.points for c in layer.curves]))
-        return
-    for polygon, rolled_back in _polygons(layer):
+    if not isinstance(surface, Plane):
+        # rings have no outline to unroll, and cones and profiles are taken by sectors as well
+        rings = any(_winds(surface.axis_point, c.points) for c in layer.curves if c.closed)
+        if rings or not isinstance(surface, Cylinder):
+            yield from _sectors(surface.axis_point, np.concatenate([c.points for c in layer.curves]))
+            return
+    rolled_back = _way_back(surface)
+    for polygon in _polygons(layer, surface):
         for piece in _cut(polygon):
-            outline = np.asarray(piece.exterior.coords)[:-1]
-            yield rolled_back(outline)
+            if isinstance(surface, Cylinder):
+                # straight in the unrolled plane is bowed in space: corners alone would cut the crown off
+                piece = piece.segmentize(2 * np.sqrt(SIMPLIFY_MM * surface.radius))
+            yield rolled_back(np.asarray(piece.exterior.coords)[:-1])
 
 
-def _winds(surface: Cylinder, points: Floats) -> bool:
-    angle = np.unwrap(np.arctan2(*(points[[*range(len(points)), 0], :2] - surface.axis_point).T[::-1]))
+def _winds(axis_point: tuple[float, float], points: Floats) -> bool:
+    angle = np.unwrap(np.arctan2(*(points[[*range(len(points)), 0], :2] - axis_point).T[::-1]))
     return bool(abs(angle[-1] - angle[0]) > np.pi)
 
 
-def _sectors(surface: Cylinder, points: Floats) -> Iterator[Floats]:
-    angle = np.arctan2(points[:, 1] - surface.axis_point[1], points[:, 0] - surface.axis_point[0])
+def _sectors(axis_point: tuple[float, float], points: Floats) -> Iterator[Floats]:
+    angle = np.arctan2(points[:, 1] - axis_point[1], points[:, 0] - axis_point[0])
     for low in np.arange(-np.pi, np.pi - 1e-9, SECTOR):
         # neighbouring sectors share a margin, so that no gap opens between their hulls
         near = np.abs((angle - low - SECTOR / 2 + np.pi) % (2 * np.pi) - np.pi) <= 0.55 * SECTOR
@@ -125,11 +131,10 @@ def _sectors(surface: Cylinder, points: Floats) -> Iterator[Floats]:
             yield points[near]
 
 
-def _polygons(layer: Layer) -> Iterator[tuple[Polygon, Callable[[Floats], Floats]]]:
-    """The layer's regions in its unrolled surface, each with the way back to space."""
+def _polygons(layer: Layer, surface: Cylinder | Plane) -> Iterator[Polygon]:
+    """The layer's regions in its unrolled surface."""
     import shapely
 
-    surface = layer.surface
     outer = [c for c in layer.curves if c.closed and not c.hole]
     holes = [c for c in layer.curves if c.closed and c.hole]
     for curve in outer:
@@ -137,8 +142,7 @@ def _polygons(layer: Layer) -> Iterator[tuple[Polygon, Callable[[Floats], Floats
         polygon = shapely.Polygon(flat).buffer(SIMPLIFY_MM, join_style="mitre")
         for hole in holes:
             polygon = polygon.difference(shapely.Polygon(_same_turn(surface, hole.points, flat)))
-        polygon = polygon.simplify(SIMPLIFY_MM)
-        yield polygon, _way_back(surface)
+        yield polygon.simplify(SIMPLIFY_MM)
 
 
 def _same_turn(surface: Cylinder | Plane, points: Floats, like: Floats) -> Floats:

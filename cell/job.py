@@ -16,14 +16,15 @@ import numpy as np
 from ik.candidates import Solver
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
-from slicing.layers import Body, SlicedSubVolume, SlicingParameters
-from slicing.part import Mesh, PartError, load_mesh
+from slicing.layers import SlicedSubVolume, SlicingParameters
+from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
 from slicing.targets import Targets, sample_targets
 
 from .collision import Ints
 from .deposit import PartShape, part_shape
 from .errors import InputError
+from .parts import PartInput, read_part
 from .place import METRES_PER_MM
 from .scene import Scene, compose
 from .sections import Case
@@ -94,26 +95,27 @@ def roll_window(case: Case) -> RollWindow:
     return RollWindow(float(low), float(high))
 
 
-def slice_case(case: Case) -> tuple[SlicedSubVolume, ...]:
-    """Slice the sub-volumes of a case.
+def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
+    """Slice the sub-volumes of a part.
+
+    Args:
+        case: says how.
+        part: from ``cell.parts.read_part``.
+
+    Returns:
+        The sliced sub-volumes, in their order.
 
     Raises:
-        InputError: a mesh is missing or cannot be used; one line.
+        InputError: a sub-volume cannot be sliced; one line.
     """
-    part, s = case.part, case.slicing
-    if part.body is None:
-        raise InputError(f"{case.path}: part.body: missing")
-    # keys that end in _mm are mm, whatever units the meshes are in
-    body = Body(part.body.radius_mm, part.body.axis_xy_mm)
+    s = case.slicing
     parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
-    meshes: list[Mesh] = []
     try:
-        for i, name in enumerate(part.sub_volumes):
-            meshes.append(load_mesh(case.path_of(name), part.units, f"SV{i + 1}"))
-        return tuple(slice_sub_volume(mesh, body, parameters) for mesh in meshes)
+        return tuple(
+            slice_sub_volume(mesh, body, parameters) for mesh, body in zip(part.meshes, part.bodies, strict=True)
+        )
     except PartError as error:
-        # what looked odd about the meshes, a wrong unit above all, is often why
-        hints = "".join(f"; {line}" for mesh in meshes for line in mesh.warnings)
+        hints = "".join(f"; {line}" for mesh in part.meshes for line in mesh.warnings)
         raise InputError(f"{error}{hints}") from None
 
 
@@ -129,23 +131,16 @@ def prepare(case: Case) -> Job:
     Raises:
         InputError: something in the case cannot be used; one line.
     """
-    sliced = slice_case(case)
+    part = read_part(case)
+    sliced = slice_part(case, part)
     try:
         targets = sample_targets(sliced, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm)
-        body_mesh = _body_mesh(case)
     except PartError as error:
         raise InputError(str(error)) from None
     if len(targets) == 0:
         raise InputError(
             f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
         )
-    shape = part_shape(sliced, body_mesh, case.part.body.z_mm if case.part.body else None)
-    warnings = tuple(line for s in sliced for line in s.warnings)
+    shape = part_shape(sliced, part.body_mesh, case.part.body.z_mm if case.part.body else None)
+    warnings = (*part.warnings, *(line for s in sliced for line in s.warnings))
     return Job(case, sliced, shape, targets, compose(case, shape), warnings)
-
-
-def _body_mesh(case: Case) -> Mesh | None:
-    body = case.part.body
-    if body is None or body.mesh is None:
-        return None
-    return load_mesh(case.path_of(body.mesh), case.part.units, "body")

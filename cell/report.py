@@ -257,8 +257,15 @@ def _severity(row: Row) -> float:
     return order[row.reason or "gravity"] * 1e6 + float(measure)
 
 
-def slice_lines(sliced: Sequence[SlicedSubVolume], found: Sequence[Indices]) -> Iterator[RenderableType]:
+def slice_lines(
+    sliced: Sequence[SlicedSubVolume], found: Sequence[Indices], warnings: Sequence[str]
+) -> Iterator[RenderableType]:
     """The terminal report of a slicing: the paper's indices by sub-volume.
+
+    Args:
+        sliced: the sub-volumes.
+        found: their indices.
+        warnings: of the part as a whole, one line each.
 
     Yields:
         rich renderables.
@@ -283,9 +290,8 @@ def slice_lines(sliced: Sequence[SlicedSubVolume], found: Sequence[Indices]) -> 
         )
         table.add_row(s.name, s.strategy, *numbers)
     yield table
-    for s in sliced:
-        for line in s.warnings:
-            yield f"warning: {line}"
+    for line in (*warnings, *(line for s in sliced for line in s.warnings)):
+        yield f"warning: {line}"
 
 
 CELL = 6  # characters of a pose on a wide map

@@ -45,8 +45,9 @@ class Body(Section):
 class Part(Section):
     """The part: its sub-volumes, its body, and where it stands on the table."""
 
-    mesh: str | None = Field(None, description="the whole part in one mesh")
-    sub_volumes: list[str] = Field(default_factory=list, description="one closed mesh each")
+    mesh: str | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
+    sub_volumes: list[str] = Field(default_factory=list, description="one closed mesh each, on the body below")
+    take: list[str] = Field(default_factory=list, description="names of the sub-volumes to build (SV1, ..); empty: all")
     body: Body | None = None
     units: Literal["mm", "cm", "m", "inch"] = "mm"
     position_mm: Vec3 = (0.0, 0.0, 0.0)

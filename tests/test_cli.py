@@ -4,9 +4,11 @@ import csv
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from cell.cli import main, parse_roll
 from cell.errors import InputError
@@ -64,7 +66,7 @@ BAD = [
     (["check", "CASE", "--roll", "fixed"], "--roll"),
     (["check", "CASE", "--json", "no/such/folder/r.json"], "does not exist"),
     (["slice", "missing.stl", "--body-radius", "20"], "missing.stl"),
-    (["slice", "missing.stl"], "--body-radius"),
+    (["slice", "missing.stl"], "missing.stl"),
     (["sweep", "CASE", "--e1", "10:0:5"], "--e1"),
     (["sweep", "CASE", "--e1", "-400:0:5"], "outside the positioner's range"),
     (["sweep", "CASE", "--workers", "0"], "--workers"),
@@ -185,3 +187,26 @@ def test_slice_takes_a_mesh_alone(make_case, tmp_path, capsys):
 def test_module_runs_as_a_command():
     done = subprocess.run([sys.executable, "-m", "cell", "--version"], capture_output=True, text=True, check=True)
     assert done.stdout.startswith("rbam ")
+
+
+def test_a_whole_part_is_taken_apart(tmp_path, capsys):
+    whole = Path(__file__).resolve().parents[1] / "models" / "parts" / "support.stl"
+    out = tmp_path / "l.json"
+    assert main(["slice", str(whole), "--json", str(out)]) == 0
+    assert [one["name"] for one in json.loads(out.read_text())["sub_volumes"]] == ["SV1", "SV2", "SV3"]
+    case = tmp_path / "one.case.yaml"
+    case.write_text(f"part: {{mesh: {whole}, take: [SV2]}}\n")
+    assert main(["slice", str(case), "--json", str(out)]) == 0
+    assert [one["name"] for one in json.loads(out.read_text())["sub_volumes"]] == ["SV2"]
+    case.write_text(f"part: {{mesh: {whole}, take: [SV9]}}\n")
+    capsys.readouterr()
+    assert main(["slice", str(case)]) == 2
+    assert "no sub-volume 'SV9'; there are SV1, SV2, SV3" in capsys.readouterr().err
+
+
+def test_a_part_without_a_round_body_says_so(tmp_path, capsys):
+    trimesh.creation.box((30, 20, 10)).export(tmp_path / "block.stl")
+    assert main(["slice", str(tmp_path / "block.stl")]) == 2
+    error = capsys.readouterr().err
+    assert "body" in error
+    assert error.count("\n") == 1

@@ -40,7 +40,7 @@ BAD = [
     ({**MINIMAL, "fixtures": [{"name": "x", "bax": {}}]}, "fixtures.0.bax: unknown key; did you mean box?"),
     ({"part": {"sub_volumes": ["a.stl"], "body": {"radius_mm": 0}}}, "part.body.radius_mm"),
     ({"part": {"sub_volumes": ["a.stl"]}}, "part.body: needs radius_mm"),
-    ({"part": {"body": {"radius_mm": 2}}}, "needs sub_volumes"),
+    ({"part": {"body": {"radius_mm": 2}}}, "needs mesh (the whole part), or sub_volumes"),
     ({"part": {"mesh": "a.stl", "sub_volumes": ["b.stl"]}}, "not both"),
     ({**MINIMAL, "positioner": {"position_mm": [1, 2]}}, "positioner.position_mm: has too few values (is [1, 2])"),
     ({**MINIMAL, "positioner": {"position_mm": [1, 2, 3, 4]}}, "positioner.position_mm: has too many values"),

@@ -1,0 +1,103 @@
+"""Deposits: pieces cover the layers they stand for, and leave room where there is room."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from cell.deposit import part_shape
+from slicing.layers import Body, SlicingParameters
+from slicing.part import mesh_from_arrays
+from slicing.slicer import slice_sub_volume
+
+R = 20.0
+
+
+def sliced(solid, strategy="cylindrical"):
+    mesh = mesh_from_arrays("SV1", np.asarray(solid.vertices), np.asarray(solid.faces))
+    return slice_sub_volume(mesh, Body(R), SlicingParameters(strategy))
+
+
+def boss():
+    solid = trimesh.creation.box((20, 12, 16))
+    solid.apply_translation([R + 5, 0, 0])
+    return solid
+
+
+def ring():
+    return trimesh.creation.annulus(R - 3, R + 8, 10, sections=200)
+
+
+def tube():
+    outer, inner = trimesh.creation.cylinder(12, 20, sections=96), trimesh.creation.cylinder(8, 30, sections=96)
+    solid = outer.difference(inner)
+    solid.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0]))
+    solid.apply_translation([R + 6, 0, 0])
+    return solid
+
+
+def hulls(shape):
+    return [trimesh.PointCloud(v).convex_hull for name, v in shape.hulls.items() if name.startswith("deposit/")]
+
+
+def inside(solids, points):
+    found = np.zeros(len(points), dtype=bool)
+    for s in solids:
+        found |= (points @ s.face_normals.T - np.einsum("ij,ij->i", s.face_normals, s.triangles_center)).max(
+            axis=1
+        ) < 1e-6
+    return found
+
+
+@pytest.mark.parametrize("solid", [boss, ring, tube])
+@pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
+def test_every_layer_is_covered_by_its_pieces(solid, strategy):
+    s = sliced(solid(), strategy)
+    shape = part_shape([s], None, None)
+    assert shape.n_deposits == len(s.layers)
+    for layer in s.layers:
+        mine = {n: v for n, v in shape.hulls.items() if n.startswith(f"deposit/{layer.index}/")}
+        solids = [trimesh.PointCloud(v).convex_hull for v in mine.values()]
+        for curve in layer.curves:
+            assert inside(solids, curve.points).all()
+            # and the material above it, up to the next layer
+            raised = curve.points + 0.9 * 1.39 * layer.surface.normals(curve.points)
+            assert inside(solids, raised).all()
+
+
+def test_a_boss_is_one_piece_a_layer_no_larger_than_it_must_be():
+    s = sliced(boss())
+    shape = part_shape([s], None, None)
+    pieces = hulls(shape)
+    assert len(pieces) == len(s.layers)
+    # a piece is the layer and what its underside's chord cuts off the layer below: nothing above, nothing beside
+    for i, piece in enumerate(pieces[:-1]):
+        y = np.linspace(-6, 6, 2001)
+        top = np.sqrt((R + 1.73 * (i + 1)) ** 2 - y**2)
+        chord = np.sqrt((R + 1.73 * i) ** 2 - 36)
+        least = 16 * np.trapezoid(top - chord, y)
+        assert least <= piece.volume <= 1.12 * least  # raised along the normals it widens a little
+
+
+def test_the_hole_of_a_tube_stays_open():
+    solids = hulls(part_shape([sliced(tube())], None, None))
+    middle = np.column_stack([np.linspace(R + 1, R + 12, 20), np.zeros(20), np.zeros(20)])
+    assert not inside(solids, middle).any()
+    wall = np.column_stack([np.linspace(R + 1, R + 12, 20), np.zeros(20), np.full(20, 10.0)])
+    assert inside(solids, wall).all()
+
+
+def test_a_ring_goes_round_the_body_and_not_through_it():
+    solids = hulls(part_shape([sliced(ring())], None, None))
+    angle = np.linspace(0, 2 * np.pi, 181)
+    for r, covered in ((R + 4, True), (R - 6, False)):
+        points = np.column_stack([r * np.cos(angle), r * np.sin(angle), np.zeros(181)])
+        assert (inside(solids, points) == covered).all()
+
+
+def test_body_is_covered_by_its_hull():
+    shape = part_shape([sliced(boss())], None, (-10.0, 10.0))
+    hull = [trimesh.PointCloud(shape.hulls["body/0"]).convex_hull]
+    angle = np.linspace(0, 2 * np.pi, 360)
+    rim = np.column_stack([R * np.cos(angle), R * np.sin(angle), np.full(360, 9.99)])
+    assert inside(hull, rim).all()
+    assert not inside(hull, rim * [1.01, 1.01, 1]).any()
