@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from .sections import Case
 
+STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
 FEASIBLE, INFEASIBLE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 DESCRIPTION = """Can the robot build the part?
@@ -120,7 +121,7 @@ def build_parser() -> argparse.ArgumentParser:
         help="the mesh is one sub-volume, on a cylinder of this radius about z",
     )
     cut.add_argument("--units", choices=("mm", "cm", "m", "inch"), default="mm", help="of a mesh (default mm)")
-    cut.add_argument("--strategy", choices=("planar", "cylindrical", "nonuniform"), help="instead of the case's")
+    cut.add_argument("--strategy", choices=STRATEGIES, help="instead of the case's")
     cut.add_argument("--h-layer", type=float, metavar="MM", help="layer height instead of the case's")
     cut.add_argument("--json", metavar="F", help="write the layers, rbam-slices/1 (- for stdout)")
     cut.add_argument("--targets", metavar="F.csv", help="write the targets")

@@ -21,8 +21,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
+from slicing.bodies import Body, RoundBody
 from slicing.indices import Indices, indices
-from slicing.layers import Body, SlicingParameters
+from slicing.layers import SlicingParameters
 from slicing.part import Mesh, PartError, load_mesh
 from slicing.scores import ZERO_RAD, Scores, scores_of
 from slicing.slicer import slice_sub_volume
@@ -81,7 +82,7 @@ class Comparison:
 
 
 def compare_meshes(
-    meshes: Sequence[Mesh], body: Body, parameters: SlicingParameters, sampling: Sampling | None = None
+    meshes: Sequence[Mesh], body: RoundBody, parameters: SlicingParameters, sampling: Sampling | None = None
 ) -> list[Comparison]:
     """Slice sub-volumes by every strategy.
 
@@ -107,7 +108,7 @@ def compare_meshes(
     return found
 
 
-def _row(mesh: Mesh, body: Body, parameters: SlicingParameters, sampling: Sampling) -> Row:
+def _row(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, sampling: Sampling) -> Row:
     try:
         sliced = slice_sub_volume(mesh, body, parameters)
     except PartError as error:

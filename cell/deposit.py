@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,30 +54,34 @@ class PartShape:
 
 
 def part_shape(
-    sliced: Sequence[SlicedSubVolume], body_mesh: Mesh | None, z_mm: tuple[float, float] | None
+    sliced: Sequence[SlicedSubVolume], body_mesh: Mesh | None, profile: Sequence[tuple[float, float]] | None
 ) -> PartShape:
     """Shapes of a sliced part.
 
     Args:
         sliced: the sub-volumes, all on one body.
-        body_mesh: the body's own shape (its convex hull collides), or None for a cylinder.
-        z_mm: ends of that cylinder; the extent of the sub-volumes where it is None.
+        body_mesh: the body's own shape, to look at; its convex hull collides where there is no profile.
+        profile: the body as (r, z) points about its axis, mm, lowest first; band by band it is what collides.
 
     Returns:
         The shapes.
+
+    Raises:
+        ValueError: neither body_mesh nor profile is given.
     """
     body = sliced[0].body
     hulls: dict[str, Floats] = {}
     visual = {f"{s.name}_visual": s.mesh for s in sliced}
-    if body_mesh is not None:
+    if profile is not None:
+        axis = body.axis_xy_mm
+        bands = [(low, high) for low, high in pairwise(profile) if high[1] > low[1]]
+        hulls.update((f"body/{i}", _band(axis, *band)) for i, band in enumerate(bands))
+        visual["body_visual"] = body_mesh or _turned(axis, profile)
+    elif body_mesh is not None:
         visual["body_visual"] = body_mesh
         hulls["body/0"] = _thinned_hull(body_mesh.vertices)
     else:
-        if z_mm is None:
-            bounds = np.array([s.mesh.bounds[:, 2] for s in sliced])
-            z_mm = (float(bounds.min()), float(bounds.max()))
-        hulls["body/0"] = _prism(body.axis_xy_mm, body.radius_mm, z_mm)
-        visual["body_visual"] = _cylinder_mesh(body.axis_xy_mm, body.radius_mm, z_mm)
+        raise ValueError("a part needs the shape of its body: a mesh or a profile")
     first, number = [], 0
     for s in sliced:
         first.append(number)
@@ -185,25 +190,37 @@ def _cut(region: Polygon) -> Iterator[Polygon]:
             yield from _cut(polygon.intersection(half))
 
 
-def _prism(axis: tuple[float, float], radius: float, z_mm: tuple[float, float]) -> Floats:
-    """Vertices of a prism that covers a cylinder, (2 * ROUND, 3)."""
+Point = tuple[float, float]
+
+
+def _ring(axis: tuple[float, float], point: Point, stretch: float) -> Floats:
+    """Corners of a ring about the axis, (ROUND, 3)."""
     angle = 2 * np.pi * np.arange(ROUND) / ROUND
-    covering = radius / np.cos(np.pi / ROUND)
-    ring = np.stack([axis[0] + covering * np.cos(angle), axis[1] + covering * np.sin(angle)], axis=1)
-    return np.concatenate([np.column_stack([ring, np.full(ROUND, z)]) for z in z_mm])
+    r = max(point[0] * stretch, 1e-3)
+    x, y = axis[0] + r * np.cos(angle), axis[1] + r * np.sin(angle)
+    return np.stack([x, y, np.full(ROUND, point[1])], axis=1)
 
 
-def _cylinder_mesh(axis: tuple[float, float], radius: float, z_mm: tuple[float, float]) -> Mesh:
-    vertices = np.concatenate([_prism(axis, radius, z_mm), [[*axis, z_mm[0]], [*axis, z_mm[1]]]])
+def _band(axis: tuple[float, float], low: Point, high: Point) -> Floats:
+    """Vertices of a frustum with flat sides that covers the round one, (2 * ROUND, 3)."""
+    covering = 1 / np.cos(np.pi / ROUND)
+    return np.concatenate([_ring(axis, low, covering), _ring(axis, high, covering)])
+
+
+def _turned(axis: tuple[float, float], profile: Sequence[Point]) -> Mesh:
+    """The profile turned about its axis, as a closed mesh."""
+    rings = [_ring(axis, point, 1.0) for point in profile]
+    ends = [[*axis, profile[0][1]], [*axis, profile[-1][1]]]
     i = np.arange(ROUND)
-    j, low, high = (i + 1) % ROUND, 2 * ROUND, 2 * ROUND + 1
-    faces = [
-        np.stack([i, j, j + ROUND], axis=1),
-        np.stack([i, j + ROUND, i + ROUND], axis=1),
-        np.stack([j, i, np.full(ROUND, low)], axis=1),
-        np.stack([i + ROUND, j + ROUND, np.full(ROUND, high)], axis=1),
-    ]
-    return Mesh("body", vertices, np.concatenate(faces).astype(np.int64))
+    j = (i + 1) % ROUND
+    faces = []
+    for k in range(len(profile) - 1):
+        a, b = k * ROUND, (k + 1) * ROUND
+        faces += [np.stack([a + i, a + j, b + j], axis=1), np.stack([a + i, b + j, b + i], axis=1)]
+    top, bottom = (len(profile) - 1) * ROUND, len(profile) * ROUND
+    faces.append(np.stack([j, i, np.full(ROUND, bottom)], axis=1))
+    faces.append(np.stack([top + i, top + j, np.full(ROUND, bottom + 1)], axis=1))
+    return Mesh("body", np.concatenate([*rings, ends]), np.concatenate(faces).astype(np.int64))
 
 
 def _thinned_hull(vertices: Floats) -> Floats:

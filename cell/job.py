@@ -141,6 +141,6 @@ def prepare(case: Case) -> Job:
         raise InputError(
             f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
         )
-    shape = part_shape(sliced, part.body_mesh, case.part.body.z_mm if case.part.body else None)
+    shape = part_shape(sliced, part.body_mesh, part.profile)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings))
     return Job(case, sliced, shape, targets, compose(case, shape), warnings)

@@ -27,11 +27,15 @@ class Section(BaseModel):
 
 
 class Body(Section):
-    """The central cylindrical body the sub-volumes stand on; its axis is the part's z axis."""
+    """The central body the sub-volumes stand on, its axis along the part's z: a cylinder, a cone or a profile."""
 
-    radius_mm: Positive
+    radius_mm: float | None = Field(None, description="of the cylinder, or of the cone at z = 0")
+    half_angle_deg: Annotated[float, Field(gt=-90, lt=90)] | None = Field(
+        None, description="of the cone, between axis and rulings; above 0 it widens upwards"
+    )
+    profile_mm: list[Vec2] | None = Field(None, description="(r, z) points of a body of revolution, for a radius")
     axis_xy_mm: Vec2 = (0.0, 0.0)
-    z_mm: Vec2 | None = Field(None, description="lower and upper end of the cylinder along the part's z axis")
+    z_mm: Vec2 | None = Field(None, description="lower and upper end of the cylinder or cone along the part's z axis")
     mesh: str | None = Field(None, description="the body's own shape; a cylinder where it is left out")
 
     @field_validator("z_mm")
@@ -40,6 +44,16 @@ class Body(Section):
         if value is not None and value[0] >= value[1]:
             raise ValueError("the lower end must be below the upper end")
         return value
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Body:
+        if (self.radius_mm is None) == (self.profile_mm is None):
+            raise ValueError("needs either radius_mm (with half_angle_deg for a cone) or profile_mm")
+        if self.profile_mm is not None and (self.half_angle_deg is not None or self.z_mm is not None):
+            raise ValueError("profile_mm says the whole shape: half_angle_deg and z_mm do not go with it")
+        if self.half_angle_deg is None and self.radius_mm is not None and self.radius_mm <= 0:
+            raise ValueError(f"radius_mm must be above 0, not {self.radius_mm:g}")
+        return self
 
 
 class Part(Section):
@@ -64,7 +78,10 @@ class Support(Section):
 class Slicing(Section):
     """How the layers are cut."""
 
-    strategy: Literal["planar", "cylindrical", "nonuniform"] = "nonuniform"
+    strategy: Literal["planar", "cylindrical", "nonuniform", "conical", "revolved"] = Field(
+        "nonuniform",
+        description="conical and revolved need such a body; planar takes any, the others a cylinder",
+    )
     h_layer_mm: Positive = 1.73
     h_min_mm: Positive = 1.39
     h_max_mm: Positive = 2.2

@@ -7,6 +7,9 @@ and its area is
     A = - sum over the borders of the integral of z ds within the bands      (Green, region on the left)
 
     area_near_body(layer, body, 0.5 * h_layer)
+
+Layers that are offsets of the body are near it as a whole or not at all. For a plane on a body of revolution that is
+no cylinder the region is met with the plane's section of the body's offset instead (shapely).
 """
 
 from __future__ import annotations
@@ -15,32 +18,33 @@ import math
 
 import numpy as np
 
-from slicing.layers import Body, Layer
+from slicing.layers import Body, ConicalBody, Layer, RevolvedBody, RoundBody
 from slicing.part import Floats
 from slicing.surfaces import Cylinder, Plane
 
+SECTION_MM = 1e-3  # how true the sampled section of a body is
 SLACK_MM = 1e-4  # layer 0 is cut a nudge outside the body
 
 
-def area_near_body(layer: Layer, body: Body, within_mm: float) -> float:
+def area_near_body(layer: Layer, body: RoundBody, within_mm: float) -> float:
     """Area of a layer's region whose distance to the body is at most within_mm.
 
     Args:
-        layer: on a cylinder, or a plane parallel to z.
+        layer: on an offset of the body, on a cylinder, or on a plane parallel to z.
         body: the body.
         within_mm: the distance.
 
     Returns:
         mm².
     """
+    if not isinstance(body, Body):
+        return _near_revolved(layer, body, within_mm)
+    assert isinstance(layer.surface, Cylinder | Plane)
     least, most = math.inf, -math.inf
     for curve in layer.curves:
         away = body.surface.distance(curve.points)
         least, most = min(least, float(away.min())), max(most, float(away.max()))
-    if (
-        isinstance(layer.surface, Cylinder)
-        and math.dist(layer.surface.axis_point, body.surface.axis_point) < 1e-9
-    ):
+    if isinstance(layer.surface, Cylinder) and math.dist(layer.surface.axis_point, body.surface.axis_point) < 1e-9:
         return layer.area_mm2 if abs(layer.surface.radius - body.radius_mm) <= within_mm + SLACK_MM else 0.0
     if least > within_mm:
         # a region's nearest place may lie between its borders only where it passes over the body's middle
@@ -49,6 +53,20 @@ def area_near_body(layer: Layer, body: Body, within_mm: float) -> float:
             return 0.0
     bands = _bands(layer.surface, body, within_mm)
     return max(sum(_area_in_bands(layer, k, bands) for k in range(len(layer.curves))), 0.0)
+
+
+def _near_revolved(layer: Layer, body: ConicalBody | RevolvedBody, within_mm: float) -> float:
+    """The same on a body that is no cylinder."""
+    if isinstance(layer.surface, Plane):
+        from slicing.clip import body_section, region_of
+
+        loops = [layer.surface.unrolled(curve.points) for curve in layer.curves]
+        low, high = min(float(p[:, 1].min()) for p in loops), max(float(p[:, 1].max()) for p in loops)
+        near = body_section(layer.surface, body.surface.offset(within_mm), low - 1.0, high + 1.0, SECTION_MM)
+        return float(region_of(loops).intersection(near).area)
+    points = layer.curves[0].points
+    away = float(body.surface.distance(points[:1])[0])  # the same anywhere on an offset
+    return layer.area_mm2 if abs(away) <= within_mm + SLACK_MM else 0.0
 
 
 def _foot_distance(surface: Cylinder | Plane, body: Body) -> float:
@@ -75,8 +93,7 @@ def _bands(surface: Cylinder | Plane, body: Body, within_mm: float) -> list[tupl
     apart, towards = math.hypot(dx, dy), math.atan2(dy, dx)
     # squared distance to the body's axis: apart² + r² + 2 apart r cos(angle - towards)
     c_near, c_far = (
-        min(max((d * d - apart**2 - surface.radius**2) / (2 * apart * surface.radius), -1.0), 1.0)
-        for d in (near, far)
+        min(max((d * d - apart**2 - surface.radius**2) / (2 * apart * surface.radius), -1.0), 1.0) for d in (near, far)
     )
     low, high = math.acos(c_far), math.acos(c_near)
     r, turns = surface.radius, [towards + 2 * math.pi * k for k in range(-2, 3)]

@@ -88,12 +88,8 @@ def sample_arcs(
     k = np.arange(first[-1]) - first[piece]
     forward = turn[piece] * (k / steps[piece])
     angle = begin[piece] + forward
-    height = (
-        2 * r * steepness[piece] * np.sin(begin[piece] + 0.5 * forward - phi[piece]) * np.sin(0.5 * forward)
-    )
-    points = np.stack(
-        [centre[0] + r * np.cos(angle), centre[1] + r * np.sin(angle), origin[piece, 2] + height], axis=1
-    )
+    height = 2 * r * steepness[piece] * np.sin(begin[piece] + 0.5 * forward - phi[piece]) * np.sin(0.5 * forward)
+    points = np.stack([centre[0] + r * np.cos(angle), centre[1] + r * np.sin(angle), origin[piece, 2] + height], axis=1)
     points[first[:-1]] = origin  # the node itself, to the last bit
     last_z = np.where(whole, origin[:, 2], nodes[end, 2])
     after_z = np.append(points[1:, 2], 0.0)

@@ -7,45 +7,51 @@ axis. What is left of the layer are two half planes, and a region is cut to a ha
 
 Loops are cut where they cross the line; each place where a loop leaves the half plane is joined along the
 line to the next place where one comes back. Orientation is kept: outer loops counter-clockwise, holes
-clockwise.
+clockwise. Other bodies of revolution meet the plane in a region of another shape (`body_section`), sampled to the
+tolerance, which is taken away with shapely.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import itertools
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slicing.intersect import Curve
 from slicing.part import Floats
-from slicing.surfaces import Plane
+from slicing.surfaces import Cone, Cylinder, Plane, Revolved
 
 if TYPE_CHECKING:
-    from slicing.layers import Body
+    from slicing.bands import Bands
+    from slicing.layers import RoundBody
 
 LEAST_AREA_MM2 = 1e-6  # what is left of a region that only touches the body's side
 
 
-def outside_body(curves: list[Curve], plane: Plane, body: Body) -> list[Curve]:
+def outside_body(curves: list[Curve], plane: Plane, body: RoundBody, tolerance_mm: float = 0.01) -> list[Curve]:
     """Cut a planar layer where the body begins.
 
     Args:
         curves: closed loops on the plane, the region on their left.
         plane: parallel to z.
         body: the body.
+        tolerance_mm: of the sampled border of a body that is no cylinder.
 
     Returns:
         The loops of the region outside the body; the same ones if the plane passes the body by, or none goes
         inside.
     """
+    if not isinstance(body.surface, Cylinder):
+        return _outside_section(curves, plane, body.surface, tolerance_mm)
     u_axis, v_axis = plane.axes()
     axis = np.append(body.surface.axis_point, 0.0)
     height = -float(plane.distance(axis[None])[0])
-    half = body.radius_mm**2 - height**2
+    half = body.surface.radius**2 - height**2
     if half <= 0 or not curves:
         return curves
     if all(
-        (body.surface.distance(curve.points) > -1e-7).all() and not _crosses(curve, body) for curve in curves
+        (body.surface.distance(curve.points) > -1e-7).all() and not _crosses(curve, body.surface) for curve in curves
     ):
         return curves
     foot = axis + height * np.asarray(plane.normal)
@@ -61,14 +67,101 @@ def outside_body(curves: list[Curve], plane: Plane, body: Body) -> list[Curve]:
     return kept
 
 
-def _crosses(curve: Curve, body: Body) -> bool:
+def _outside_section(curves: list[Curve], plane: Plane, surface: Cone | Revolved, tolerance_mm: float) -> list[Curve]:
+    """The region outside a body of revolution that is no cylinder."""
+    import shapely
+
+    if not curves:
+        return curves
+    loops = [plane.unrolled(curve.points) for curve in curves]
+    low, high = (float(f([f(loop[:, 1]) for loop in loops])) for f in (np.min, np.max))
+    body = body_section(plane, surface, low - 1.0, high + 1.0, tolerance_mm)
+    region = region_of(loops)
+    if not body.intersection(region).area > LEAST_AREA_MM2:
+        return curves
+    u_axis, v_axis = plane.axes()
+    kept: list[Curve] = []
+    for polygon in shapely.get_parts(region.difference(body)):
+        if polygon.geom_type != "Polygon" or polygon.area <= LEAST_AREA_MM2:
+            continue
+        for sign, ring in ((1.0, polygon.exterior), *((-1.0, hole) for hole in polygon.interiors)):
+            flat = np.asarray(ring.coords)[:-1, :2]
+            area = sign * abs(0.5 * _twice_area(flat))
+            flat = flat if sign * _twice_area(flat) > 0 else flat[::-1]
+            if abs(area) > LEAST_AREA_MM2:
+                points = np.asarray(plane.point) + flat[:, :1] * u_axis + flat[:, 1:] * v_axis
+                kept.append(Curve(points, True, area < 0, area))
+    return kept
+
+
+def region_of(loops: list[Floats]) -> Any:
+    """The region on the left of plane loops (n, 2), as a shapely geometry."""
+    import shapely
+
+    outer = shapely.union_all([shapely.Polygon(p).buffer(0) for p in loops if _twice_area(p) > 0])
+    holes = shapely.union_all([shapely.Polygon(p).buffer(0) for p in loops if _twice_area(p) <= 0])
+    return outer.difference(holes)
+
+
+def body_section(plane: Plane, surface: Cone | Revolved, low: float, high: float, tolerance_mm: float) -> Any:
+    """Where a plane parallel to z cuts a body of revolution.
+
+    Args:
+        plane: parallel to z.
+        surface: the body's.
+        low: least second coordinate of `Plane.unrolled` that counts, mm.
+        high: the greatest.
+        tolerance_mm: how far the sampled border may be off.
+
+    Returns:
+        A shapely geometry in the coordinates of `Plane.unrolled`.
+    """
+    import shapely
+
+    from slicing.bands import Bands
+
+    bands = Bands.of(surface.chain(0.05 * tolerance_mm))
+    axis = np.append(surface.axis_point, 0.0)
+    centre = plane.unrolled(axis[None])[0]
+    height = abs(float(plane.distance(axis[None])[0]))
+    border = np.concatenate([[low - centre[1]], bands.z, [high - centre[1]]])
+    border = np.clip(border, low - centre[1], high - centre[1])
+    parts = []
+    for slab, (begin, end) in enumerate(itertools.pairwise(border.tolist())):
+        span = _cut_span(bands, slab, begin, end, height)
+        if span is None:
+            continue
+        count = int(np.clip(np.ceil(4.0 * np.sqrt((span[1] - span[0]) / tolerance_mm)), 8, 512))
+        # closer towards the ends, where the border may start like a root
+        v = span[0] + (span[1] - span[0]) * 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count + 1)))
+        radius = bands.radius(np.full(len(v), slab), v)
+        u = np.sqrt(np.maximum(radius**2 - height**2, 0.0))
+        side = np.stack([centre[0] + u, centre[1] + v], axis=1)
+        other = np.stack([centre[0] - u, centre[1] + v], axis=1)
+        parts.append(shapely.Polygon(np.concatenate([side, other[::-1]])).buffer(0))
+    return shapely.union_all(parts)
+
+
+def _cut_span(bands: Bands, slab: int, begin: float, end: float, height: float) -> tuple[float, float] | None:
+    """The heights of a slab at which its cone is wider than the plane's distance from the axis."""
+    if end - begin <= 1e-9 or bands.empty[slab]:
+        return None
+    at = np.array([begin, end])
+    r = bands.radius(np.array([slab, slab]), at)
+    if (r <= height).all():
+        return None
+    meet = begin + (height - r[0]) / (r[1] - r[0]) * (end - begin) if (r <= height).any() else begin
+    return (begin if r[0] > height else float(meet)), (end if r[1] > height else float(meet))
+
+
+def _crosses(curve: Curve, body: Cylinder) -> bool:
     """Whether a side of the loop dips into the body between its ends."""
-    a = curve.points[:, :2] - body.surface.axis_point
+    a = curve.points[:, :2] - body.axis_point
     step = np.roll(a, -1, axis=0) - a
     length2 = (step**2).sum(axis=1)
     t = np.clip(-(a * step).sum(axis=1) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
     closest = a + t[:, None] * step
-    return bool((np.hypot(closest[:, 0], closest[:, 1]) < body.radius_mm - 1e-7).any())
+    return bool((np.hypot(closest[:, 0], closest[:, 1]) < body.radius - 1e-7).any())
 
 
 def _twice_area(loop: Floats) -> float:

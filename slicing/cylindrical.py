@@ -1,10 +1,13 @@
-"""Uniform cylindrical slicing: the body's surface and its offsets by h_layer, until nothing is left.
+"""Uniform slicing of a round body: its surface and that surface's offsets by h_layer, until nothing is left.
 
     layers = cylindrical_layers(mesh, body, parameters, root)
 
-Layer 0 lies on the body; its curve is the footprint.
+Layer 0 lies on the body; its curve is the footprint. The offsets of a cylinder are cylinders, those of a cone
+cones of the same angle, those of another profile its true offsets (slicing.meridian); every layer is h_layer thick
+along its normals.
 
-Source: Lettori et al. 2024, section 2 and figure 2 (after Ding et al. 2017).
+Source: Lettori et al. 2024, section 2 and figure 2 (after Ding et al. 2017), table 1; conical bodies after
+Dai et al. 2020, revolved ones as section 6 suggests.
 """
 
 from __future__ import annotations
@@ -12,15 +15,14 @@ from __future__ import annotations
 import numpy as np
 
 from slicing.intersect import Curve, intersect
-from slicing.layers import Body, Layer, SlicingParameters, make_layer
+from slicing.layers import Layer, RoundBody, SlicingParameters, make_layer
 from slicing.part import Mesh
 from slicing.stack import FaceIntervals
+from slicing.surfaces import Surface
 
 
-def cylindrical_layers(
-    mesh: Mesh, body: Body, parameters: SlicingParameters, root: list[Curve]
-) -> list[Layer]:
-    """Slice by cylinders about the body's axis.
+def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
+    """Slice by offsets of the body's surface.
 
     Args:
         mesh: the sub-volume.
@@ -31,7 +33,7 @@ def cylindrical_layers(
     Returns:
         The layers, from the body outward, up to the first offset that meets nothing.
     """
-    surface = body.surface
+    surface: Surface = body.surface
     intervals = FaceIntervals.about(mesh, surface)
     layers = [make_layer(0, surface, root, None, body, parameters.h_layer_mm)]
     while True:

@@ -31,7 +31,7 @@ def slices_document(
         warnings: further warnings, put before those of the sub-volumes.
 
     Returns:
-        Plain lists, dicts, strings and numbers, mm (contract rbam-slices/1 in DESIGN.md).
+        Plain lists, dicts, strings and numbers, mm (see docs/formats.md).
     """
     return {
         "schema": SCHEMA,
@@ -54,8 +54,7 @@ def _layer(layer: Layer) -> dict[str, Any]:
         "index": layer.index,
         "surface": layer.surface.to_dict(),
         "curves": [
-            {"closed": curve.closed, "hole": curve.hole, "points": curve.points.tolist()}
-            for curve in layer.curves
+            {"closed": curve.closed, "hole": curve.hole, "points": curve.points.tolist()} for curve in layer.curves
         ],
         "area_mm2": float(layer.area_mm2),
         "thickness_mm": [float(v) for v in layer.thickness_mm],

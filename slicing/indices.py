@@ -75,20 +75,14 @@ def top_angle(sliced: SlicedSubVolume) -> float:
         edge), the face that looks most along it is taken.
     """
     last = sliced.layers[-1]
-    points = np.concatenate(
-        [_evenly(curve.points, TOP_POINTS // len(last.curves) + 1) for curve in last.curves]
-    )
+    points = np.concatenate([_evenly(curve.points, TOP_POINTS // len(last.curves) + 1) for curve in last.curves])
     directions = last.surface.normals(points)
     unit = sliced.mesh.normals
     size = np.sqrt((unit**2).sum(axis=1))
     centres, radii = sliced.mesh.bounding_spheres
     mean = directions.mean(axis=0)
     # faces that can be a top face for any point, not far below the last layer
-    spread = (
-        np.arccos(np.clip(directions @ (mean / np.linalg.norm(mean)), -1.0, 1.0)).max()
-        if mean.any()
-        else np.pi
-    )
+    spread = np.arccos(np.clip(directions @ (mean / np.linalg.norm(mean)), -1.0, 1.0)).max() if mean.any() else np.pi
     widest = np.cos(min(np.arccos(TOP_COSINE) + float(spread), np.pi))
     high = last.surface.distance(centres) + radii >= -1e-6
     faces = np.flatnonzero((unit @ mean >= (widest - 1e-9) * size * np.linalg.norm(mean)) & high & (size > 0))
@@ -113,16 +107,12 @@ def _evenly(points: Floats, count: int) -> Floats:
     return np.stack([np.interp(at, length, loop[:, k]) for k in range(3)], axis=1)
 
 
-def _nearest_face(
-    points: Floats, triangles: Floats, centres: Floats, radii: Floats, allowed: np.ndarray
-) -> np.ndarray:
+def _nearest_face(points: Floats, triangles: Floats, centres: Floats, radii: Floats, allowed: np.ndarray) -> np.ndarray:
     """For each point the nearest of its allowed triangles; spheres around them leave few to look at."""
     away = np.sqrt(((points[:, None] - centres[None]) ** 2).sum(axis=2))
     surely = np.where(allowed, away + radii, np.inf).min(axis=1)
     point, face = np.nonzero(allowed & (away - radii <= surely[:, None]))
-    distance = np.sqrt(
-        ((points[point] - closest_on_triangles(points[point], triangles[face])) ** 2).sum(axis=1)
-    )
+    distance = np.sqrt(((points[point] - closest_on_triangles(points[point], triangles[face])) ** 2).sum(axis=1))
     order = np.lexsort((distance, point))
     first = np.append(True, np.diff(point[order]) > 0)
     return face[order[first]]

@@ -1,4 +1,4 @@
-"""Exact curves in which a closed triangle mesh meets a cylinder or a plane.
+"""Exact curves in which a closed triangle mesh meets a plane, a cylinder or another surface of revolution.
 
 A triangle meets a cylinder in arcs of an ellipse, so a boss of twelve triangles must give the same curve as
 one of a hundred thousand. Nothing here depends on how fine the mesh is:
@@ -11,7 +11,8 @@ round a triangle one leaves the surface's inside at one node and comes back at t
 between these two lies in the triangle, because both the triangle and the inside are convex. That pairing is a
 matter of names and order, not of distances, so neighbours always agree and the pieces chain into closed
 loops. A triangle that the whole circle falls into holds a loop without any node. A piece on a cylinder is an
-arc of an ellipse parametrised by the angle about the axis, or a ruling where the triangle is vertical.
+arc of an ellipse parametrised by the angle about the axis, or a ruling where the triangle is vertical. Cones and
+other surfaces of revolution are taken band by band in the same way: see `slicing.revolve`.
 
 A value of zero counts as inside: the surface is nudged outward by 1e-7 mm, or just past vertices that lie on
 it to within the mesh's rounding. So a root cap whose vertices lie on the body is wholly below layer 0, whose
@@ -26,8 +27,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slicing.arcs import Samples, sample_arcs, sample_lines
 from slicing.part import Bools, Floats, Ints, Mesh
-from slicing.surfaces import Cylinder, Surface
+from slicing.surfaces import Cone, Cylinder, Plane, Revolved, Surface
 
 NUDGE_MM = 1e-7  # zero counts as inside
 SAME_POINT_MM = 1e-5  # points of a loop closer than this are one
@@ -62,8 +64,8 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class _Pieces:
-    """Directed pieces of curve, one a row: from one node to another within one triangle."""
+class Pieces:
+    """Directed pieces of curve, one a row: from one node to another within one face."""
 
     start: Ints  # node: 2 * edge + root; -1 for a whole circle
     end: Ints
@@ -78,15 +80,15 @@ def intersect(
     nudge_mm: float = NUDGE_MM,
     faces: Ints | None = None,
 ) -> list[Curve]:
-    """Curves in which a closed mesh meets a cylinder or a plane.
+    """Curves in which a closed mesh meets a surface.
 
     Args:
         mesh: the solid, part frame, mm.
         surface: where to cut. Points of the result lie within nudge_mm (or the mesh's rounding) outside of
             it.
         tolerance_mm: greatest distance between the exact curve and the chord of two successive points.
-        facing: unit (2,) direction in xy: loops of a cylinder wholly on the other side of its axis are left
-            out.
+        facing: unit (2,) direction in xy: loops of a round surface wholly on the other side of its axis are
+            left out.
         nudge_mm: how far outside the surface the cut is really made.
         faces: (k,) numbers of the triangles to look at; all whose extent reaches the surface when not given.
 
@@ -106,14 +108,18 @@ def intersect(
     near, corner_numbers = np.unique(corners, return_inverse=True)
     corner_numbers = corner_numbers.reshape(-1, 2)
     surface = surface.offset(_nudge(surface.distance(mesh.vertices[near]), nudge_mm, mesh.noise_mm))
+    if isinstance(surface, Cone | Revolved):
+        from slicing.revolve import round_curves  # it builds on this module
+
+        return _facing(round_curves(mesh, faces, surface, tolerance_mm), surface, facing)
     outside = surface.distance(mesh.vertices[near]) > 0.0
     roots, count = _edge_roots(surface, mesh.vertices[corners], outside[corner_numbers])
     nodes = mesh.vertices[corners][:, :1] + roots[:, :, None] * np.diff(mesh.vertices[corners], axis=1)
     # whether each side of a face runs along its edge (lower vertex first) or against it
     forward = mesh.faces[faces] == corners[sides][:, :, 0]
-    pieces = _pair(sides, forward, count, outside[corner_numbers])
+    pieces = pair(sides, forward, count, outside[corner_numbers])
     whole = _whole_circles(surface, mesh, faces, sides, count, outside[corner_numbers])
-    pieces = _Pieces(
+    pieces = Pieces(
         np.append(pieces.start, np.full(len(whole), -1)),
         np.append(pieces.end, np.full(len(whole), -1)),
         np.append(pieces.face, whole),
@@ -121,9 +127,14 @@ def intersect(
     if len(pieces.start) == 0:
         return []
     curves = _assemble(mesh, surface, faces, pieces, nodes.reshape(-1, 3), tolerance_mm)
-    if facing is not None and isinstance(surface, Cylinder):
-        curves = [c for c in curves if ((c.points[:, :2] - surface.axis_point) @ facing > 0).any()]
-    return curves
+    return _facing(curves, surface, facing)
+
+
+def _facing(curves: list[Curve], surface: Surface, facing: Floats | None) -> list[Curve]:
+    """The curves that are not wholly on the side of the axis away from a direction."""
+    if facing is None or isinstance(surface, Plane):
+        return curves
+    return [c for c in curves if ((c.points[:, :2] - surface.axis_point) @ facing > 0).any()]
 
 
 def _nudge(heights: Floats, nudge_mm: float, noise_mm: float) -> float:
@@ -166,19 +177,17 @@ def _edge_roots(surface: Surface, ends: Floats, outside: Bools) -> tuple[Floats,
     q = -(b + np.where(b >= 0, root, -root))  # the sum without cancellation; the other root by c / q
     with np.errstate(divide="ignore", invalid="ignore"):
         pair = np.sort(np.nan_to_num(np.stack([q / a, c / q], axis=1), posinf=1.0, neginf=0.0), axis=1)
-    first = np.where(
-        (count[cut] == 1) & outgoing, pair[:, 1], pair[:, 0]
-    )  # leaving the inside: the later root
+    first = np.where((count[cut] == 1) & outgoing, pair[:, 1], pair[:, 0])  # leaving the inside: the later root
     roots[cut] = np.clip(np.stack([first, pair[:, 1]], axis=1), 0.0, 1.0)
     return roots, count
 
 
-def _pair(sides: Ints, forward: Bools, count: Ints, outside: Bools) -> _Pieces:
-    """Pieces of curve between nodes, triangle by triangle, from the order of crossings along its boundary.
+def pair(sides: Ints, forward: Bools, count: Ints, outside: Bools) -> Pieces:
+    """Pieces of curve between nodes, face by face, from the order of crossings along its boundary.
 
     Args:
-        sides: (k, 3) edge of each side of each face.
-        forward: (k, 3) the side runs along its edge, not against it.
+        sides: (k, s) edge of each side of each (convex) face; -1 for none.
+        forward: (k, s) the side runs along its edge, not against it.
         count: (e,) roots of each edge.
         outside: (e, 2) which ends of the edges lie outside.
 
@@ -186,15 +195,13 @@ def _pair(sides: Ints, forward: Bools, count: Ints, outside: Bools) -> _Pieces:
         Pieces from the node where a face's boundary comes back inside to the node where it left, which is the
         direction that has the solid on the left; `face` counts rows of `sides`.
     """
-    n = count[sides]
-    slots = np.full((len(sides), 6), -1, dtype=np.int64)
-    leaving = np.zeros((len(sides), 6), dtype=bool)
+    n = np.where(sides >= 0, count[sides], 0)
+    slots = np.full((len(sides), 2 * sides.shape[1]), -1, dtype=np.int64)
+    leaving = np.zeros(slots.shape, dtype=bool)
     start_outside = np.where(forward, outside[sides, 0], outside[sides, 1])
-    for k in range(3):
+    for k in range(sides.shape[1]):
         edge, once, twice = sides[:, k], n[:, k] == 1, n[:, k] == 2
-        slots[:, 2 * k] = np.where(
-            once | (twice & forward[:, k]), 2 * edge, np.where(twice, 2 * edge + 1, -1)
-        )
+        slots[:, 2 * k] = np.where(once | (twice & forward[:, k]), 2 * edge, np.where(twice, 2 * edge + 1, -1))
         slots[:, 2 * k + 1] = np.where(twice, np.where(forward[:, k], 2 * edge + 1, 2 * edge), -1)
         leaving[:, 2 * k] = once & ~start_outside[:, k]  # an edge crossed twice comes in first, then leaves
         leaving[:, 2 * k + 1] = twice
@@ -204,12 +211,10 @@ def _pair(sides: Ints, forward: Bools, count: Ints, outside: Bools) -> _Pieces:
     first = np.cumsum(events) - events
     place = np.arange(len(rows)) - first[rows]
     following = first[rows] + (place + 1) % np.maximum(events[rows], 1)
-    return _Pieces(node[following[leaves]], node[leaves], rows[leaves])
+    return Pieces(node[following[leaves]], node[leaves], rows[leaves])
 
 
-def _whole_circles(
-    surface: Surface, mesh: Mesh, faces: Ints, sides: Ints, count: Ints, outside: Bools
-) -> Ints:
+def _whole_circles(surface: Surface, mesh: Mesh, faces: Ints, sides: Ints, count: Ints, outside: Bools) -> Ints:
     """Rows of faces that the cylinder pierces without touching an edge."""
     if not isinstance(surface, Cylinder):
         return np.zeros(0, dtype=np.int64)
@@ -226,19 +231,32 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def _assemble(
-    mesh: Mesh, surface: Surface, faces: Ints, pieces: _Pieces, nodes: Floats, tolerance_mm: float
+    mesh: Mesh, surface: Surface, faces: Ints, pieces: Pieces, nodes: Floats, tolerance_mm: float
 ) -> list[Curve]:
     """Chain the pieces and sample them."""
-    from slicing.arcs import sample_arcs, sample_lines  # the geometry of one piece
-
     if isinstance(surface, Cylinder):
         normals = mesh.normals[faces[pieces.face]]
         corners = mesh.vertices[mesh.faces[faces[pieces.face]]]
         samples = sample_arcs(surface, normals, corners, pieces.start, pieces.end, nodes, tolerance_mm)
     else:
+        assert isinstance(surface, Plane)
         samples = sample_lines(surface, pieces.start, pieces.end, nodes)
+    return assembled(pieces.start, pieces.end, samples)
+
+
+def assembled(start: Ints, end: Ints, samples: Samples) -> list[Curve]:
+    """Curves of pieces that follow one another.
+
+    Args:
+        start: (p,) node each piece starts at, as `chain` takes it.
+        end: (p,) node each piece ends at.
+        samples: points along the pieces.
+
+    Returns:
+        Closed curves; loops smaller than the rounding are dropped.
+    """
     curves = []
-    for loop in chain(pieces.start, pieces.end):
+    for loop in chain(start, end):
         points = np.concatenate([samples.points[samples.first[p] : samples.first[p + 1]] for p in loop])
         points = _distinct(points)
         if len(points) < 3:

@@ -11,11 +11,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody
 from slicing.intersect import Curve
 from slicing.part import Floats, Mesh, PartError
-from slicing.surfaces import Cylinder, Surface
+from slicing.surfaces import Surface
 
-STRATEGIES = ("planar", "cylindrical", "nonuniform")
+__all__ = [
+    "STRATEGIES",
+    "Body",
+    "ConicalBody",
+    "Layer",
+    "RevolvedBody",
+    "RoundBody",
+    "SlicedSubVolume",
+    "SlicingParameters",
+    "make_layer",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,35 +49,11 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class Body:
-    """The central body: a cylinder about an axis parallel to z.
-
-    Attributes:
-        radius_mm: its radius.
-        axis_xy_mm: where the axis is.
-    """
-
-    radius_mm: float
-    axis_xy_mm: tuple[float, float] = (0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.radius_mm) and self.radius_mm > 0):
-            raise PartError(f"radius_mm: {self.radius_mm} is not a body's radius; a number above 0 is needed")
-        if len(self.axis_xy_mm) != 2 or not all(math.isfinite(v) for v in self.axis_xy_mm):
-            raise PartError(f"axis_xy_mm: {self.axis_xy_mm} is not a point; two finite numbers are needed")
-
-    @property
-    def surface(self) -> Cylinder:
-        """Its surface."""
-        return Cylinder((float(self.axis_xy_mm[0]), float(self.axis_xy_mm[1])), float(self.radius_mm))
-
-
-@dataclass(frozen=True)
 class SlicingParameters:
     """How to slice.
 
     Attributes:
-        strategy: planar, cylindrical or nonuniform.
+        strategy: planar, cylindrical, nonuniform, conical or revolved.
         h_layer_mm: the preferred thickness of a layer.
         h_min_mm: the least thickness the process can lay.
         h_max_mm: the greatest.
@@ -99,7 +86,7 @@ class SlicedSubVolume:
 
     Attributes:
         name: of the sub-volume.
-        strategy: planar, cylindrical or nonuniform.
+        strategy: planar, cylindrical, nonuniform, conical or revolved.
         mesh: what was sliced.
         body: what it stands on.
         layers: from the body outward.
@@ -111,7 +98,7 @@ class SlicedSubVolume:
     name: str
     strategy: str
     mesh: Mesh
-    body: Body
+    body: RoundBody
     layers: tuple[Layer, ...]
     warnings: tuple[str, ...] = ()
     parameters: SlicingParameters = field(default_factory=SlicingParameters)
@@ -121,13 +108,11 @@ class SlicedSubVolume:
         from slicing.thickness import bead_thickness
 
         below = self.layers[layer - 1].surface if layer > 0 else None
-        return bead_thickness(
-            points, self.layers[layer].surface, below, self.body, self.parameters.h_layer_mm
-        )
+        return bead_thickness(points, self.layers[layer].surface, below, self.body, self.parameters.h_layer_mm)
 
 
 def make_layer(
-    index: int, surface: Surface, curves: list[Curve], below: Surface | None, body: Body, h_layer_mm: float
+    index: int, surface: Surface, curves: list[Curve], below: Surface | None, body: RoundBody, h_layer_mm: float
 ) -> Layer:
     """A layer with its area and the range of its thickness.
 

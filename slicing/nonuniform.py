@@ -50,9 +50,7 @@ SAME_MM = 1e-9
 BISECTIONS = 20
 
 
-def nonuniform_layers(
-    mesh: Mesh, body: Body, parameters: SlicingParameters, root: list[Curve]
-) -> list[Layer]:
+def nonuniform_layers(mesh: Mesh, body: Body, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
     """Slice by cylinders that flatten from layer to layer, then by planes.
 
     Args:
@@ -79,6 +77,7 @@ def nonuniform_layers(
         layers.append(layer)
         if isinstance(layer.surface, Plane):
             return planes_from(mesh, body, parameters, layer.surface, layers)
+        assert isinstance(layer.surface, Cylinder)
         surface = layer.surface
 
 

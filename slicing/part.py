@@ -12,8 +12,10 @@ numbers:
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +25,10 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
+# what a kind of file needs beyond trimesh itself
+READERS = {".3mf": ("networkx", "lxml")}
+# how a 3MF names the units that are allowed here
+STATED_UNITS = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "inch"}
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 SMALL_MM, LARGE_MM = 1.0, 10_000.0  # extents outside these are almost always a wrong unit
 DOUBLE_NOISE_MM = 1e-6  # coordinates written as text, or computed: what two "equal" heights may differ by
@@ -97,9 +103,7 @@ class Mesh:
         return centres, np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
 
 
-def mesh_from_arrays(
-    name: str, vertices: npt.ArrayLike, faces: npt.ArrayLike, noise_mm: float | None = None
-) -> Mesh:
+def mesh_from_arrays(name: str, vertices: npt.ArrayLike, faces: npt.ArrayLike, noise_mm: float | None = None) -> Mesh:
     """Check the arrays of a solid and make a `Mesh` of them.
 
     Args:
@@ -136,7 +140,9 @@ def mesh_from_arrays(
 
 
 def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> Mesh:
-    """Read one solid from a file (STL, OBJ, PLY and whatever else trimesh reads).
+    """Read one solid from a file: STL, OBJ, PLY, OFF, GLB and, with networkx and lxml installed, 3MF.
+
+    The meshes of a scene (GLB, 3MF) are put where it says and taken together; together they must be closed.
 
     Args:
         path: the file.
@@ -147,14 +153,15 @@ def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> M
         The mesh in mm, duplicate vertices merged.
 
     Raises:
-        PartError: an unknown unit, a missing or unreadable file, or a mesh that `mesh_from_arrays` refuses.
+        PartError: an unknown unit or another than the file states (3MF), a missing or unreadable file, a kind of
+            file that needs a package which is not installed, or a mesh that `mesh_from_arrays` refuses.
     """
     file = Path(path)
     if units not in UNITS_MM:
         raise PartError(f"{file}: units {units!r} unknown; allowed: {', '.join(UNITS_MM)}")
     if not file.is_file():
         raise PartError(f"{file}: {'not a file' if file.exists() else 'no such file'}")
-    vertices, faces = _read(file)
+    vertices, faces = _read(file, units)
     if not np.isfinite(vertices).all():
         bad = int((~np.isfinite(vertices)).any(axis=1).sum())
         raise PartError(f"{file}: {bad} vertices are not finite numbers (NaN or infinite)")
@@ -171,23 +178,42 @@ def _renamed(mesh: Mesh, name: str) -> Mesh:
     return Mesh(name, mesh.vertices, mesh.faces, mesh.warnings, mesh.noise_mm)
 
 
-def _read(file: Path) -> tuple[Floats, Ints]:
+def _require_reader(file: Path, kinds: Iterable[str]) -> None:
+    """Refuse a kind of file that trimesh does not read, or not without other packages."""
+    kind = file.suffix.lower()
+    if kind.lstrip(".") in kinds:
+        return
+    missing = [package for package in READERS.get(kind, ()) if find_spec(package) is None]
+    if missing:
+        raise PartError(
+            f"{file}: reading {kind} needs {' and '.join(missing)}, not installed: pip install {' '.join(missing)}"
+        )
+    raise PartError(f"{file}: unknown kind of mesh file {file.suffix!r}; allowed: .stl, .obj, .ply, .off, .3mf, .glb")
+
+
+def _require_unit(file: Path, stated: str | None, units: str) -> None:
+    """Refuse a unit that contradicts the file (a 3MF states its own; GLB's metres are hardly ever meant)."""
+    if file.suffix.lower() != ".3mf" or stated is None:
+        return
+    said = STATED_UNITS.get(stated.removesuffix("s"))
+    if said != units:
+        allowed = f"say units: {said}" if said else f"allowed: {', '.join(UNITS_MM)}"
+        raise PartError(f"{file}: the file's unit is {stated}, but units: {units} was given; {allowed}")
+
+
+def _read(file: Path, units: str) -> tuple[Floats, Ints]:
     """Vertices and faces of the file as they stand, all its solids together."""
     import trimesh  # heavy: only when a file is read
 
     if file.stat().st_size == 0:
         raise PartError(f"{file}: the file is empty")
-    if file.suffix.lower().lstrip(".") not in trimesh.available_formats():
-        raise PartError(
-            f"{file}: unknown kind of mesh file {file.suffix!r}; allowed: .stl, .obj, .ply, .off, .3mf, .glb"
-        )
+    _require_reader(file, trimesh.available_formats())
     try:
         loaded = trimesh.load(str(file), process=False, force="mesh")
     except READ_ERRORS as error:
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise PartError(
-            f"{file}: not readable as a {file.suffix.lstrip('.').upper()} mesh ({reason[:120]})"
-        ) from None
+        raise PartError(f"{file}: not readable as a {file.suffix.lstrip('.').upper()} mesh ({reason[:120]})") from None
+    _require_unit(file, getattr(loaded, "units", None), units)
     vertices = np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), dtype=np.float64)
     faces = np.asarray(getattr(loaded, "faces", np.zeros((0, 3))), dtype=np.int64)
     if len(faces) == 0:
@@ -258,15 +284,11 @@ def _closed_and_outward(name: str, points: Floats, faces: Ints) -> tuple[Ints, l
     warnings: list[str] = []
     unpaired, unbalanced = _open_edges(points, faces)
     if unpaired:
-        raise PartError(
-            f"{name}: the mesh is not closed ({unpaired} open edges); a watertight solid is needed"
-        )
+        raise PartError(f"{name}: the mesh is not closed ({unpaired} open edges); a watertight solid is needed")
     if unbalanced:
         faces = _agreeing(len(points), faces)
         if _open_edges(points, faces)[1]:
-            raise PartError(
-                f"{name}: {unbalanced} edges join faces that disagree about which side is outside"
-            )
+            raise PartError(f"{name}: {unbalanced} edges join faces that disagree about which side is outside")
         warnings.append(f"{name}: faces disagreed about which side is outside; turned to agree")
     volume = _volume(points, faces)
     extent = float(np.ptp(points, axis=0).max())
@@ -284,7 +306,5 @@ def _size_warnings(name: str, points: Floats) -> list[str]:
     if extent < SMALL_MM:
         return [f"{name}: largest extent {extent:.4g} mm; is the file in m or inch? (units: m)"]
     if extent > LARGE_MM:
-        return [
-            f"{name}: largest extent {extent:.4g} mm; is it in µm, or scaled already? (units: mm expected)"
-        ]
+        return [f"{name}: largest extent {extent:.4g} mm; is it in µm, or scaled already? (units: mm expected)"]
     return []

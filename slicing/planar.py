@@ -18,7 +18,7 @@ import numpy as np
 from slicing.clip import outside_body
 from slicing.cylindrical import span
 from slicing.intersect import Curve, intersect
-from slicing.layers import Body, Layer, SlicingParameters, make_layer
+from slicing.layers import Layer, RoundBody, SlicingParameters, make_layer
 from slicing.part import Floats, Mesh, PartError
 from slicing.stack import FaceIntervals
 from slicing.surfaces import Plane
@@ -26,7 +26,7 @@ from slicing.surfaces import Plane
 RING_RAD = 2 * np.pi - 1e-9
 
 
-def build_direction(root: list[Curve], body: Body, name: str = "sub-volume") -> Floats:
+def build_direction(root: list[Curve], body: RoundBody, name: str = "sub-volume") -> Floats:
     """The radial direction through the middle of a footprint.
 
     Args:
@@ -48,7 +48,7 @@ def build_direction(root: list[Curve], body: Body, name: str = "sub-volume") -> 
     return np.array([np.cos(middle), np.sin(middle), 0.0])
 
 
-def planar_layers(mesh: Mesh, body: Body, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
+def planar_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
     """Slice by planes across the build direction.
 
     Args:
@@ -73,7 +73,7 @@ def planar_layers(mesh: Mesh, body: Body, parameters: SlicingParameters, root: l
 
 
 def planes_from(
-    mesh: Mesh, body: Body, parameters: SlicingParameters, base: Plane, layers: list[Layer]
+    mesh: Mesh, body: RoundBody, parameters: SlicingParameters, base: Plane, layers: list[Layer]
 ) -> list[Layer]:
     """Planes at h_layer above a base, onto the layers that are there already.
 
@@ -92,7 +92,7 @@ def planes_from(
     for k in range(1, int(np.floor(top / step)) + 2):
         surface, faces = base.offset(k * step), intervals.at(k * step)
         curves = intersect(mesh, surface, parameters.tolerance_mm, faces=faces) if len(faces) else []
-        curves = outside_body(curves, surface, body)
+        curves = outside_body(curves, surface, body, parameters.tolerance_mm)
         if curves:
             below = layers[-1].surface if layers else None
             layers.append(make_layer(len(layers), surface, curves, below, body, step))

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slicing.decompose_bands import HALF_FACET_RAD, LEAST_TURN, FoundBand, facets_of, find_bands, fit_band
 from slicing.part import Bools, Floats, Ints
-from slicing.profile import HALF_FACET_RAD, FoundBand, facets_of, find_bands
 
 SAMPLES = 1500  # facets looked at while searching
 PAIRS = 600
@@ -29,6 +29,10 @@ REFINED = 4  # candidates worth a least-squares fit
 SAME_DISTANCE = 4e-3  # of the part's reach: facets of one cylinder
 ACROSS = 0.05  # cosine: a normal across the direction
 ROUNDS = 8
+LEVEL = 1e-6  # z of a direction that is level
+STARTING_TURN = 0.1  # share of the directions in which a cylinder must be seen before the axis is fitted
+SEARCHED = 8  # bands looked at on the way
+CORNERS = 0.05  # least share of a cylinder's vertices to fit it to
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +67,10 @@ class Axis:
 
 
 def rotation_to_z(direction: Floats) -> Floats:
-    """Least rotation (3, 3) that makes a unit direction (3,) parallel to z (either way)."""
-    up = direction if direction[2] >= 0 else -direction
+    """Least rotation (3, 3) that makes a unit direction (3,) parallel to z, either way; of a level one, +x or +y up."""
+    level = abs(float(direction[2])) < LEVEL
+    leading = float(direction[int(np.abs(direction[:2]).argmax())]) if level else float(direction[2])
+    up = direction if leading >= 0 else -direction
     x, y, z = up
     return np.array(
         [[1 - x * x / (1 + z), -x * y / (1 + z), -x], [-x * y / (1 + z), 1 - y * y / (1 + z), -y], [x, y, z]]
@@ -77,6 +83,7 @@ def find_axis(
     noise_mm: float,
     point: Floats | None = None,
     direction: Floats | None = None,
+    least_turn: float = LEAST_TURN,
 ) -> Axis | None:
     """The axis with the largest cylinders about it.
 
@@ -86,35 +93,35 @@ def find_axis(
         noise_mm: rounding of the coordinates.
         point: (3,) a point of the axis where it is known, mm.
         direction: (3,) unit, where it is known.
+        least_turn: share of the directions about the axis that its cylinders must face.
 
     Returns:
-        The axis, or None if no cylinder is there. What was given is kept as it is.
+        The axis, fitted to the mesh (near what was given), or None if no cylinder is there.
     """
     rng = np.random.default_rng(0)
     if point is not None and direction is not None:
-        return _measured(vertices, faces, point, direction)
+        axis = _refined(vertices, faces, Axis(point, direction), noise_mm, least_turn)
+        return axis if axis.area_mm2 > 0 else None
     sample = _sample(vertices, faces, rng)
     corners = vertices[faces[sample]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.sqrt((normal**2).sum(axis=1))[:, None]
     ways = _directions(normal, rng) if direction is None else direction[None]
-    trials = []
+    trials: list[tuple[float, float, int, Floats]] = []
     for way in ways:
         centre, score = _centre(corners.mean(axis=1), normal, way, point, rng)
         trials.append((-round(score, 6), -round(abs(float(way[2])), 6), len(trials), centre))
     found = []
-    for score, _, k, centre in sorted(trials, key=lambda trial: trial[:3])[:REFINED]:
-        if score < 0:
-            axis = Axis(centre, ways[k])
-            found.append(_refined(vertices, faces, axis, noise_mm, point is None, direction is None))
+    trials.sort(key=lambda trial: trial[:3])
+    for score, _, k, centre in trials[:REFINED]:
+        if score < 0 and score <= 0.3 * trials[0][0]:
+            found.append(_refined(vertices, faces, Axis(centre, ways[k]), noise_mm, least_turn))
     found = [axis for axis in found if axis.area_mm2 > 0]
     if not found:
         return None
     most = max(axis.area_mm2 for axis in found)
     # as good as equal: the one nearest to z
-    return max(
-        (a for a in found if a.area_mm2 >= 0.98 * most), key=lambda a: round(abs(float(a.direction[2])), 6)
-    )
+    return max((a for a in found if a.area_mm2 >= 0.98 * most), key=lambda a: round(abs(float(a.direction[2])), 6))
 
 
 def _sample(vertices: Floats, faces: Ints, rng: np.random.Generator) -> Ints:
@@ -176,9 +183,7 @@ def _centre(
     return turn.T @ np.append(centres[best], 0.0), float(score[best]) / len(middles)
 
 
-def _agreeing(
-    outward: Floats, flat: Floats, along: Floats, centres: Floats, distances: Floats, window: float
-) -> Bools:
+def _agreeing(outward: Floats, flat: Floats, along: Floats, centres: Floats, distances: Floats, window: float) -> Bools:
     """Which facets (k, n) belong to each of k cylinders."""
     gap = along[None] - centres @ outward.T - distances[:, None]
     tangent = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
@@ -186,52 +191,50 @@ def _agreeing(
     return (np.abs(gap) <= window) & (np.abs(aside) <= np.tan(HALF_FACET_RAD) * distances[:, None])
 
 
-def _measured(vertices: Floats, faces: Ints, point: Floats, direction: Floats) -> Axis:
+def _measured(vertices: Floats, faces: Ints, point: Floats, direction: Floats, least_turn: float) -> Axis:
     """An axis with the bands about it."""
     axis = Axis(np.asarray(point, dtype=np.float64), np.asarray(direction, dtype=np.float64))
     motion = axis.to_z
     bands = find_bands(vertices @ motion[:3, :3].T + motion[:3, 3], faces)
-    area = sum(f.band.area_mm2 for f in bands if f.band.is_cylinder)
+    area = sum(f.band.area_mm2 for f in bands if f.is_round(least_turn))
     return Axis(axis.point, axis.direction, tuple(bands), area)
 
 
-def _refined(
-    vertices: Floats, faces: Ints, axis: Axis, noise_mm: float, move: bool, tilt: bool
-) -> Axis:
+def _refined(vertices: Floats, faces: Ints, axis: Axis, noise_mm: float, least_turn: float) -> Axis:
     """Gauss-Newton on the outer corners of the largest cylinder, over place, tilt and radius."""
-    spread = 0.0
+    spread, members = 0.0, np.zeros(0, dtype=np.int64)
     for k in range(ROUNDS):
-        axis = _measured(vertices, faces, axis.point, axis.direction)
-        cylinders = [f for f in axis.bands if f.band.is_cylinder]
-        if not cylinders:
-            return axis
-        largest = max(cylinders, key=lambda f: f.band.area_mm2)
         motion = axis.to_z
-        used = np.unique(faces[largest.faces])
+        if k in (0, 3):  # which faces are its facets: once near, once about the true axis
+            found = find_bands(vertices @ motion[:3, :3].T + motion[:3, 3], faces, SEARCHED)
+            # a rough start sees only stretches of the cylinder
+            cylinders = [f for f in found if f.is_round(least_turn if k else STARTING_TURN)]
+            if not cylinders:
+                return axis
+            members = max(cylinders, key=lambda f: f.band.area_mm2).faces
+            used, compact = np.unique(faces[members], return_inverse=True)
         corners = vertices[used] @ motion[:3, :3].T + motion[:3, 3]
+        band = fit_band(corners, compact.reshape(-1, 3), members).band
         away = np.hypot(corners[:, 0], corners[:, 1])
-        gap = away - largest.band.radius_low
+        gap = away - band.middle_radius
         # first the whole facets, then ever closer to the corners, which lie on the true cylinder
-        depth = max(2.0 * largest.band.flat_mm * 0.5**k, 4 * noise_mm, 1e-7 * largest.band.radius_low)
+        depth = max(2.0 * band.flat_mm * 0.4**k, 4 * noise_mm, 1e-7 * band.middle_radius)
         near = gap >= -depth
-        if near.sum() < 6:
-            break
-        step = _step(corners[near], away[near], gap[near], move, tilt)
+        if near.sum() < max(6, CORNERS * len(near)):
+            break  # rough: what is left is chance
+        step = _step(corners[near], away[near], gap[near])
         spread = float(np.std(gap[near]))
         back = motion[:3, :3].T
-        middle = axis.point + back[:, 2] * float((corners[near, 2].mean()) - (motion[:3, :3] @ axis.point)[2])
-        point = middle + back @ np.array([step[0], step[1], 0.0])
+        middle = axis.point + back[:, 2] * float(corners[near, 2].mean() - (motion[:3, :3] @ axis.point)[2])
         direction = back @ np.array([step[2], step[3], 1.0])
-        axis = Axis(point, direction / np.linalg.norm(direction))
-        if k > 2 and np.abs(step[:2]).max() < 1e-10 and depth <= 4 * noise_mm:
-            break
-    final = _measured(vertices, faces, axis.point, axis.direction)
+        axis = Axis(middle + back @ np.array([step[0], step[1], 0.0]), direction / np.linalg.norm(direction))
+    final = _measured(vertices, faces, axis.point, axis.direction, least_turn)
     return Axis(final.point, final.direction, final.bands, final.area_mm2, spread)
 
 
-def _step(corners: Floats, away: Floats, gap: Floats, move: bool, tilt: bool) -> Floats:
+def _step(corners: Floats, away: Floats, gap: Floats) -> Floats:
     """Least-squares step (4,): shift in x, y at the corners' middle height, and tilt in x, y."""
     unit = corners[:, :2] / away[:, None]
     height = corners[:, 2] - corners[:, 2].mean()
-    columns = np.column_stack([unit * move, unit * height[:, None] * tilt, np.ones(len(away))])
+    columns = np.column_stack([unit, unit * height[:, None], np.ones(len(away))])
     return np.linalg.lstsq(columns, gap, rcond=None)[0][:4]

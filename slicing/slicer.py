@@ -10,25 +10,23 @@ from dataclasses import replace
 
 import numpy as np
 
+from slicing.bodies import require_fit
 from slicing.cylindrical import cylindrical_layers
 from slicing.intersect import NUDGE_MM, Curve, intersect
-from slicing.layers import Body, SlicedSubVolume, SlicingParameters
+from slicing.layers import Body, Layer, RoundBody, SlicedSubVolume, SlicingParameters
 from slicing.nonuniform import nonuniform_layers
 from slicing.part import Floats, Mesh, PartError
 from slicing.planar import planar_layers
+from slicing.surfaces import Surface
 from slicing.thickness import resampled
 
 THIN_SPACING_MM = 0.25  # at which beads are looked at for thin places
 GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it
-STRATEGY_LAYERS = {
-    "planar": planar_layers,
-    "cylindrical": cylindrical_layers,
-    "nonuniform": nonuniform_layers,
-}
+LEAST_SPHERE_MM, MOST_SPHERES = 0.02, 4000  # of the search for the least distance to a body
 
 
-def slice_sub_volume(mesh: Mesh, body: Body, parameters: SlicingParameters) -> SlicedSubVolume:
-    """Slice a sub-volume that stands on a cylindrical body.
+def slice_sub_volume(mesh: Mesh, body: RoundBody, parameters: SlicingParameters) -> SlicedSubVolume:
+    """Slice a sub-volume that stands on a round body.
 
     Args:
         mesh: the sub-volume, part frame, mm. Its root may lie on the body or reach into it.
@@ -39,20 +37,31 @@ def slice_sub_volume(mesh: Mesh, body: Body, parameters: SlicingParameters) -> S
         Its layers.
 
     Raises:
-        PartError: it does not touch the body, lies wholly inside it, or (planar) runs right round it.
+        PartError: the strategy is not made for the body (`slicing.bodies.require_fit`), or the sub-volume does
+            not touch the body, lies wholly inside it, or (planar) runs right round it.
 
     Source:
         Lettori et al. 2024, sections 3.2 and 4.
     """
+    require_fit(parameters.strategy, body)
     root, warnings = footprint(mesh, body, parameters.tolerance_mm)
-    layers = tuple(STRATEGY_LAYERS[parameters.strategy](mesh, body, parameters, root))
+    layers = tuple(_layers(mesh, body, parameters, root))
     if not layers:
         raise PartError(f"{mesh.name}: thinner than one layer ({parameters.h_layer_mm} mm) outside the body")
     sliced = SlicedSubVolume(mesh.name, parameters.strategy, mesh, body, layers, (), parameters)
     return replace(sliced, warnings=(*mesh.warnings, *warnings, *_thin_beads(sliced)))
 
 
-def footprint(mesh: Mesh, body: Body, tolerance_mm: float) -> tuple[list[Curve], list[str]]:
+def _layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
+    if parameters.strategy == "planar":
+        return planar_layers(mesh, body, parameters, root)
+    if parameters.strategy == "nonuniform":
+        assert isinstance(body, Body)  # by require_fit
+        return nonuniform_layers(mesh, body, parameters, root)
+    return cylindrical_layers(mesh, body, parameters, root)
+
+
+def footprint(mesh: Mesh, body: RoundBody, tolerance_mm: float) -> tuple[list[Curve], list[str]]:
     """Layer 0's curves: where the sub-volume meets the body.
 
     Args:
@@ -69,13 +78,13 @@ def footprint(mesh: Mesh, body: Body, tolerance_mm: float) -> tuple[list[Curve],
     heights = body.surface.distance(mesh.vertices)
     if heights.max() <= NUDGE_MM + mesh.noise_mm:
         raise PartError(
-            f"{mesh.name}: lies wholly inside the body (radius {body.radius_mm:g} mm);"
-            f" its farthest point is {float(heights.max()) + body.radius_mm:.3f} mm from the axis"
+            f"{mesh.name}: lies wholly inside the body ({body});"
+            f" its outermost point is {max(-float(heights.max()), 0.0):.3f} mm below the body's surface"
         )
     gap = least_distance(mesh, body) if heights.min() > 0 else 0.0
     if gap > GREATEST_GAP_MM:
         raise PartError(
-            f"{mesh.name}: does not touch the body (radius {body.radius_mm:g} mm): the gap is {gap:.3f} mm;"
+            f"{mesh.name}: does not touch the body ({body}): the gap is {gap:.3f} mm;"
             f" at most {GREATEST_GAP_MM} mm is allowed"
         )
     lift = max(_root_lift(mesh, body, heights), gap + NUDGE_MM)
@@ -83,13 +92,11 @@ def footprint(mesh: Mesh, body: Body, tolerance_mm: float) -> tuple[list[Curve],
     if not curves:
         raise PartError(f"{mesh.name}: meets the body only in points; a footprint is needed")
     if lift > 1e-3:
-        return curves, [
-            f"{mesh.name}: the root stands up to {lift:.3f} mm off the body; layer 0 is taken at the root"
-        ]
+        return curves, [f"{mesh.name}: the root stands up to {lift:.3f} mm off the body; layer 0 is taken at the root"]
     return curves, []
 
 
-def _root_lift(mesh: Mesh, body: Body, heights: Floats) -> float:
+def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     """How far off the body to take the footprint so that the root cap lies below it.
 
     A root cut by a body that was itself a mesh has corners up to a facet's sagitta off the cylinder. Faces
@@ -107,7 +114,7 @@ def _root_lift(mesh: Mesh, body: Body, heights: Floats) -> float:
     return NUDGE_MM + max(float(heights[mesh.faces[rows[cap]]].max(initial=0.0)), 0.0)
 
 
-def least_distance(mesh: Mesh, body: Body) -> float:
+def least_distance(mesh: Mesh, body: RoundBody) -> float:
     """Least distance of a mesh's surface from the body's, mm; 0 where it reaches inside.
 
     Args:
@@ -117,6 +124,8 @@ def least_distance(mesh: Mesh, body: Body) -> float:
     Returns:
         The gap, mm, never negative.
     """
+    if not isinstance(body, Body):
+        return _least_by_spheres(mesh, body.surface)
     xy = mesh.vertices[mesh.faces, :2] - body.surface.axis_point
     start, along = xy, np.roll(xy, -1, axis=1) - xy
     length2 = (along**2).sum(axis=2)
@@ -126,6 +135,24 @@ def least_distance(mesh: Mesh, body: Body) -> float:
     if ((turn > 0).all(axis=1) | (turn < 0).all(axis=1)).any():
         return 0.0  # the axis passes through a face
     return max(nearest - body.radius_mm, 0.0)
+
+
+def _least_by_spheres(mesh: Mesh, surface: Surface) -> float:
+    """Least distance of a mesh from a surface: triangles in four until what may hold a nearer point is tiny."""
+    triangles = mesh.vertices[mesh.faces]
+    least = float(surface.distance(mesh.vertices).min())
+    while len(triangles) and least > 0:
+        centre = triangles.mean(axis=1)
+        radius = np.sqrt(((triangles - centre[:, None]) ** 2).sum(axis=2).max(axis=1))
+        height = surface.distance(centre)
+        least = min(least, float(height.min()), float(surface.distance(triangles.reshape(-1, 3)).min()))
+        near = np.flatnonzero((height - radius < least) & (radius > LEAST_SPHERE_MM))
+        near = near[np.argsort((height - radius)[near])[:MOST_SPHERES]]
+        a, b, c = (triangles[near, k] for k in range(3))
+        ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+        parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+        triangles = np.concatenate([np.stack(part, axis=1) for part in parts])
+    return max(least, 0.0)
 
 
 def _thin_beads(sliced: SlicedSubVolume) -> list[str]:

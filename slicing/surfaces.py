@@ -1,6 +1,7 @@
-"""The surfaces that layers lie on: cylinders parallel to z and planes. Both know their outward side.
+"""The surfaces that layers lie on: planes, cylinders, cones and other surfaces of revolution about z.
 
-The outward normal is the direction of deposition: material is laid from the inside outward.
+All know their outward side; axes are parallel to z. The outward normal is the direction of deposition:
+material is laid from the inside outward.
 
     body = Cylinder((0.0, 0.0), 20.0)
     body.distance(points)            # signed, mm, positive outside
@@ -10,12 +11,16 @@ The outward normal is the direction of deposition: material is laid from the ins
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from slicing.meridian import Chain, Profile
 from slicing.part import Floats
+
+FAR_MM = 1e5  # an apex farther away than this from z = 0 is none
 
 
 @dataclass(frozen=True)
@@ -117,4 +122,130 @@ class Plane:
         }
 
 
-Surface = Cylinder | Plane
+@dataclass(frozen=True)
+class Cone:
+    """A cone about an axis parallel to z: the nappe on which the radius is positive.
+
+    Attributes:
+        axis_point: (x, y) of the axis, mm, part frame.
+        radius: at z = 0, mm; below 0 where the apex lies above a cone that widens upwards.
+        half_angle_deg: between the axis and the rulings, within -90 .. 90 (exclusive): above 0 the radius
+            grows with z, below 0 it shrinks, 0 is a cylinder.
+    """
+
+    axis_point: tuple[float, float]
+    radius: float
+    half_angle_deg: float
+    kind = "cone"
+
+    @property
+    def slope(self) -> float:
+        """Growth of the radius with z."""
+        return math.tan(math.radians(self.half_angle_deg))
+
+    def offset(self, by_mm: float) -> Cone:
+        """The cone by_mm further out along the normals: the same angle, the apex moved along the axis."""
+        return replace(self, radius=self.radius + by_mm / math.cos(math.radians(self.half_angle_deg)))
+
+    def normals(self, points: Floats) -> Floats:
+        """Outward unit normals (n, 3) at points (n, 3)."""
+        out = Cylinder(self.axis_point, 1.0).normals(points) * math.cos(math.radians(self.half_angle_deg))
+        out[:, 2] = -math.sin(math.radians(self.half_angle_deg))
+        return out
+
+    def distance(self, points: Floats) -> Floats:
+        """Signed distance (n,) to the rulings' lines, mm, positive outside.
+
+        Beyond the apex, where the nearest point would be the apex itself, it is still the distance to the
+        ruling's line: which offset of the cone the point lies on.
+        """
+        r = np.hypot(points[:, 0] - self.axis_point[0], points[:, 1] - self.axis_point[1])
+        return (r - self.radius - self.slope * points[:, 2]) * math.cos(math.radians(self.half_angle_deg))
+
+    def unrolled(self, points: Floats) -> Floats:
+        """Isometric coordinates (n, 2) of a curve's points, mm: the sector that the cone unrolls to.
+
+        The ruling at angle 0 is the second axis, its point at z = 0 the origin; for half angle 0 they are the
+        cylinder's arc length and z. Successive points are less than half a turn apart.
+        """
+        x, y = points[:, 0] - self.axis_point[0], points[:, 1] - self.axis_point[1]
+        half = math.radians(self.half_angle_deg)
+        sine, r, turn = math.sin(half), np.hypot(x, y), np.unwrap(np.arctan2(y, x))
+        # r sin(turn sine) / sine and r (1 - cos(turn sine)) / sine, both safe at sine = 0
+        across = r * turn * np.sinc(turn * sine / np.pi)
+        sag = 0.5 * r * sine * turn**2 * np.sinc(0.5 * turn * sine / np.pi) ** 2
+        return np.stack([across, points[:, 2] / math.cos(half) - sag], axis=1)
+
+    def chain(self, sagitta_mm: float) -> Chain:
+        """Its profile from the apex on; `sagitta_mm` does not matter: it is exact."""
+        slope = self.slope
+        if self.radius > FAR_MM * abs(slope):  # no apex to reckon from
+            return Chain(np.array([self.radius]), np.zeros(1), (slope, slope))
+        ends = (math.nan, slope) if slope > 0 else (slope, math.nan)
+        return Chain(np.zeros(1), np.array([-self.radius / slope]), ends)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As the contract rbam-slices/1 writes it; `radius` is that at z = 0."""
+        return {
+            "kind": "cone",
+            "axis_point": [float(v) for v in self.axis_point],
+            "radius": float(self.radius),
+            "half_angle_deg": float(self.half_angle_deg),
+        }
+
+
+@dataclass(frozen=True)
+class Revolved:
+    """The offset of a polyline profile rotated about an axis parallel to z (see `slicing.meridian`).
+
+    Attributes:
+        axis_point: (x, y) of the axis, mm, part frame.
+        profile: (r, z) points, mm, as `Profile.of` takes them.
+        offset_mm: how far outside the profile the surface lies, along the normals; not below 0.
+    """
+
+    axis_point: tuple[float, float]
+    profile: tuple[tuple[float, float], ...]
+    offset_mm: float = 0.0
+    kind = "revolved"
+
+    def offset(self, by_mm: float) -> Revolved:
+        """The surface by_mm further out."""
+        return replace(self, offset_mm=self.offset_mm + by_mm)
+
+    def _meridian(self, points: Floats) -> tuple[Floats, Floats]:
+        return np.hypot(points[:, 0] - self.axis_point[0], points[:, 1] - self.axis_point[1]), points[:, 2]
+
+    def normals(self, points: Floats) -> Floats:
+        """Outward unit normals (n, 3) at points (n, 3)."""
+        flat = Profile.of(self.profile).normals(*self._meridian(points))
+        out = Cylinder(self.axis_point, 1.0).normals(points) * flat[:, :1]
+        out[:, 2] = flat[:, 1]
+        return out
+
+    def distance(self, points: Floats) -> Floats:
+        """Signed distance (n,), mm, positive outside."""
+        return Profile.of(self.profile).distance(*self._meridian(points)) - self.offset_mm
+
+    def unrolled(self, points: Floats) -> Floats:
+        """Arc length along the parallel, and z (n, 2), mm: an order of the points, not an isometry."""
+        angle = np.arctan2(points[:, 1] - self.axis_point[1], points[:, 0] - self.axis_point[0])
+        r, z = self._meridian(points)
+        return np.stack([r * np.unwrap(angle), z], axis=1)
+
+    def chain(self, sagitta_mm: float) -> Chain:
+        """Its profile; round corners as chords that stray inward by sagitta_mm at most."""
+        return Profile.of(self.profile).offset_chain(self.offset_mm, sagitta_mm)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As the contract rbam-slices/1 writes it: profile points are [r, z]."""
+        return {
+            "kind": "revolved",
+            "axis_point": [float(v) for v in self.axis_point],
+            "profile": [[float(r), float(z)] for r, z in self.profile],
+            "offset": float(self.offset_mm),
+        }
+
+
+Round = Cylinder | Cone | Revolved
+Surface = Cylinder | Plane | Cone | Revolved

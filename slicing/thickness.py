@@ -9,20 +9,25 @@ Conventions. A first layer that lies on the body has nothing below it: measured 
 would be 0, which no process can lay, so it is given the nominal h_layer, the bead that the first pass is set
 to. Planar layers start one h_layer above the lowest point of the root: below the first plane lies the plane
 through that point, or the body. Seen this way every planar bead that runs into the body gets thinner towards
-it, down to 0 (the paper's figure 18).
+it, down to 0 (the paper's figure 18). Layers that are offsets of a cone or another profile are h_layer thick
+everywhere: going back along the normal of an offset one meets the next offset after just that.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slicing.part import Floats
-from slicing.surfaces import Cylinder, Plane, Surface
+from slicing.surfaces import Cone, Cylinder, Plane, Revolved, Surface
 
 if TYPE_CHECKING:
-    from slicing.layers import Body
+    from slicing.layers import RoundBody
+
+MOST_STEPS = 400  # of the march back to a surface of revolution
+NEAR_MM, FAR_MM = 1e-10, 1e5  # how near it must come; how far it goes
 
 
 def distance_back(points: Floats, normals: Floats, surface: Surface) -> Floats:
@@ -34,8 +39,10 @@ def distance_back(points: Floats, normals: Floats, surface: Surface) -> Floats:
         surface: what to meet.
 
     Returns:
-        (n,) mm; inf where the ray passes the surface by. On a cylinder the outermost crossing counts.
+        (n,) mm; inf where the ray passes the surface by. On round surfaces the outermost crossing counts.
     """
+    if isinstance(surface, Cone | Revolved):
+        return _marched(points, normals, surface)
     if isinstance(surface, Plane):
         towards = normals @ np.asarray(surface.normal)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -53,8 +60,25 @@ def distance_back(points: Floats, normals: Floats, surface: Surface) -> Floats:
     return np.where((d >= 0) & (b > 0), near, np.inf)
 
 
+def _marched(points: Floats, normals: Floats, surface: Cone | Revolved) -> Floats:
+    """Distance back from outside (n,): each step as long as the distance to the surface, so none passes it.
+
+    Along the surface's own normal the first step arrives; rays that graze it take many.
+    """
+    gone = np.maximum(surface.distance(points), 0.0)
+    open_ = np.flatnonzero(gone > NEAR_MM)
+    for _ in range(MOST_STEPS):
+        step = surface.distance(points[open_] - gone[open_, None] * normals[open_])
+        gone[open_] += np.maximum(step, 0.0)
+        open_ = open_[(step > NEAR_MM) & (gone[open_] < FAR_MM)]
+        if len(open_) == 0:
+            break
+    gone[open_] = np.inf
+    return np.where(gone < FAR_MM, gone, np.inf)
+
+
 def bead_thickness(
-    points: Floats, surface: Surface, below: Surface | None, body: Body, h_layer_mm: float
+    points: Floats, surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: float
 ) -> Floats:
     """Thickness of the bead at points of a layer.
 
@@ -69,8 +93,11 @@ def bead_thickness(
     Returns:
         (n,) mm, not below 0.
     """
-    if below is None and isinstance(surface, Cylinder):
+    if below is None and not isinstance(surface, Plane):
         return np.full(len(points), h_layer_mm)
+    gap = _parallel_gap(surface, below)
+    if gap is not None:
+        return np.full(len(points), gap)
     normals = surface.normals(points)
     if below is None:
         to_below = np.full(len(points), h_layer_mm)
@@ -82,8 +109,21 @@ def bead_thickness(
     return np.maximum(np.minimum(to_below, to_body), 0.0)
 
 
+def _parallel_gap(surface: Surface, below: Surface | None) -> float | None:
+    """How far apart two offsets of one cone or profile are, the same everywhere; None if they are not such."""
+    if isinstance(surface, Revolved) and isinstance(below, Revolved):
+        gap = surface.offset_mm - below.offset_mm
+        same = surface.profile == below.profile and surface.axis_point == below.axis_point
+    elif isinstance(surface, Cone) and isinstance(below, Cone):
+        gap = (surface.radius - below.radius) * math.cos(math.radians(surface.half_angle_deg))
+        same = surface.half_angle_deg == below.half_angle_deg and surface.axis_point == below.axis_point
+    else:
+        return None
+    return gap if same else None
+
+
 def thickness_range(
-    loops: list[Floats], surface: Surface, below: Surface | None, body: Body, h_layer_mm: float
+    loops: list[Floats], surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: float
 ) -> tuple[float, float]:
     """Least and greatest thickness anywhere along closed curves, between their points too.
 
@@ -101,7 +141,7 @@ def thickness_range(
     Returns:
         Least and greatest, mm.
     """
-    axes = [s.axis_point for s in (body.surface, below) if isinstance(s, Cylinder)]
+    axes = [s.axis_point for s in (body.surface, below) if s is not None and not isinstance(s, Plane)]
     points = np.concatenate([*loops, *(_facing(loop, surface, axis) for loop in loops for axis in axes)])
     thickness = bead_thickness(points, surface, below, body, h_layer_mm)
     return float(thickness.min()), float(thickness.max())
@@ -109,6 +149,8 @@ def thickness_range(
 
 def _facing(loop: Floats, surface: Surface, axis: tuple[float, float]) -> Floats:
     """Where a closed curve crosses the line of its surface that faces an axis."""
+    if isinstance(surface, Cone | Revolved):
+        return loop[:0]  # their layers are as thick everywhere
     if isinstance(surface, Cylinder):
         origin = np.asarray(surface.axis_point)
         across = np.asarray(axis) - origin

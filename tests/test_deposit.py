@@ -10,6 +10,7 @@ from slicing.part import mesh_from_arrays
 from slicing.slicer import slice_sub_volume
 
 R = 20.0
+BODY = ((R, -30.0), (R, 30.0))
 
 
 def sliced(solid, strategy="cylindrical"):
@@ -52,7 +53,7 @@ def inside(solids, points):
 @pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
 def test_every_layer_is_covered_by_its_pieces(solid, strategy):
     s = sliced(solid(), strategy)
-    shape = part_shape([s], None, None)
+    shape = part_shape([s], None, BODY)
     assert shape.n_deposits == len(s.layers)
     for layer in s.layers:
         mine = {n: v for n, v in shape.hulls.items() if n.startswith(f"deposit/{layer.index}/")}
@@ -66,7 +67,7 @@ def test_every_layer_is_covered_by_its_pieces(solid, strategy):
 
 def test_a_boss_is_one_piece_a_layer_no_larger_than_it_must_be():
     s = sliced(boss())
-    shape = part_shape([s], None, None)
+    shape = part_shape([s], None, BODY)
     pieces = hulls(shape)
     assert len(pieces) == len(s.layers)
     # a piece is the layer and what its underside's chord cuts off the layer below: nothing above, nothing beside
@@ -79,7 +80,7 @@ def test_a_boss_is_one_piece_a_layer_no_larger_than_it_must_be():
 
 
 def test_the_hole_of_a_tube_stays_open():
-    solids = hulls(part_shape([sliced(tube())], None, None))
+    solids = hulls(part_shape([sliced(tube())], None, BODY))
     middle = np.column_stack([np.linspace(R + 1, R + 12, 20), np.zeros(20), np.zeros(20)])
     assert not inside(solids, middle).any()
     wall = np.column_stack([np.linspace(R + 1, R + 12, 20), np.zeros(20), np.full(20, 10.0)])
@@ -87,7 +88,7 @@ def test_the_hole_of_a_tube_stays_open():
 
 
 def test_a_ring_goes_round_the_body_and_not_through_it():
-    solids = hulls(part_shape([sliced(ring())], None, None))
+    solids = hulls(part_shape([sliced(ring())], None, BODY))
     angle = np.linspace(0, 2 * np.pi, 181)
     for r, covered in ((R + 4, True), (R - 6, False)):
         points = np.column_stack([r * np.cos(angle), r * np.sin(angle), np.zeros(181)])
@@ -95,9 +96,21 @@ def test_a_ring_goes_round_the_body_and_not_through_it():
 
 
 def test_body_is_covered_by_its_hull():
-    shape = part_shape([sliced(boss())], None, (-10.0, 10.0))
+    shape = part_shape([sliced(boss())], None, ((R, -10.0), (R, 10.0)))
     hull = [trimesh.PointCloud(shape.hulls["body/0"]).convex_hull]
     angle = np.linspace(0, 2 * np.pi, 360)
     rim = np.column_stack([R * np.cos(angle), R * np.sin(angle), np.full(360, 9.99)])
     assert inside(hull, rim).all()
     assert not inside(hull, rim * [1.01, 1.01, 1]).any()
+
+
+def test_a_stepped_body_is_covered_band_by_band():
+    profile = ((20.0, 0.0), (20.0, 10.0), (10.0, 10.0), (10.0, 20.0), (15.0, 30.0))
+    shape = part_shape([sliced(boss())], None, profile)
+    solids = [trimesh.PointCloud(v).convex_hull for n, v in shape.hulls.items() if n.startswith("body/")]
+    assert len(solids) == 3
+    rim = np.array([[19.99, 0, 9.9], [0, 9.99, 19.9], [14.9, 0, 29.9]])
+    assert inside(solids, rim).all()
+    assert not inside(solids, np.array([[15.0, 0, 15.0], [13.0, 0, 21.0]])).any()
+    visual = shape.visual["body_visual"]
+    assert trimesh.Trimesh(visual.vertices, visual.faces).is_watertight

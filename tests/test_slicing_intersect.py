@@ -92,9 +92,7 @@ def test_radial_cylinder_boss_by_quadrature():
     solid = manifold3d.Manifold.cylinder(40.0, b, b, n).rotate((0, 90, 0))
     (curve,) = intersect(from_manifold(solid), Cylinder(AXIS, r))
     # y² + z² = b²: on the cylinder y = r sin t, the section's height is 2 sqrt(b² - y²)
-    exact = quad(
-        lambda t: 2 * np.sqrt(max(b * b - (r * np.sin(t)) ** 2, 0.0)) * r, -np.arcsin(b / r), np.arcsin(b / r)
-    )
+    exact = quad(lambda t: 2 * np.sqrt(max(b * b - (r * np.sin(t)) ** 2, 0.0)) * r, -np.arcsin(b / r), np.arcsin(b / r))
     assert curve.area_mm2 == pytest.approx(exact[0], rel=2e-4)  # the prism's own shortfall is 5e-5
 
     def speed(a):  # y = b cos a, z = b sin a, x = sqrt(r² - y²)
@@ -128,9 +126,7 @@ def test_outer_loops_run_counter_clockwise_and_holes_clockwise():
 
 def test_fork_gives_two_loops():
     fork = (
-        box_solid((10, -8, -4), (25, 8, 4))
-        + box_solid((20, -8, -4), (40, -3, 4))
-        + box_solid((20, 3, -4), (40, 8, 4))
+        box_solid((10, -8, -4), (25, 8, 4)) + box_solid((20, -8, -4), (40, -3, 4)) + box_solid((20, 3, -4), (40, 8, 4))
     )
     mesh = from_manifold(fork)
     assert len(intersect(mesh, Cylinder(AXIS, 24.0))) == 1
@@ -185,9 +181,7 @@ def test_edges_that_graze_the_cylinder(depth):
     # a vertical edge pointing at the axis, its nearest point just reaching, touching or missing the cylinder
     x = 20.0 - depth
     mesh = from_manifold(
-        manifold3d.Manifold.hull_points(
-            [(x, 0, -5), (x, 0, 5), (30, -9, -5), (30, 9, -5), (30, -9, 5), (30, 9, 5)]
-        )
+        manifold3d.Manifold.hull_points([(x, 0, -5), (x, 0, 5), (30, -9, -5), (30, 9, -5), (30, -9, 5), (30, 9, 5)])
     )
     curves = intersect(mesh, Cylinder(AXIS, 20.0))
     assert len(curves) <= 1

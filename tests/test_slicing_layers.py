@@ -54,9 +54,7 @@ def test_body_off_the_axis_moves_the_layers_with_it():
     mesh = box((110.0, 194.0, -8.0), (140.0, 206.0, 8.0))
     moved = slice_sub_volume(mesh, Body(R, (100.0, 200.0)), MIXED)
     plain = slice_sub_volume(box(), BODY, MIXED)
-    assert [la.area_mm2 for la in moved.layers] == pytest.approx(
-        [la.area_mm2 for la in plain.layers], rel=1e-6
-    )
+    assert [la.area_mm2 for la in moved.layers] == pytest.approx([la.area_mm2 for la in plain.layers], rel=1e-6)
 
 
 @pytest.mark.parametrize("parameters", [PLANAR, ROUND, MIXED])
@@ -75,9 +73,7 @@ def test_a_fine_mesh_gives_the_layers_of_a_coarse_one(parameters):
 def test_turning_the_part_turns_the_layers(angle, parameters):
     still = slice_sub_volume(blade(8, 8), BODY, parameters)
     turned = slice_sub_volume(rotated(blade(8, 8), angle), BODY, parameters)
-    assert [la.area_mm2 for la in turned.layers] == pytest.approx(
-        [la.area_mm2 for la in still.layers], rel=1e-4
-    )
+    assert [la.area_mm2 for la in turned.layers] == pytest.approx([la.area_mm2 for la in still.layers], rel=1e-4)
 
 
 def test_planes_stand_across_the_build_direction_from_the_lowest_point_of_the_root():
@@ -219,9 +215,7 @@ def test_middle_is_h_min_and_ends_are_h_layer():
     sliced = slice_sub_volume(sector(1.0, 20, 60, -5, 5, n=40), BODY, MIXED)
     layer = sliced.layers[1]
     assert isinstance(layer.surface, Cylinder)
-    middle = np.array(
-        [[layer.surface.axis_point[0] + layer.surface.radius, layer.surface.axis_point[1], 0.0]]
-    )
+    middle = np.array([[layer.surface.axis_point[0] + layer.surface.radius, layer.surface.axis_point[1], 0.0]])
     assert sliced.thickness_at(1, middle)[0] == pytest.approx(1.39, abs=1e-6)
     ends = np.array([[(R + H) * np.cos(1.0), (R + H) * np.sin(1.0), 0.0]])
     assert layer.surface.distance(ends)[0] == pytest.approx(0, abs=1e-5)
@@ -267,9 +261,7 @@ def test_ring_layers_are_the_area_between_their_two_loops():
 
 def test_arc_spans_all_loops_of_a_fork():
     fork = from_manifold(
-        box_solid((10, -9, -4), (22, 9, 4))
-        + box_solid((20, -9, -4), (45, -5, 4))
-        + box_solid((20, 5, -4), (45, 9, 4))
+        box_solid((10, -9, -4), (22, 9, 4)) + box_solid((20, -9, -4), (45, -5, 4)) + box_solid((20, 5, -4), (45, 9, 4))
     )
     sliced = slice_sub_volume(fork, BODY, MIXED)
     assert {len(layer.curves) for layer in sliced.layers} == {1, 2}

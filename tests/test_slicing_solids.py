@@ -44,9 +44,7 @@ def subdivided(mesh: Mesh, times: int) -> Mesh:
         vertices = np.concatenate([vertices, 0.5 * (vertices[keys // n] + vertices[keys % n])])
         a, b, c = faces.T
         ab, bc, ca = middle.T
-        faces = np.concatenate(
-            [np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-        )
+        faces = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
     return mesh_from_arrays(mesh.name, vertices, faces)
 
 
@@ -61,9 +59,7 @@ def grid_block(where, nu: int, nv: int, nw: int, name: str) -> Mesh:
             if (side == 0) == (axis != 1):
                 plane = plane.T
             quads.append(
-                np.stack([plane[:-1, :-1], plane[1:, :-1], plane[1:, 1:], plane[:-1, 1:]], axis=-1).reshape(
-                    -1, 4
-                )
+                np.stack([plane[:-1, :-1], plane[1:, :-1], plane[1:, 1:], plane[:-1, 1:]], axis=-1).reshape(-1, 4)
             )
     quad = np.concatenate(quads)
     faces = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]])

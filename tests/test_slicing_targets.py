@@ -80,9 +80,7 @@ def test_normals_and_tangents_are_unit_and_square(sliced, targets):
         for layer in one.layers:
             mine = (targets.sub_volume_index == k) & (targets.layer == layer.index)
             assert np.allclose(targets.normal[mine], layer.surface.normals(targets.position[mine]))
-            assert np.allclose(
-                targets.thickness_mm[mine], one.thickness_at(layer.index, targets.position[mine])
-            )
+            assert np.allclose(targets.thickness_mm[mine], one.thickness_at(layer.index, targets.position[mine]))
 
 
 def test_beads_end_where_they_start_and_keep_their_order(sliced, targets):
@@ -114,9 +112,7 @@ def test_chords_keep_to_the_curve_unless_the_least_segment_forbids(sliced):
                 at = free.position[free.path == path]
                 number = [int(np.argmin(((curve.points - p) ** 2).sum(axis=1))) for p in at]
                 for (a, b), chord in zip(pairwise(number), pairwise(at), strict=True):
-                    between = curve.points[
-                        np.arange(a, b if b > a else b + len(curve.points)) % len(curve.points)
-                    ]
+                    between = curve.points[np.arange(a, b if b > a else b + len(curve.points)) % len(curve.points)]
                     assert curve_error(chord, between) <= 0.3
                 path += 1
 
@@ -129,15 +125,11 @@ def test_a_box_needs_its_corners_and_no_more():
     for _, rows in beads(targets):
         assert np.allclose(targets.position[rows[:4]][:, 1:], corners)
         # outgoing along the next side; the closing target keeps the direction of arrival
-        assert np.allclose(
-            targets.tangent[rows], [[0, 1, 0], [0, 0, 1], [0, -1, 0], [0, 0, -1], [0, 0, -1]], atol=1e-9
-        )
+        assert np.allclose(targets.tangent[rows], [[0, 1, 0], [0, 0, 1], [0, -1, 0], [0, 0, -1], [0, 0, -1]], atol=1e-9)
 
 
 def test_seams_follow_one_another(targets):
-    seams = [
-        targets.position[rows[0]] for _, rows in beads(targets) if targets.sub_volume_index[rows[0]] == 0
-    ]
+    seams = [targets.position[rows[0]] for _, rows in beads(targets) if targets.sub_volume_index[rows[0]] == 0]
     step = [np.linalg.norm(b - a) for a, b in pairwise(seams)]
     assert max(step) < 4.0
 
@@ -174,11 +166,7 @@ def test_break_points_of_wobbly_loops(seed, size, flat, tolerance, least):
     rng = np.random.default_rng(seed)
     angle = np.sort(rng.uniform(0, 2 * np.pi, 150))
     wobble = 1 + 0.2 * sum(rng.normal() / k * np.cos(k * angle + rng.uniform(0, 6)) for k in range(2, 6))
-    loop = (
-        size
-        * wobble[:, None]
-        * np.stack([np.cos(angle), flat * np.sin(angle), 0.1 * np.sin(2 * angle)], axis=1)
-    )
+    loop = size * wobble[:, None] * np.stack([np.cos(angle), flat * np.sin(angle), 0.1 * np.sin(2 * angle)], axis=1)
     seam = int(rng.integers(150))
     chosen = break_points(loop, seam, tolerance, least)
     assert chosen[0] == seam
@@ -237,9 +225,7 @@ def test_indices_of_a_box():
 def test_top_angle_by_hand():
     # the last cylinder round a box: directions at angle t against the top's normal x
     mesh = box((10, -15, -8), (40, 15, 8))
-    one = slice_sub_volume(
-        mesh, BODY, SlicingParameters("cylindrical", h_layer_mm=9.5, h_min_mm=1, h_max_mm=10)
-    )
+    one = slice_sub_volume(mesh, BODY, SlicingParameters("cylindrical", h_layer_mm=9.5, h_min_mm=1, h_max_mm=10))
     last = one.layers[-1]
     assert last.surface.radius == 39.0
     t = np.arcsin(15 / 39)

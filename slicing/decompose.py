@@ -1,0 +1,313 @@
+"""One mesh of a whole part into its round body and the sub-volumes that stand on it.
+
+    parts = decompose(load_mesh("propeller.stl"))
+    parts.body.radius_mm                        # 9.7
+    for mesh, body in zip(parts.sub_volumes, parts.bodies):
+        slice_sub_volume(mesh, body, SlicingParameters())
+
+The body is found as the surface of revolution with the largest cylinders (`slicing.revolution`), its outline along
+the axis by `slicing.decompose_outline`. The solid outside of that outline is cut off (`slicing.decompose_cut`): the
+borders of the cut are the concave loops of the paper, and the cut closes each sub-volume with a cap on the body.
+
+What counts as body: cylinders and cones about the axis, bores or not, with their steps. A ring that stands out
+farther than it is long is a flange, hence a sub-volume; a lower one is a step of the body. `BodyHint.radius_mm` says
+otherwise: whatever is wider stands on the body. What stands on an end of the body alone stays with the body.
+
+Order and names. SV1, SV2, .. by height of the centroid along the axis (heights closer than a thousandth of the part's
+extent are one), then by its azimuth about the axis from +x counter-clockwise, rings first. The order depends on the
+solid, not on its faces; turning the part about its axis changes only who is first among those at one height.
+
+Source: Lettori et al. 2024, section 3.2 (sub-volumes by concave loops); Ding et al. 2016 (core and overhangs).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slicing.bodies import Body
+from slicing.decompose_bands import HINTED_TURN, LEAST_TURN, FoundBand
+from slicing.decompose_cut import Cut, Piece, arrays_of, carried_through, clearance, cut_off, solid_of
+from slicing.decompose_outline import Outline, body_outline
+from slicing.part import Floats, Mesh, PartError, mesh_from_arrays
+from slicing.revolution import Axis, find_axis
+
+VISIBLE_MM = 0.1  # a polygon's flats farther inside the cylinder than this are worth a warning
+SAME_HEIGHT = 1e-3  # of the part's extent: centroids at one height
+AXIS_SHARE = 1e-5  # of the extent: an axis this close to z, to the origin or to a hint is there
+HINT_SHARE = 1e-2  # of the extent: how far a hint's axis may be off the one found
+HINT_MM = 0.01  # how far a hint's radius may
+CARRIES = 0.1  # share of a root that makes a step count as what it stands on
+
+
+@dataclass(frozen=True)
+class BodyHint:
+    """What is known about the body, in the input's frame; None for what is to be found.
+
+    An axis says which of several it is: the part's own, fitted, is used where the two differ by rounding. A radius is
+    used as it stands.
+
+    Attributes:
+        axis_point_mm: (x, y, z) of a point of its axis.
+        axis_direction: of its axis, any length above 0.
+        radius_mm: of the cylinder that the sub-volumes stand on.
+    """
+
+    axis_point_mm: tuple[float, float, float] | None = None
+    axis_direction: tuple[float, float, float] | None = None
+    radius_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        for key in ("axis_point_mm", "axis_direction"):
+            value = getattr(self, key)
+            if value is not None and (len(value) != 3 or not all(math.isfinite(v) for v in value)):
+                raise PartError(f"{key}: {value} is not allowed; three finite numbers are needed")
+        if self.axis_direction is not None and math.hypot(*self.axis_direction) == 0:
+            raise PartError("axis_direction: (0, 0, 0) is no direction; a vector of some length is needed")
+        if self.radius_mm is not None and not (math.isfinite(self.radius_mm) and self.radius_mm > 0):
+            raise PartError(f"radius_mm: {self.radius_mm} is not a body's radius; a number above 0 is needed")
+
+    @property
+    def point(self) -> Floats | None:
+        """The point (3,), mm."""
+        return None if self.axis_point_mm is None else np.array(self.axis_point_mm, dtype=np.float64)
+
+    @property
+    def direction(self) -> Floats | None:
+        """The direction (3,), unit."""
+        if self.axis_direction is None:
+            return None
+        return np.array(self.axis_direction, dtype=np.float64) / math.hypot(*self.axis_direction)
+
+
+@dataclass(frozen=True, eq=False)
+class Decomposition:
+    """A part taken apart, in the part frame (z is parallel to the axis).
+
+    Attributes:
+        body: the cylinder that is the body: the largest one, or the hint's.
+        bodies: what each sub-volume stands on, in their order; a stepped body has several.
+        body_mesh: the part without its sub-volumes.
+        sub_volumes: named SV1, SV2, ..; the corners of their roots lie on the body.
+        outline: outline of the body about its axis, cylinders and cones, lowest first.
+        T_part_input: (4, 4) rigid motion from the input's frame to the part frame, mm: the identity where the axis
+            is parallel to z in the input already; else the least rotation, the axis on z, and its point nearest to
+            the input's origin at the part's origin.
+        warnings: one line each.
+    """
+
+    body: Body
+    bodies: tuple[Body, ...]
+    body_mesh: Mesh
+    sub_volumes: tuple[Mesh, ...]
+    outline: Outline
+    T_part_input: Floats
+    warnings: tuple[str, ...] = ()
+
+
+def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
+    """Find the round body of a part and cut off what stands on it.
+
+    Args:
+        mesh: the whole part, mm. Shells that overlap are united first.
+        hint: what is known about the body.
+
+    Returns:
+        Body and sub-volumes.
+
+    Raises:
+        PartError: no round body, nothing stands on it, a hint that does not fit, or a mesh that bounds no solid.
+    """
+    hint = hint or BodyHint()
+    solid = solid_of(mesh.vertices, mesh.faces, mesh.name)
+    vertices, faces, _ = arrays_of(solid)
+    extent = float(np.ptp(vertices, axis=0).max())
+    least_turn = LEAST_TURN if hint.radius_mm is None else HINTED_TURN
+    axis = find_axis(vertices, faces, mesh.noise_mm, hint.point, hint.direction, least_turn)
+    if axis is None:
+        given = " about the axis that the hint gives" if hint.axis_point_mm or hint.axis_direction else ""
+        raise PartError(
+            f"{mesh.name}: no round body found{given}; an outer cylinder of at least 14 sides is needed, or the"
+            " sub-volumes as meshes of their own and the body's radius"
+        )
+    axis = _as_hinted(mesh, axis, hint, vertices, extent)
+    T_part_input, axis_xy = _frame(axis, vertices, extent)
+    outline, radius = _outline(mesh, axis, hint)
+    into_axis = T_part_input.copy()
+    into_axis[:2, 3] -= axis_xy
+    solid = solid.transform(into_axis[:3])
+    outline = carried_through(solid, outline)
+    cut = cut_off(solid, outline, mesh.noise_mm)
+    if not cut.pieces:
+        raise PartError(
+            f"{mesh.name}: nothing stands on its round body (radius {radius:.6g} mm); sub-volumes on the outside of"
+            " a cylinder are needed"
+        )
+    pieces = [cut.pieces[k] for k in _order([piece.centroid for piece in cut.pieces], extent)]
+    roots = [_root(f"SV{k + 1}", piece, outline) for k, piece in enumerate(pieces)]
+    radii = {radius, *(r for r, _ in roots)}
+    warnings = [*mesh.warnings, *_coarse(mesh, outline, radii), *_left(mesh, cut)]
+    return Decomposition(
+        Body(radius, axis_xy),
+        tuple(Body(r, axis_xy) for r, _ in roots),
+        _mesh(f"{mesh.name} body", cut.body, axis_xy, mesh),
+        tuple(_mesh(f"SV{k + 1}", piece, axis_xy, mesh) for k, piece in enumerate(pieces)),
+        outline,
+        T_part_input,
+        (*warnings, *(line for _, lines in roots for line in lines)),
+    )
+
+
+def _mesh(name: str, piece: Piece, axis_xy: tuple[float, float], source: Mesh) -> Mesh:
+    return mesh_from_arrays(name, piece.vertices + np.array([*axis_xy, 0.0]), piece.faces, source.noise_mm)
+
+
+def _as_hinted(mesh: Mesh, axis: Axis, hint: BodyHint, vertices: Floats, extent: float) -> Axis:
+    """The axis with the hint's own numbers where they are as good; an error where they do not fit."""
+    slack, direction, point = max(AXIS_SHARE * extent, 2 * axis.spread_mm), axis.direction, axis.point
+    if hint.direction is not None:
+        towards = hint.direction if hint.direction @ direction > 0 else -hint.direction
+        off = float(np.linalg.norm(np.cross(direction, towards)))
+        if off > HINT_SHARE:
+            raise PartError(
+                f"{mesh.name}: axis_direction is {math.degrees(math.asin(min(off, 1.0))):.2f}° off the axis of the"
+                f" round body found there, {tuple(round(float(v), 4) for v in direction)}"
+            )
+        if off * extent <= slack:
+            middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+            point = point + ((middle - point) @ direction) * direction  # turn about the middle, not far away
+            direction = towards
+    if hint.point is not None:
+        away = hint.point - point
+        off = float(np.linalg.norm(away - (away @ direction) * direction))
+        if off > HINT_SHARE * extent:
+            raise PartError(
+                f"{mesh.name}: axis_point_mm {hint.axis_point_mm} is {off:.3g} mm off the axis of the round body found"
+                f" there, which passes through {tuple(round(float(v), 3) for v in point)}"
+            )
+        point = hint.point if off <= slack else point
+    return replace(axis, point=point, direction=direction)
+
+
+def _frame(axis: Axis, vertices: Floats, extent: float) -> tuple[Floats, tuple[float, float]]:
+    """T_part_input (4, 4), and where the axis is in the part frame: kept if it is parallel to z."""
+    slack = max(AXIS_SHARE * extent, 2 * axis.spread_mm)
+    if float(np.hypot(*axis.direction[:2])) * extent > slack:
+        return axis.to_z, (0.0, 0.0)
+    middle = 0.5 * (vertices[:, 2].min() + vertices[:, 2].max())
+    x, y, _ = axis.point + axis.direction * (middle - axis.point[2]) / axis.direction[2]
+    if math.hypot(x, y) <= slack:
+        return np.eye(4), (0.0, 0.0)
+    return np.eye(4), (round(float(x), 6), round(float(y), 6))
+
+
+def _outline(mesh: Mesh, axis: Axis, hint: BodyHint) -> tuple[Outline, float]:
+    """The body's outline and its radius."""
+    bands = [_tidy(f, mesh.noise_mm) for f in axis.bands]
+    if hint.radius_mm is not None:
+        bands = _with_radius(mesh, bands, hint.radius_mm)
+    outline = body_outline(bands, hint.radius_mm)
+    largest = None if outline is None else outline.dominant()
+    if outline is None or largest is None:
+        raise PartError(f"{mesh.name}: no round body found; an outer cylinder is needed")
+    return outline, largest.radius_low if hint.radius_mm is None else hint.radius_mm
+
+
+def _tidy(found: FoundBand, noise_mm: float) -> FoundBand:
+    """A cylinder's radius without the digits that are rounding: 9.7 and not 9.70000036."""
+    if not found.band.is_cylinder:
+        return found
+    radius = found.band.radius_low
+    radius = round(radius, math.ceil(-math.log10(2 * clearance(noise_mm, radius))))
+    return replace(found, band=replace(found.band, radius_low=radius, radius_high=radius))
+
+
+def _with_radius(mesh: Mesh, bands: list[FoundBand], radius_mm: float) -> list[FoundBand]:
+    """The bands, the cylinder that the hint means brought to its radius."""
+    slack = HINT_MM + 4 * mesh.noise_mm
+    round_ones = [f for f in bands if f.is_round(HINTED_TURN)]
+    for f in round_ones:
+        radius = f.band.radius_low
+        if radius - f.band.flat_mm - slack <= radius_mm <= radius + slack:
+            over = max(radius - radius_mm, 0.0)
+            band = replace(f.band, radius_low=radius_mm, radius_high=radius_mm, over_mm=over)
+            return [replace(f, band=band), *(other for other in bands if other is not f)]
+    radii = sorted({round(f.band.radius_low, 3) for f in round_ones})
+    raise PartError(
+        f"{mesh.name}: radius_mm {radius_mm:g} is not the radius of an outer cylinder about the part's axis; there are"
+        f" {', '.join(f'{r:g}' for r in radii[:6])}"
+    )
+
+
+def _root(name: str, piece: Piece, outline: Outline) -> tuple[float, list[str]]:
+    """Radius of the body that a piece stands on, and what is unusual about it.
+
+    On a step it is the lesser one, so that no layer is missed; on a cone the mean one.
+    """
+    corners = piece.vertices[piece.faces[piece.root]]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    height = corners[:, :, 2].mean(axis=1)
+    share = np.bincount(outline.section_at(height), area, minlength=len(outline.sections)) / area.sum()
+    carrying = [s for s, w in zip(outline.sections, share, strict=True) if w >= CARRIES]
+    on_cylinders = sum(w for s, w in zip(outline.sections, share, strict=True) if s.is_cylinder)
+    radii = sorted({s.radius_low for s in carrying if s.is_cylinder})
+    lines = []
+    if radii and on_cylinders >= 0.5:
+        radius = radii[0]
+        if len(radii) > 1:
+            steps = ", ".join(f"{r:g}" for r in radii)
+            lines.append(f"{name}: stands on a step of the body (radii {steps} mm); sliced from {radius:g} mm")
+    else:
+        radius = round(float((outline.radius_at(height) * area).sum() / area.sum()), 4)
+        lines.append(f"{name}: stands on a cone; sliced about a cylinder of its mean radius, {radius:g} mm")
+    if piece.feet > 1:
+        lines.append(f"{name}: stands on the body in {piece.feet} places (a bridge); kept as one sub-volume")
+    return radius, lines
+
+
+def _order(centroids: list[Floats], extent: float) -> list[int]:
+    """Numbers of the pieces by height, then azimuth from +x counter-clockwise."""
+    groups: list[list[int]] = []
+    for k in sorted(range(len(centroids)), key=lambda k: float(centroids[k][2])):
+        if groups and centroids[k][2] - centroids[groups[-1][-1]][2] <= SAME_HEIGHT * extent:
+            groups[-1].append(k)
+        else:
+            groups.append([k])
+
+    def azimuth(k: int) -> float:
+        x, y = centroids[k][:2]
+        if math.hypot(x, y) <= SAME_HEIGHT * extent:
+            return -1.0  # a ring
+        return (math.atan2(y, x) + SAME_HEIGHT) % (2 * math.pi)  # just below +x is on +x
+
+    return [k for group in groups for k in sorted(group, key=azimuth)]
+
+
+def _coarse(mesh: Mesh, outline: Outline, radii: set[float]) -> list[str]:
+    """A line for each cylinder in use that is visibly a polygon."""
+    flats = {
+        s.radius_low: s.flat_mm
+        for s in outline.sections
+        if s.is_cylinder and s.radius_low in radii and s.flat_mm > VISIBLE_MM
+    }
+    return [
+        f"{mesh.name}: the body of radius {radius:.6g} mm is a polygon of about"
+        f" {round(math.pi / math.acos(1 - flat / radius))} sides, its flats {flat:.2f} mm inside the cylinder;"
+        " sub-volumes begin on the cylinder"
+        for radius, flat in sorted(flats.items())
+    ]
+
+
+def _left(mesh: Mesh, cut: Cut) -> list[str]:
+    """Lines about what was not made a sub-volume."""
+    lines = []
+    if cut.on_ends_mm3:
+        lines.append(
+            f"{mesh.name}: {sum(cut.on_ends_mm3):.0f} mm³ stand on the body's ends or steps alone and are left with it"
+        )
+    seen = [height for height in cut.sliver_mm if height > 1e-3]
+    if seen:
+        lines.append(f"{mesh.name}: {len(seen)} slivers left out (at most {max(seen):.3f} mm high)")
+    return lines
