@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ik.certificate import certify
 from ik.chain import Floats
 from ik.path import Edge, Run, best_runs
 
@@ -146,7 +147,8 @@ class BeadSearch:
         else:
             runs = self._given_up()
         reached = {run.start + i for run in runs for i in range(len(run.nodes))}
-        missing = {self.first + i: self._missing(i) for i in range(len(self.stage)) if i not in reached}
+        lost = [i for i in range(len(self.stage)) if i not in reached]
+        missing = {self.first + i: m for i, m in self._missing(lost).items()}
         return BeadPlan(tuple(self._stretch(run) for run in runs), self._cuts(runs), missing)
 
     def _runs(self, q_before: Floats | None) -> list[Run]:
@@ -297,16 +299,40 @@ class BeadSearch:
         slow = best_runs(self.nodes.q[pair], self.cost[pair], np.array([np.inf]), self._speed, circular=circular)
         return "speed" if len(slow) == 1 else "configuration change"
 
-    def _missing(self, i: int) -> Missing:
-        """Why a target has no node, by the least bad of those it had."""
-        # one roll alone and all configurations of it: nothing is left to look at
-        exhaustive = self.nodes.exhaustive and self.nodes.window.is_fixed
-        tried = np.argwhere(np.isfinite(self.nodes.cost[i]))
-        if not len(tried):
+    def _missing(self, lost: list[int]) -> dict[int, Missing]:
+        """Why targets have no node that could be used."""
+        bare = [i for i in lost if not np.isfinite(self.nodes.cost[i]).any()]
+        out = {i: self._colliding(i) for i in lost if i not in bare}
+        proofs = self._proofs(bare)
+        for i in bare:
             reason, detail, attempt = self.nodes.why_not(i)
-            return Missing(reason, detail, attempt, exhaustive)
+            proved, between = proofs.get(i, (False, None))
+            if between is not None:
+                detail = {**detail, "reached_alone_at_roll_deg": between}
+            out[i] = Missing(reason, detail, attempt, proved)
+        return out
+
+    def _colliding(self, i: int) -> Missing:
+        """The least bad of a target's configurations, all of which collide."""
+        tried = np.argwhere(np.isfinite(self.nodes.cost[i]))
         q = self.nodes.q[i][tuple(tried.T)]
         found = self.planner.checker.clearances(q, np.full(len(q), self.stage[i]))
         k = int(np.argmax(found.distance))
         roll = round(float(np.rad2deg(self.nodes.rolls[tried[k, 0]])), 3)
-        return Missing("collision", {**self.planner.describe(found, k), "roll_deg": roll}, q[k], exhaustive)
+        detail = {**self.planner.describe(found, k), "roll_deg": roll}
+        # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to look at
+        exhaustive = self.nodes.exhaustive and self.nodes.window.is_fixed and self.planner.limits.wrist > 0
+        return Missing("collision", detail, q[k], exhaustive)
+
+    def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:
+        """Whether targets are proved out at every allowed roll; else, a roll (deg) between the samples that reaches."""
+        form = self.planner.solver.form
+        if form is None or not targets:
+            return {}
+        Ts, limits = self.placed.Ts_base_target[targets], self.planner.limits
+        found = certify(self.planner.solver.chain, form, Ts, self.nodes.window, limits)
+        deg = np.rad2deg(found.roll)
+        return {
+            i: (bool(found.unreachable[k]), round(float(deg[k]), 3) if found.reachable[k] else None)
+            for k, i in enumerate(targets)
+        }

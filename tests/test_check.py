@@ -99,14 +99,30 @@ def test_too_far_is_unreachable_by_the_distance_too_far(make_case):
     assert np.allclose(gap, 200, atol=20)  # almost along the line to the shoulder
 
 
-def test_proved_only_where_every_configuration_was_looked_at(make_case):
+def test_proved_only_where_nothing_is_left_to_look_at(make_case):
     place = {"position_mm": [3000, 0, 0]}
     fixed = run(make_case("fixed", positioner=place, roll={"fixed_deg": 0}))
     free = run(make_case("free", positioner=place))
+    ranged = run(make_case("ranged", positioner=place, roll={"range_deg": [-40, 70]}))
+    assert all(row.proved for result in (fixed, free, ranged) for row in result.rows)
+    # damped least squares finds nothing, and proves nothing
     searched = run(make_case("dls", positioner=place, roll={"fixed_deg": 0}, ik={"solver": "dls", "seeds": 4}))
-    assert all(row.proved for row in fixed.rows)
-    assert not any(row.proved for row in free.rows)
     assert not any(row.proved for row in searched.rows)
+    # a collision at every sampled roll is none at every roll
+    box = {"name": "oven", "box": {"size_mm": [500, 500, 300]}, "position_mm": [1500, 250, 800]}
+    blocked = run(make_case("blocked", fixtures=[box]))
+    assert not any(row.proved for row in blocked.rows)
+
+
+def test_no_proof_is_contradicted_by_a_wider_window(make_case):
+    tight = run(make_case("tight", roll={"range_deg": [80, 100]}, positioner={"position_mm": [1550, 0, 0]}), -45, 0)
+    for row, T in zip(tight.rows, tight.placed.Ts_base_target, strict=True):
+        if row.proved:
+            from ik.roll import apply_roll
+
+            rolls = np.deg2rad(np.linspace(80, 100, 201))
+            q = tight.job.solver.candidates(apply_roll(T[None], rolls)).q
+            assert not np.isfinite(q[..., 0]).any() or row.reason == "singular"
 
 
 def test_a_box_around_the_part_is_a_collision_that_names_it(make_case):
