@@ -117,8 +117,8 @@ def surroundings(case: Case) -> mujoco.MjSpec:
     sun = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     body.add_light(
         type=sun,
-        pos=(0.7, -2.5, 8.0),
-        dir=(0.15, 0.45, -0.88),
+        pos=(0.5, -1.4, 4.5),
+        dir=(0.1, 0.25, -0.96),
         diffuse=(0.5,) * 3,
         specular=(0.15,) * 3,
         castshadow=True,
