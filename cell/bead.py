@@ -1,6 +1,6 @@
 """The search of one bead: a way through its nodes, checked where it leads, until one is free or there is none.
 
-    plan = BeadSearch(planner, nodes, placed, stage, first).run(q_before)
+    plan = BeadSearch(setup, nodes, placed, stage, first).run(q_before)
     plan.whole, plan.stretches, plan.cuts, plan.missing
 
 Metres, radians, seconds.
@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,9 +24,7 @@ from .collision import Clearances, Ints
 from .follow import follow
 from .nodes import Nodes
 from .place import Placed
-
-if TYPE_CHECKING:
-    from .plan import Planner
+from .setup import Setup
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
@@ -109,17 +107,17 @@ class BeadPlan:
 class BeadSearch:
     """Holds what a search has learned about its nodes and edges. Targets count from the bead's first."""
 
-    def __init__(self, planner: Planner, nodes: Nodes, placed: Placed, stage: Ints, first: int) -> None:
+    def __init__(self, setup: Setup, nodes: Nodes, placed: Placed, stage: Ints, first: int) -> None:
         """Prepare.
 
         Args:
-            planner: what all beads share.
+            setup: what all beads share.
             nodes: candidates of the bead's targets.
             placed: the bead's targets.
             stage: deposits laid at each of them, (t,).
             first: number of the bead's first target in the whole part.
         """
-        self.planner, self.nodes, self.placed, self.stage, self.first = planner, nodes, placed, stage, first
+        self.setup, self.nodes, self.placed, self.stage, self.first = setup, nodes, placed, stage, first
         self.cost = nodes.cost.copy()
         self._judged = np.zeros(len(stage), dtype=bool)  # targets whose every node has been checked
         self._free = np.zeros(self.cost.shape, dtype=bool)  # nodes known to be free
@@ -127,7 +125,7 @@ class BeadSearch:
         self._causes: dict[int, list[dict[str, Any]]] = {}
         self._done: dict[tuple[int, Edge], Stretch] = {}
         length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
-        self._times = np.where(length > 0, length / planner.settings.speed, np.inf)
+        self._times = np.where(length > 0, length / setup.settings.speed, np.inf)
         speed = nodes.solver.chain.max_speed
         self._speed = np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
 
@@ -186,8 +184,8 @@ class BeadSearch:
 
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
-        found = self.planner.checker.clearances(self.nodes.q[tuple(index.T)], self.stage[index[:, 0]])
-        hit = found.distance < self.planner.settings.clearance
+        found = self.setup.checker.clearances(self.nodes.q[tuple(index.T)], self.stage[index[:, 0]])
+        hit = found.distance < self.setup.settings.clearance
         self._free[tuple(index[~hit].T)] = True
         self.cost[tuple(index[hit].T)] = np.inf
         return hit
@@ -214,11 +212,11 @@ class BeadSearch:
         target = np.stack([start, start + 1], axis=1)
         q = self.nodes.q[target, ends[..., 0], ends[..., 1], ends[..., 2]]
         roll = self.nodes.rolls[ends[..., 0]]
-        planner = self.planner
-        track = follow(planner.solver, self.placed, start, roll, q, planner.limits, planner.settings.steps)
+        setup = self.setup
+        track = follow(setup.solver, self.placed, start, roll, q, setup.limits, setup.settings.steps)
         stage = self.stage[start[track.edge]]
-        clear = planner.checker.clearances(track.q, stage)
-        step, nearest = unproved(planner.checker, planner.radius, track.q, stage, clear, track.edge)
+        clear = setup.checker.clearances(track.q, stage)
+        step, nearest = unproved(setup.checker, setup.radius, track.q, stage, clear, track.edge)
         unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
         failed = False
         for e, (i, edge) in enumerate(todo):
@@ -226,10 +224,10 @@ class BeadSearch:
             worst = int(mine[np.argmin(clear.distance[mine])])
             if track.broken[e]:
                 cause: dict[str, Any] = {"on_the_way": str(track.broken[e])}
-            elif clear.distance[worst] < planner.settings.clearance:
-                cause = {"on_the_way": "collision", **planner.describe(clear, worst)}
+            elif clear.distance[worst] < setup.settings.clearance:
+                cause = {"on_the_way": "collision", **setup.describe(clear, worst)}
             elif e in unsafe:
-                cause = {"on_the_way": "collision", **planner.describe(nearest, unsafe[e])}
+                cause = {"on_the_way": "collision", **setup.describe(nearest, unsafe[e])}
             else:
                 self._done[i, edge] = Stretch(
                     first=self.first + i,
@@ -255,7 +253,7 @@ class BeadSearch:
         where = (target, *run.nodes.T)
         q, roll = self.nodes.q[where], self.nodes.rolls[run.nodes[:, 0]]
         if len(nodes) == 1:
-            alone = self.planner.checker.clearances(q, self.stage[target])
+            alone = self.setup.checker.clearances(q, self.stage[target])
             position, margin = self.placed.position[target], self.nodes.margin[where]
             first = self.first + run.start
             return Stretch(first, q, roll, self.first + target, np.zeros(1), q, position, alone, margin)
@@ -316,21 +314,21 @@ class BeadSearch:
         """The least bad of a target's configurations, all of which collide."""
         tried = np.argwhere(np.isfinite(self.nodes.cost[i]))
         q = self.nodes.q[i][tuple(tried.T)]
-        found = self.planner.checker.clearances(q, np.full(len(q), self.stage[i]))
+        found = self.setup.checker.clearances(q, np.full(len(q), self.stage[i]))
         k = int(np.argmax(found.distance))
         roll = round(float(np.rad2deg(self.nodes.rolls[tried[k, 0]])), 3)
-        detail = {**self.planner.describe(found, k), "roll_deg": roll}
+        detail = {**self.setup.describe(found, k), "roll_deg": roll}
         # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to look at
-        exhaustive = self.nodes.exhaustive and self.nodes.window.is_fixed and self.planner.limits.wrist > 0
+        exhaustive = self.nodes.exhaustive and self.nodes.window.is_fixed and self.setup.limits.wrist > 0
         return Missing("collision", detail, q[k], exhaustive)
 
     def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:
         """Whether targets are proved out at every allowed roll; else, a roll (deg) between the samples that reaches."""
-        form = self.planner.solver.form
+        form = self.setup.solver.form
         if form is None or not targets:
             return {}
-        Ts, limits = self.placed.Ts_base_target[targets], self.planner.limits
-        found = certify(self.planner.solver.chain, form, Ts, self.nodes.window, limits)
+        Ts, limits = self.placed.Ts_base_target[targets], self.setup.limits
+        found = certify(self.setup.solver.chain, form, Ts, self.nodes.window, limits)
         deg = np.rad2deg(found.roll)
         return {
             i: (bool(found.unreachable[k]), round(float(deg[k]), 3) if found.reachable[k] else None)

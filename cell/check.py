@@ -19,15 +19,15 @@ import numpy as np
 from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 
-from .bead import BeadPlan, Stretch
+from .bead import Stretch
 from .collision import Checker
 from .job import Job
 from .motion import Motion, assemble
 from .place import METRES_PER_MM, Placed, place
-from .plan import Planner, Settings
+from .plan import PartPlan, plan_part
 from .scene import table_angles
 from .sections import REASONS
-from .travel import travel
+from .setup import Settings, Setup
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
 
@@ -142,22 +142,22 @@ def check(job: Job, E1_deg: float, E2_deg: float) -> Result:
         rows = tuple(Row("collision", blocked, True, None) for _ in range(len(job.targets)))
         return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
     limits = job.singularity_limits
-    planner = Planner.of(job.solver, placed, job.stage, job.window, limits, checker, settings)
-    plans, travels, stuck = _plan(job, planner)
-    rows = _rows(job, plans, stuck, gravity)
-    stretches = [s for plan in plans for s in plan.stretches]
+    setup = Setup.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
+    plan = plan_part(setup, job.targets.path)
+    rows = _rows(job, plan, gravity)
+    stretches = plan.stretches
     motion = None
     if all(row.reason is None for row in rows):
-        motion = assemble(job, table, stretches, [t for t in travels if not isinstance(t, dict)])
+        motion = assemble(job, table, stretches, plan.travels)
     return Result(
         job=job,
         asked=asked,
         table=table,
         placed=placed,
         rows=rows,
-        clearance=_least_clearance(job, stretches, travels),
-        singularity=_least_margin(planner, stretches),
-        sigma=_least_sigma(planner, stretches),
+        clearance=_least_clearance(job, plan),
+        singularity=_least_margin(setup, stretches),
+        sigma=_least_sigma(setup, stretches),
         gravity=gravity,
         motion=motion,
     )
@@ -177,40 +177,18 @@ def _table_in_the_way(job: Job, checker: Checker) -> dict[str, Any] | None:
     }
 
 
-def _plan(job: Job, planner: Planner) -> tuple[list[BeadPlan], list[Any], dict[int, dict[str, Any]]]:
-    """Plan bead after bead and the travels between them; ``stuck`` are targets no travel leads to."""
-    path = job.targets.path
-    firsts = np.flatnonzero(np.diff(path, prepend=-1))
-    stops = [*firsts[1:], len(path)]
-    plans: list[BeadPlan] = []
-    travels: list[Any] = []
-    stuck: dict[int, dict[str, Any]] = {}
-    last: Stretch | None = None
-    for first, stop in zip(firsts, stops, strict=True):
-        plan = planner.bead(int(first), int(stop), None if last is None else last.q_targets[-1])
-        plans.append(plan)
-        if last is not None and plan.whole:
-            # what was laid so far, the layer under the torch included
-            way = travel(planner, last, plan.stretches[0], int(planner.stage[last.stop - 1]) + 1)
-            travels.append(way)
-            if isinstance(way, dict):
-                stuck[int(first)] = {"from_target": last.stop - 1, "travel": True, **way}
-        last = plan.stretches[-1] if plan.stretches else last
-    return plans, travels, stuck
-
-
-def _rows(job: Job, plans: list[BeadPlan], stuck: dict[int, dict[str, Any]], gravity: Floats) -> tuple[Row, ...]:
+def _rows(job: Job, plan: PartPlan, gravity: Floats) -> tuple[Row, ...]:
     rows: dict[int, Row] = {}
-    for plan in plans:
-        for stretch in plan.stretches:
+    for bead in plan.beads:
+        for stretch in bead.stretches:
             targets = range(stretch.first, stretch.stop)
             rows.update((i, Row(None, {}, False, q)) for i, q in zip(targets, stretch.q_targets, strict=True))
-        for i, m in plan.missing.items():
+        for i, m in bead.missing.items():
             rows[i] = Row(m.reason, m.detail, m.exhaustive, None, m.attempt)
-        for i, detail in plan.cuts.items():
+        for i, detail in bead.cuts.items():
             reason = "speed" if detail["on_the_way"] == "speed" else "no_path"
             rows[i] = Row(reason, detail, False, None, rows[i].q)
-    for i, detail in stuck.items():
+    for i, detail in plan.stuck.items():
         rows[i] = Row("no_path", detail, False, None, rows[i].q)
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:
@@ -221,13 +199,12 @@ def _rows(job: Job, plans: list[BeadPlan], stuck: dict[int, dict[str, Any]], gra
     return tuple(rows[i] for i in range(len(job.targets)))
 
 
-def _least_clearance(job: Job, stretches: list[Stretch], travels: list[Any]) -> Least | None:
+def _least_clearance(job: Job, plan: PartPlan) -> Least | None:
     """The nearest anything comes, on the beads and, named by the target they lead to, on the travels."""
-    found = [(s.clearances, s.edge) for s in stretches]
-    leads_to = [s.first for s in stretches[1:]]
-    free = [t for t in travels if not isinstance(t, dict)]
-    if len(free) == len(leads_to):
-        found += [(c, np.full(len(c), first)) for (_, _, c), first in zip(free, leads_to, strict=True)]
+    found = [(s.clearances, s.edge) for s in plan.stretches]
+    leads_to = [s.first for s in plan.stretches[1:]]
+    if len(plan.travels) == len(leads_to):
+        found += [(c, np.full(len(c), first)) for (_, _, c), first in zip(plan.travels, leads_to, strict=True)]
     if not found:
         return None
     distance = np.concatenate([c.distance for c, _ in found])
@@ -239,10 +216,10 @@ def _least_clearance(job: Job, stretches: list[Stretch], travels: list[Any]) -> 
     return Least(float(distance[k]), target, tuple(job.scene.geom_name(int(g)) for g in pair))
 
 
-def _least_margin(planner: Planner, stretches: list[Stretch]) -> Least | None:
+def _least_margin(setup: Setup, stretches: list[Stretch]) -> Least | None:
     if not stretches:
         return None
-    limits = planner.limits.values(planner.solver.geometry is not None)
+    limits = setup.limits.values(setup.solver.geometry is not None)
     margin = np.concatenate([s.margin for s in stretches])
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(limits > 0, margin / limits, np.inf)
@@ -252,8 +229,8 @@ def _least_margin(planner: Planner, stretches: list[Stretch]) -> Least | None:
     return Least(float(margin[k, kind]), int(np.concatenate([s.edge for s in stretches])[k]), (KINDS[kind],))
 
 
-def _least_sigma(planner: Planner, stretches: list[Stretch]) -> float | None:
+def _least_sigma(setup: Setup, stretches: list[Stretch]) -> float | None:
     if not stretches:
         return None
     q = np.concatenate([s.q_targets for s in stretches])
-    return float(smallest_singular_value(planner.solver.chain, q).min())
+    return float(smallest_singular_value(setup.solver.chain, q).min())

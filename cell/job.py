@@ -72,17 +72,22 @@ class Job:
             np.deg2rad(c.wrist_deg), np.deg2rad(c.elbow_deg), c.shoulder_mm * METRES_PER_MM, c.sigma
         )
 
+    @property
+    def laid(self) -> Ints:
+        """Deposits laid once a target's layer is done, (n,)."""
+        t = self.targets
+        return np.array(self.shape.first_deposit)[t.sub_volume_index] + t.layer + 1
+
     @cached_property
     def stage(self) -> Ints:
         """Deposits already laid when a target is welded, (n,).
 
         The layer being laid does not count, unless a bead of it lies there already.
         """
-        t = self.targets
-        layer = np.array(self.shape.first_deposit)[t.sub_volume_index] + t.layer
+        layer, path = self.laid - 1, self.targets.path
         first_bead = np.full(self.shape.n_deposits, np.iinfo(np.int64).max)
-        np.minimum.at(first_bead, layer, t.path)
-        return layer + (t.path > first_bead[layer])
+        np.minimum.at(first_bead, layer, path)
+        return layer + (path > first_bead[layer])
 
 
 def roll_window(case: Case) -> RollWindow:

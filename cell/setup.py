@@ -1,0 +1,96 @@
+"""What the searches for a motion share: the arm, the targets, the cell at a table pose, and what is to be kept.
+
+    setup = Setup.of(solver, placed, stage, laid, window, limits, checker, settings)
+    setup.describe(clearances, k)             # a collision in words and figures
+
+Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from ik.candidates import Solver
+from ik.chain import Floats
+from ik.roll import RollWindow
+from ik.singularity import SingularityLimits
+
+from .between import radii
+from .collision import Checker, Clearances, Ints
+from .follow import Steps
+from .place import METRES_PER_MM, Placed
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a plan keeps to.
+
+    Attributes:
+        clearance: least distance of everything from everything, m.
+        speed: deposition speed, m/s.
+        travel_speed: TCP speed of retracting and approaching, m/s.
+        retract: way out along the normal before travelling, m.
+        roll_step: distance of the roll's samples, rad.
+        steps: density of the checks.
+    """
+
+    clearance: float
+    speed: float
+    travel_speed: float
+    retract: float
+    roll_step: float
+    steps: Steps = field(default_factory=Steps)
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """What every search needs.
+
+    Attributes:
+        solver: the arm.
+        placed: the targets.
+        stage: deposits already laid when a target is welded, (n,).
+        laid: deposits laid once its layer is done, (n,).
+        window: allowed roll.
+        limits: singularity margins to keep.
+        checker: collision detection at the table pose.
+        settings: what to keep to.
+        radius: from ``cell.between.radii``, (j,), m.
+    """
+
+    solver: Solver
+    placed: Placed
+    stage: Ints
+    laid: Ints
+    window: RollWindow
+    limits: SingularityLimits
+    checker: Checker
+    settings: Settings
+    radius: Floats
+
+    @classmethod
+    def of(
+        cls,
+        solver: Solver,
+        placed: Placed,
+        stage: Ints,
+        laid: Ints,
+        window: RollWindow,
+        limits: SingularityLimits,
+        checker: Checker,
+        settings: Settings,
+    ) -> Setup:
+        """The setup of the checker's scene; the attributes say what is what."""
+        return cls(solver, placed, stage, laid, window, limits, checker, settings, radii(checker.scene))
+
+    def describe(self, found: Clearances, k: int) -> dict[str, Any]:
+        """A collision in words and figures."""
+        scene = self.checker.scene
+        pair = [scene.geom_name(int(g)) for g in found.pair[k] if g >= 0]
+        return {
+            "pair": pair,
+            "distance_mm": round(float(found.distance[k]) / METRES_PER_MM, 3),
+            "required_mm": round(self.settings.clearance / METRES_PER_MM, 3),
+            "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[k]],
+        }
