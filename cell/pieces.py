@@ -3,7 +3,6 @@
     world = surroundings(case)
     home = add_robot(world, case)
     add_positioner(world, case); add_part(world, case, shape); add_fixture(world, case, fixture)
-    set_contact_bits(world, case); pair_tool_with_forearm(world, case)
 
 Every piece keeps its own names. World frame, metres; ``cell.scene`` compiles what comes of it.
 """
@@ -21,14 +20,13 @@ from ik.chain import Floats
 from ik.roll import wrap
 
 from .config import MODELS_DIR, is_path
+from .contacts import SOLID, WIRE
 from .deposit import PartShape
 from .errors import InputError
 from .place import METRES_PER_MM
 from .sections import Case, Fixture
 from .torch import TorchDimensions, shape_torch
 
-# contact bits: the wire may touch the part and nothing else
-SOLID, WIRE = 1, 2
 ROBOT, TOOL, POSITIONER = "robot/", "tool/", "positioner/"
 UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
 COLOUR = {
@@ -365,46 +363,3 @@ def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
     # its convex hull is what collides: it covers the fixture, holes and all
     world.add_mesh(name=name, file=str(path.resolve()), scale=[UNIT[fixture.units]] * 3)
     return name
-
-
-def set_contact_bits(world: mujoco.MjSpec, case: Case) -> None:
-    """Everything may hit everything, but for the wire on the part (a model's own bits only say what collides)."""
-    wires = set(case.tool.wire)
-    for wire in wires:
-        if world.geom(wire) is None:
-            raise InputError(f"{case.path}: tool.wire: {case.tool.model} has no geom named {wire!r}")
-    part = {"support"}
-    for geom in world.geoms:
-        if not (geom.contype or geom.conaffinity):
-            continue
-        if geom.name in wires:
-            geom.contype, geom.conaffinity = WIRE, 0
-        elif geom.name in part or geom.name.startswith(("deposit/", "body/")):
-            geom.contype, geom.conaffinity = SOLID, SOLID
-        else:
-            geom.contype, geom.conaffinity = SOLID, SOLID | WIRE
-
-
-def pair_tool_with_forearm(world: mujoco.MjSpec, case: Case) -> None:
-    """Name the pairs of the tool and the link before the last.
-
-    MuJoCo leaves out parent and child, and the tool is welded to the last link, so that its pairs with that link's
-    parent would never be tested. What is bolted onto the flange itself turns about the flange's own axis and stays out.
-    """
-    last = world.joint(case.robot.joints[-1])
-    if last is None:
-        return  # _bind says so
-    flange_body, forearm = last.parent, last.parent.parent
-    tool_geoms = [g for body in flange_body.bodies for g in _all_geoms(body) if g.contype or g.conaffinity]
-    for mine in tool_geoms:
-        if mine.name.endswith("_mount") or mine.name in case.tool.wire:
-            continue
-        for other in (g for g in forearm.geoms if g.contype or g.conaffinity):
-            world.add_pair(name=f"{mine.name}~{other.name}", geomname1=mine.name, geomname2=other.name)
-
-
-def _all_geoms(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
-    found = list(body.geoms)
-    for child in body.bodies:
-        found += _all_geoms(child)
-    return found

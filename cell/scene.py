@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Chain, Floats
 
+from .contacts import pair_tool_with_forearm, set_contact_bits
 from .deposit import PartShape
 from .errors import InputError
 from .pieces import (
@@ -27,8 +28,6 @@ from .pieces import (
     add_positioner,
     add_robot,
     one_line,
-    pair_tool_with_forearm,
-    set_contact_bits,
     surroundings,
 )
 from .robot import chain_of, inverse, pose, require

@@ -1,0 +1,159 @@
+"""The arguments of ``rbam`` and the help that teaches them.
+
+args = build_parser().parse_args(["check", "--e1", "-45"])
+args.command, args.e1
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import NoReturn
+
+BAD_INPUT = 2
+STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
+
+DESCRIPTION = """Can the robot build the part?
+
+rbam slices a part's sub-volumes onto their round body, puts the layers' targets on the table of a welding cell, and
+says target by target whether the arm can weld them, bead by bead whether it can do so in one motion, and what stops
+it where it cannot."""
+
+EXAMPLES = """examples:
+  rbam check                                     the shipped propeller, at its case's table angles
+  rbam check my.case.yaml --e1 -45 --e2 0        another table pose
+  rbam check --roll fixed:90 --json report.json  the wire's roll held at 90 deg; every target as data
+  rbam slice my.case.yaml --targets targets.csv  the layers' targets
+  rbam compare --paper                           the slicing strategies on the paper's four parts
+  rbam sweep my.case.yaml --e1 -90:90:15         which table angles work
+  rbam replay my.case.yaml                       watch the checked motion
+  rbam scene my.case.yaml --xml cell.xml         the cell as one MJCF for plain MuJoCo
+
+exit codes: 0 feasible or done, 1 infeasible, 2 bad input (one line says what and what is allowed)"""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong and where help is."""
+        self.exit(BAD_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The command line."""
+    formatter = argparse.RawDescriptionHelpFormatter
+    parser = Parser(prog="rbam", description=DESCRIPTION, epilog=EXAMPLES, formatter_class=formatter)
+    parser.add_argument("--version", action="version", version=f"rbam {_version()}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+
+    def command(name: str, summary: str, text: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(
+            name,
+            help=summary,
+            description=f"{summary[0].upper()}{summary[1:]}.\n\n{text}",
+            formatter_class=formatter,
+        )
+        sub.set_defaults(command=name)
+        return sub
+
+    check = command("check", "say whether the arm can weld the part, and what stops it", CHECK_TEXT)
+    _case_arguments(check)
+    check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
+    check.add_argument("--motion", metavar="F.csv", help="write the checked motion (feasible cases)")
+
+    cut = command("slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
+    cut.add_argument("input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)")
+    cut.add_argument(
+        "--body-radius",
+        type=float,
+        metavar="MM",
+        help="the mesh is one sub-volume, on a cylinder of this radius about z",
+    )
+    cut.add_argument("--units", choices=("mm", "cm", "m", "inch"), default="mm", help="of a mesh (default mm)")
+    cut.add_argument("--strategy", choices=STRATEGIES, help="instead of the case's")
+    cut.add_argument("--h-layer", type=float, metavar="MM", help="layer height instead of the case's")
+    cut.add_argument("--json", metavar="F", help="write the layers, rbam-slices/1 (- for stdout)")
+    cut.add_argument("--targets", metavar="F.csv", help="write the targets")
+
+    compare = command("compare", "hold the slicing strategies against one another", COMPARE_TEXT)
+    compare.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
+    compare.add_argument(
+        "--paper", action="store_true", help="the paper's four parts, with its own figures beside ours"
+    )
+    compare.add_argument("--json", metavar="F", help="write the comparison, rbam-compare/1 (- for stdout)")
+
+    sweep = command("sweep", "try a grid of table angles and map which work", SWEEP_TEXT)
+    sweep.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
+    sweep.add_argument("--e1", metavar="LO:HI:STEP", help="tilts, deg (default: the axis' range by 45)")
+    sweep.add_argument("--e2", metavar="LO:HI:STEP", help="turns, deg (default: the axis' range by 45)")
+    sweep.add_argument("--roll", metavar="ROLL", help="free | fixed:DEG | range:LO:HI instead of the case's")
+    sweep.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    sweep.add_argument(
+        "--out", metavar="F.jsonl", help="keep finished poses here; an interrupted sweep goes on from it"
+    )
+    sweep.add_argument("--json", metavar="F", help="write the map, rbam-sweep/1 (- for stdout)")
+
+    replay = command("replay", "show the checked motion in MuJoCo's viewer", REPLAY_TEXT)
+    _case_arguments(replay)
+    replay.add_argument("--speed", type=float, default=5.0, metavar="X", help="times real time (default 5)")
+    replay.add_argument("--loop", action="store_true", help="start again at the end")
+    replay.add_argument("--picture", metavar="F.png", help="render a picture instead; needs no display")
+    replay.add_argument("--view", choices=("cell", "torch"), default="cell", help="what the picture frames")
+    replay.add_argument("--target", type=int, metavar="I", help="target the picture shows the arm at")
+
+    scene = command(
+        "scene",
+        "write the composed cell as one MJCF",
+        "Plain MuJoCo loads it; nothing else is needed.",
+    )
+    _case_arguments(scene)
+    scene.add_argument("--xml", metavar="F.xml", required=True, help="where to")
+    return parser
+
+
+CHECK_TEXT = """\
+Slices the part, puts its targets on the table, searches every configuration of the arm at every
+roll about the wire that the case allows, and follows the arm along each bead and from bead to
+bead, against joint limits, singularity margins and collisions. "feasible" is said of a motion
+that was followed; every infeasible target carries a reason:
+  unreachable   the wrist cannot get there            joint_limit   an axis would leave its range
+  singular      a margin is too small                 collision     something is nearer than the clearance
+  no_path       no motion leads there without a flip or a collision on the way
+  speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)"""
+
+SLICE_TEXT = """\
+Strategies: planar (planes across the sub-volume's own direction), cylindrical (offsets of the
+body), nonuniform (from the body's curvature to planes within h_min .. h_max; Lettori et al. 2024).
+A mesh is a whole part, whose round body and sub-volumes are found; with --body-radius it is one
+sub-volume on a cylinder about the z axis. Prints the paper's indices: layers NL, adhesion area A,
+targets NV, top angle R."""
+
+COMPARE_TEXT = """\
+Slices every sub-volume by each strategy and prints the paper's indices (layers NL, adhesion area
+A, targets NV, top angle R) with their normalised scores I1..I4 and the total F; higher is better."""
+
+SWEEP_TEXT = """\
+Every pose gets the verdict of rbam check at those angles. Poses at which some target has no
+configuration at all are not searched further and are counted as they stand. The best pose is the
+feasible one that deposits closest to upright and, among equals, with the most clearance."""
+
+REPLAY_TEXT = """\
+Space plays and pauses, left and right step by target, up and down by bead, + and - change the
+speed, n goes to the next infeasible target, t shows targets. An infeasible case shows its
+infeasible targets with what went wrong."""
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("rbam-cell")
+    except PackageNotFoundError:
+        return "(not installed)"
+
+
+def _case_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
+    parser.add_argument("--e1", type=float, metavar="DEG", help="tilt of the table instead of the case's")
+    parser.add_argument("--e2", type=float, metavar="DEG", help="turn of the table instead of the case's")
+    parser.add_argument("--roll", metavar="ROLL", help="free | fixed:DEG | range:LO:HI instead of the case's")
