@@ -27,6 +27,7 @@ from .place import Placed
 from .setup import Setup
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
+DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
 UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
 
 
@@ -99,6 +100,12 @@ class BeadPlan:
         return not self.cuts and not self.missing
 
     @property
+    def may_be_mended(self) -> bool:
+        """Whether a roll between the samples could help: not where that is proved, nor deep in a collision."""
+        depths = (m.detail.get("distance_mm", 0.0) for m in self.missing.values() if not m.exhaustive)
+        return bool(self.cuts) or any(depth > DEEP_MM for depth in depths)
+
+    @property
     def lost(self) -> int:
         """Targets that are cut off or missing."""
         return len(self.cuts) + len(self.missing)
@@ -121,6 +128,7 @@ class BeadSearch:
         self.cost = nodes.cost.copy()
         self._judged = np.zeros(len(stage), dtype=bool)  # targets whose every node has been checked
         self._free = np.zeros(self.cost.shape, dtype=bool)  # nodes known to be free
+        self._least_bad: dict[int, tuple[float, Clearances, tuple[int, ...]]] = {}  # of the nodes that collide
         self._blocked: dict[int, set[Edge]] = {}
         self._causes: dict[int, list[dict[str, Any]]] = {}
         self._done: dict[tuple[int, Edge], Stretch] = {}
@@ -184,10 +192,14 @@ class BeadSearch:
 
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
-        found = self.setup.checker.clearances(self.nodes.q[tuple(index.T)], self.stage[index[:, 0]])
+        found = self.setup.screen.clearances(self.nodes.q[tuple(index.T)], self.stage[index[:, 0]])
         hit = found.distance < self.setup.settings.clearance
         self._free[tuple(index[~hit].T)] = True
         self.cost[tuple(index[hit].T)] = np.inf
+        for k in np.flatnonzero(hit):
+            i, distance = int(index[k, 0]), float(found.distance[k])
+            if i not in self._least_bad or distance > self._least_bad[i][0]:
+                self._least_bad[i] = distance, found.rows(np.array([k])), tuple(index[k, 1:].tolist())
         return hit
 
     def _judge_target(self, i: int) -> None:
@@ -312,15 +324,12 @@ class BeadSearch:
 
     def _colliding(self, i: int) -> Missing:
         """The least bad of a target's configurations, all of which collide."""
-        tried = np.argwhere(np.isfinite(self.nodes.cost[i]))
-        q = self.nodes.q[i][tuple(tried.T)]
-        found = self.setup.checker.clearances(q, np.full(len(q), self.stage[i]))
-        k = int(np.argmax(found.distance))
-        roll = round(float(np.rad2deg(self.nodes.rolls[tried[k, 0]])), 3)
-        detail = {**self.setup.describe(found, k), "roll_deg": roll}
+        _, found, node = self._least_bad[i]
+        roll = round(float(np.rad2deg(self.nodes.rolls[node[0]])), 3)
+        detail = {**self.setup.describe(found, 0), "roll_deg": roll}
         # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to look at
         exhaustive = self.nodes.exhaustive and self.nodes.window.is_fixed and self.setup.limits.wrist > 0
-        return Missing("collision", detail, q[k], exhaustive)
+        return Missing("collision", detail, self.nodes.q[i][node], exhaustive)
 
     def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:
         """Whether targets are proved out at every allowed roll; else, a roll (deg) between the samples that reaches."""

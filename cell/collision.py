@@ -57,6 +57,7 @@ class Checker:
     """Collision detection of one scene at one table pose; not to be shared between threads."""
 
     scene: Scene
+    table: tuple[float, float]
     reach: float
 
     def __init__(self, scene: Scene, table: tuple[float, float], reach: float) -> None:
@@ -68,6 +69,7 @@ class Checker:
             reach: distances are known out to here, m.
         """
         self.scene = scene
+        self.table = table
         self.reach = reach
         self._model = scene.model
         self._data = mujoco.MjData(scene.model)

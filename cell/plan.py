@@ -87,7 +87,7 @@ def plan_bead(setup: Setup, first: int, stop: int, q_before: Floats | None) -> B
         The plan.
     """
     plan = _search(setup, first, stop, q_before, setup.settings.roll_step)
-    if plan.whole or setup.window.is_fixed:
+    if setup.window.is_fixed or not plan.may_be_mended:
         return plan
     finer = _search(setup, first, stop, q_before, setup.settings.roll_step / FINER)
     return finer if finer.lost < plan.lost else plan

@@ -21,6 +21,8 @@ from .collision import Checker, Clearances, Ints
 from .follow import Steps
 from .place import METRES_PER_MM, Placed
 
+LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be seen
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -54,7 +56,8 @@ class Setup:
         laid: deposits laid once its layer is done, (n,).
         window: allowed roll.
         limits: singularity margins to keep.
-        checker: collision detection at the table pose.
+        checker: collision detection at the table pose, distances known far out.
+        screen: the same, distances known just out to the clearance: what only has to be passed costs less.
         settings: what to keep to.
         radius: from ``cell.between.radii``, (j,), m.
     """
@@ -66,6 +69,7 @@ class Setup:
     window: RollWindow
     limits: SingularityLimits
     checker: Checker
+    screen: Checker
     settings: Settings
     radius: Floats
 
@@ -82,7 +86,8 @@ class Setup:
         settings: Settings,
     ) -> Setup:
         """The setup of the checker's scene; the attributes say what is what."""
-        return cls(solver, placed, stage, laid, window, limits, checker, settings, radii(checker.scene))
+        screen = Checker(checker.scene, checker.table, max(settings.clearance, LEAST_REACH))
+        return cls(solver, placed, stage, laid, window, limits, checker, screen, settings, radii(checker.scene))
 
     def describe(self, found: Clearances, k: int) -> dict[str, Any]:
         """A collision in words and figures."""
