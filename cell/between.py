@@ -43,7 +43,7 @@ def radii(scene: Scene) -> Floats:
     bodies = [int(model.joint(name).bodyid[0]) for name in chain.names]
     anchors = np.array([data.xanchor[model.joint(name).id] for name in chain.names])
     out = np.zeros(chain.n)
-    for g in np.flatnonzero(scene.arm_geom & ((model.geom_contype | model.geom_conaffinity) != 0)):
+    for g in np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0)):
         body = int(model.geom_bodyid[g])
         while body not in bodies:
             body = int(model.body_parentid[body])

@@ -75,7 +75,7 @@ class Checker:
         self._data = mujoco.MjData(scene.model)
         self._data.qpos[scene.table_qpos] = table
         # MuJoCo reports a pair out to the sum of its geoms' gaps
-        self._geom_gap = np.where(self._model.geom_contype | self._model.geom_conaffinity, reach / 2, 0.0)
+        self._geom_gap = np.where(scene.contact_bits.any(axis=0), reach / 2, 0.0)
         self._pair_gap = reach
 
     def clearances(self, q: Floats, stage: Ints) -> Clearances:
@@ -88,26 +88,28 @@ class Checker:
         Returns:
             Clearances.
         """
-        model, data, born = self._model, self._data, self.scene.deposit_of_geom
+        model, data = self._model, self._data
         # the model is shared between checkers of different reach
         model.geom_gap[:], model.pair_gap[:] = self._geom_gap, self._pair_gap
         out = Clearances.none(len(q))
         arm = self.scene.arm_qpos
-        for i in range(len(q)):
-            data.qpos[arm] = q[i]
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_collision(model, data)
-            if not data.ncon:
-                continue
-            contact = data.contact
-            distance, geom = contact.dist, contact.geom
-            distance = np.where((born[geom] < stage[i]).all(axis=1), distance, np.inf)
-            k = int(np.argmin(distance))
-            if distance[k] < np.inf:
-                out.distance[i] = distance[k]
-                out.pair[i] = geom[k]
-                out.position[i] = contact.pos[k]
+        for laid in np.unique(stage):
+            self._lay(int(laid))
+            for i in np.flatnonzero(stage == laid):
+                data.qpos[arm] = q[i]
+                mujoco.mj_kinematics(model, data)
+                mujoco.mj_collision(model, data)
+                if data.ncon:
+                    contact = data.contact
+                    k = int(np.argmin(contact.dist))
+                    out.distance[i], out.pair[i], out.position[i] = contact.dist[k], contact.geom[k], contact.pos[k]
         return out
+
+    def _lay(self, stage: int) -> None:
+        """Let the deposits below a number collide, and no others: what is not there yet costs nothing."""
+        there = self.scene.deposit_of_geom < stage
+        self._model.geom_contype[:] = np.where(there, self.scene.contact_bits[0], 0)
+        self._model.geom_conaffinity[:] = np.where(there, self.scene.contact_bits[1], 0)
 
     def table_alone(self) -> Clearances:
         """The nearest pair in which the arm has no part: what stands on the table against the cell around it.
@@ -116,13 +118,13 @@ class Checker:
             Clearances of one row, over all deposits.
         """
         scene = self.scene
-        everything = np.array([scene.n_deposits])
+        self._lay(scene.n_deposits)
         model, data = self._model, self._data
         model.geom_gap[:], model.pair_gap[:] = self._geom_gap, self._pair_gap
         data.qpos[scene.arm_qpos] = 0.0
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
-        out = Clearances.none(len(everything))
+        out = Clearances.none(1)
         geom, distance = data.contact.geom, data.contact.dist
         ours = ~scene.arm_geom[geom].any(axis=1)
         if ours.any():

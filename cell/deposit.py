@@ -32,7 +32,7 @@ FILLED = 0.8  # share of its hull that a piece has to fill
 SMALLEST_MM = 4.0  # pieces are not cut further
 SECTOR = np.deg2rad(15.0)  # of layers that go round the body
 SIMPLIFY_MM = 0.05  # curves are thinned to this before they become hulls, and hulls are padded by it
-FEW = 200  # vertices of a hull that need no thinning
+FEW = 200  # vertices of a body's hull at most
 ROUND = 48  # corners of a body given as a cylinder
 
 
@@ -229,11 +229,19 @@ def _thinned_hull(vertices: Floats) -> Floats:
         return vertices
     from scipy.spatial import ConvexHull
 
-    k = np.arange(FEW)
-    z, turn = 1 - (2 * k + 1) / FEW, k * np.pi * (3 - np.sqrt(5))
-    directions = np.stack([np.cos(turn) * np.sqrt(1 - z**2), np.sin(turn) * np.sqrt(1 - z**2), z], axis=1)
-    few = vertices[np.unique(np.argmax(vertices @ directions.T, axis=0))]
-    centre = few.mean(axis=0)
-    planes = ConvexHull(few - centre).equations  # normal . x + offset <= 0 inside
-    outside = ((vertices - centre) @ planes[:, :3].T).max(axis=0)
-    return centre + (few - centre) * max(1.0, float((outside / -planes[:, 3]).max()))
+    centre = vertices.mean(axis=0)
+    # thin slabs: directions are spread in the frame in which the points are as wide every way
+    spread, turn = np.linalg.eigh(np.cov((vertices - centre).T))
+    scale = turn / np.sqrt(np.maximum(spread, 1e-6))
+    even = (vertices - centre) @ scale
+    chosen = even[np.unique(np.argmax(even @ _directions(FEW).T, axis=0))]
+    planes = ConvexHull(chosen).equations  # normal . x + offset <= 0 inside
+    grown = chosen * max(1.0, float(((even @ planes[:, :3].T).max(axis=0) / -planes[:, 3]).max()))
+    return centre + grown @ np.linalg.inv(scale)
+
+
+def _directions(count: int) -> Floats:
+    """Unit vectors spread evenly over the sphere, (count, 3): a Fibonacci spiral."""
+    k = np.arange(count)
+    z, turn = 1 - (2 * k + 1) / count, k * np.pi * (3 - np.sqrt(5))
+    return np.stack([np.cos(turn) * np.sqrt(1 - z**2), np.sin(turn) * np.sqrt(1 - z**2), z], axis=1)

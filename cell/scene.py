@@ -49,6 +49,7 @@ class Scene:
         home: the arm's rest configuration, (n,), rad.
         deposit_of_geom: number of the deposit a geom stands for, -1 for all else, (ngeom,).
         n_deposits: how many deposits the part has.
+        contact_bits: contype and conaffinity of every geom, (2, ngeom); the model's own are changed by checks.
         arm_geom: whether a geom belongs to the arm or its tool, (ngeom,).
     """
 
@@ -62,6 +63,7 @@ class Scene:
     home: Floats
     deposit_of_geom: NDArray[np.int64]
     n_deposits: int
+    contact_bits: NDArray[np.int32]
     arm_geom: NDArray[np.bool_]
 
     def T_base_part(self, E1: float, E2: float) -> Floats:
@@ -183,6 +185,7 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
         home=np.clip(rest, chain.lower, chain.upper),
         deposit_of_geom=np.array(deposits, dtype=np.int64),
         n_deposits=part.n_deposits,
+        contact_bits=np.array([model.geom_contype, model.geom_conaffinity]),
         arm_geom=arm_geom,
     )
 
