@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -117,13 +117,19 @@ def settings_of(job: Job) -> Settings:
     )
 
 
-def check(job: Job, E1_deg: float, E2_deg: float) -> Result:
+def check(
+    job: Job,
+    E1_deg: float,
+    E2_deg: float,
+    progress: IO[str] | None = None,
+) -> Result:
     """Check every target, every bead and the way between them.
 
     Args:
         job: from ``cell.job.prepare``.
         E1_deg: tilt of the table.
         E2_deg: turn of the table; taken a whole turn on where only that is in the axis' range.
+        progress: where to show a bar, if that is a terminal.
 
     Returns:
         The verdict.
@@ -143,7 +149,7 @@ def check(job: Job, E1_deg: float, E2_deg: float) -> Result:
         return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
     limits = job.singularity_limits
     setup = Setup.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
-    plan = plan_part(setup, job.targets.path)
+    plan = plan_part(setup, job.targets.path, progress)
     rows = _rows(job, plan, gravity)
     stretches = plan.stretches
     motion = None

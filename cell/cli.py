@@ -147,7 +147,7 @@ def _check(args: argparse.Namespace) -> int:
     from .report import report_document, report_lines
 
     case = _load(args)
-    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
     if args.json:
         _put_json(args.json, report_document(result))
     if args.motion:
@@ -262,13 +262,13 @@ def _replay(args: argparse.Namespace) -> int:
         from .files import write_bytes
         from .picture import picture
 
-        result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+        result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
         write_bytes(args.picture, picture(result, view=args.view, target=args.target))
         return FEASIBLE
     from .replay import replay, require_display
 
     require_display()
-    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
     replay(result, speed=args.speed, loop=args.loop)
     return FEASIBLE
 

@@ -10,7 +10,7 @@ A bead that does not come out whole is searched once more with the roll sampled 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ik.chain import Floats
 from .bead import BeadPlan, BeadSearch, Stretch
 from .collision import Ints
 from .nodes import evaluate
+from .progress import Bar
 from .setup import Setup
 from .travel import Way, travel
 
@@ -45,12 +46,13 @@ class PartPlan:
         return [stretch for bead in self.beads for stretch in bead.stretches]
 
 
-def plan_part(setup: Setup, path: Ints) -> PartPlan:
+def plan_part(setup: Setup, path: Ints, progress: IO[str] | None = None) -> PartPlan:
     """Plan bead after bead and the travels between them.
 
     Args:
         setup: what the search needs.
         path: bead of each target, (n,), ascending.
+        progress: where to show a bar, if that is a terminal.
 
     Returns:
         The plan.
@@ -60,17 +62,19 @@ def plan_part(setup: Setup, path: Ints) -> PartPlan:
     travels: list[Way] = []
     stuck: dict[int, dict[str, Any]] = {}
     last: Stretch | None = None
-    for first, stop in zip(firsts, [*firsts[1:], len(path)], strict=True):
-        bead = plan_bead(setup, first, stop, None if last is None else last.q_targets[-1])
-        beads.append(bead)
-        if last is not None and bead.whole:
-            # the layer under the torch counts as laid
-            way = travel(setup, last, bead.stretches[0], int(setup.laid[last.stop - 1]))
-            if isinstance(way, dict):
-                stuck[first] = {"from_target": last.stop - 1, "travel": True, **way}
-            else:
-                travels.append(way)
-        last = bead.stretches[-1] if bead.stretches else last
+    with Bar(progress, "beads", len(firsts)) as bar:
+        for first, stop in zip(firsts, [*firsts[1:], len(path)], strict=True):
+            bead = plan_bead(setup, first, stop, None if last is None else last.q_targets[-1])
+            beads.append(bead)
+            if last is not None and bead.whole:
+                # the layer under the torch counts as laid
+                way = travel(setup, last, bead.stretches[0], int(setup.laid[last.stop - 1]))
+                if isinstance(way, dict):
+                    stuck[first] = {"from_target": last.stop - 1, "travel": True, **way}
+                else:
+                    travels.append(way)
+            last = bead.stretches[-1] if bead.stretches else last
+            bar.advance()
     return PartPlan(tuple(beads), tuple(travels), stuck)
 
 

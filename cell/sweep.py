@@ -29,6 +29,7 @@ from .job import Job, prepare
 from .nodes import evaluate
 from .place import METRES_PER_MM, Placed, place
 from .plan import FINER
+from .progress import Bar
 from .scene import table_angles
 from .sections import REASONS, Case
 
@@ -157,7 +158,7 @@ def sweep(
     done = _read_log(case, log) if log else {}
     todo = [pose for pose in dict.fromkeys(poses) if pose not in done]
     workers = min(workers or os.cpu_count() or 1, max(len(todo), 1))
-    with _Bar(progress, len(poses), len(poses) - len(todo)) as bar:
+    with Bar(progress, "table poses", len(poses), len(poses) - len(todo)) as bar:
         for row in _computed(case, todo, workers):
             done[row["E1_deg"], row["E2_deg"]] = row
             if log:
@@ -236,35 +237,6 @@ def _read_log(case: Case, log: str) -> dict[Pose, dict[str, Any]]:
         whole.append(line)
     path.write_text("\n".join(whole) + "\n", encoding="utf-8")
     return done
-
-
-class _Bar:
-    """A progress bar on a terminal, nothing in a pipe."""
-
-    def __init__(self, stream: IO[str] | None, total: int, done: int) -> None:
-        self._bar: Any = None
-        if stream is None or not stream.isatty():
-            return
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-        columns = TextColumn("table poses"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-        self._bar = Progress(*columns, console=Console(file=stream), transient=True)
-        self._task = self._bar.add_task("", total=total, completed=done)
-
-    def __enter__(self) -> _Bar:
-        if self._bar is not None:
-            self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.stop()
-
-    def advance(self) -> None:
-        """One more is done."""
-        if self._bar is not None:
-            self._bar.advance(self._task)
 
 
 def sweep_document(case: Case, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
