@@ -133,10 +133,14 @@ def in_words(row: Row) -> str:
     if row.reason == "joint_limit":
         return f"{d['axis']} {d['over_deg']:.1f} deg over its limit"
     if row.reason == "singular":
-        return f"{d['singularity']} at {d['margin']:g} {d['unit']}, needs {d['limit']:g}"
+        return f"{d['singularity']} at {d['margin']:g}{_unit(d['unit'])}, needs {d['limit']:g}"
     if row.reason == "gravity":
         return f"{d['angle_deg']:.1f} deg off up, limit {d['limit_deg']:g}"
     return _way_in_words(d)
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else f" {unit}"
 
 
 def _way_in_words(d: dict[str, Any]) -> str:
@@ -199,7 +203,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         sigma = "" if result.sigma is None else f"; smallest singular value {result.sigma:.3f}"
         yield (
             "singularity",
-            f"{singular['kind']} at {singular['margin']:g} {singular['unit']}, at target {singular['target']}{sigma}",
+            f"{singular['kind']} at {singular['margin']:g}{_unit(singular['unit'])}, at target {singular['target']}{sigma}",
         )
     gravity = np.rad2deg(result.gravity)
     yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"

@@ -91,6 +91,25 @@ def test_both_solvers_agree_on_the_verdict(make_case):
     assert list(independent_problems(b)) == []
 
 
+def test_an_arm_without_a_closed_form_is_checked_all_the_same(make_case, tmp_path):
+    from cell.config import MODELS_DIR
+
+    # A6 beside the wrist's centre: no spherical wrist any more
+    text = (MODELS_DIR / "kr70_r2100" / "kr70_r2100.xml").read_text()
+    text = text.replace('meshdir="', f'meshdir="{MODELS_DIR / "kr70_r2100"}/')
+    assert text.count('<body name="link_6" pos="0 0 0">') == 1
+    (tmp_path / "arm.xml").write_text(text.replace('name="link_6" pos="0 0 0"', 'name="link_6" pos="0 0.06 0"'))
+    few = {"slicing": {"h_layer_mm": 3, "h_min_mm": 2, "h_max_mm": 4}, "roll": {"fixed_deg": 0}}
+    result = run(make_case("offset", **few, robot={"model": "arm.xml"}))
+    assert result.job.solver.geometry is None
+    assert result.feasible
+    assert result.singularity.what == ("sigma",)
+    assert list(independent_problems(result)) == []
+    far = run(make_case("far", **few, robot={"model": "arm.xml"}, positioner={"position_mm": [3000, 0, 0]}))
+    assert reasons(far) == {"unreachable"}
+    assert not any(row.proved for row in far.rows)
+
+
 def test_too_far_is_unreachable_by_the_distance_too_far(make_case):
     near = run(make_case("near", positioner={"position_mm": [3000, 0, 0]}))
     far = run(make_case("far", positioner={"position_mm": [3200, 0, 0]}))
