@@ -203,7 +203,8 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         sigma = "" if result.sigma is None else f"; smallest singular value {result.sigma:.3f}"
         yield (
             "singularity",
-            f"{singular['kind']} at {singular['margin']:g}{_unit(singular['unit'])}, at target {singular['target']}{sigma}",
+            f"{singular['kind']} at {singular['margin']:g}{_unit(singular['unit'])}, "
+            f"at target {singular['target']}{sigma}",
         )
     gravity = np.rad2deg(result.gravity)
     yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"
