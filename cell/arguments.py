@@ -21,6 +21,7 @@ it where it cannot."""
 EXAMPLES = """examples:
   rbam check                                     the shipped propeller, at its case's table angles
   rbam check my.case.yaml --e1 -45 --e2 0        another table pose
+  rbam check --html report.html                  the same in 3D, with the joints over time
   rbam check --roll fixed:90 --json report.json  the wire's roll held at 90 deg; every target as data
   rbam slice my.case.yaml --targets targets.csv  the layers' targets
   rbam compare --paper                           the slicing strategies on the paper's four parts
@@ -59,6 +60,7 @@ def build_parser() -> argparse.ArgumentParser:
     check = command("check", "say whether the arm can weld the part, and what stops it", CHECK_TEXT)
     _case_arguments(check)
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
+    check.add_argument("--html", metavar="F.html", help="write a report to look at and to send: one file, no network")
     check.add_argument("--motion", metavar="F.csv", help="write the checked motion (feasible cases)")
 
     cut = command("slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)

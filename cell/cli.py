@@ -141,7 +141,7 @@ def _outputs(*paths: str | None) -> None:
 
 
 def _check(args: argparse.Namespace) -> int:
-    _outputs(args.json, args.motion)
+    _outputs(args.json, args.motion, args.html)
     from .check import check
     from .job import prepare
     from .report import report_document, report_lines
@@ -150,6 +150,11 @@ def _check(args: argparse.Namespace) -> int:
     result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
     if args.json:
         _put_json(args.json, report_document(result))
+    if args.html:
+        from .files import write_bytes
+        from .html import html_report
+
+        write_bytes(args.html, html_report(result).encode())
     if args.motion:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")

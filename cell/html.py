@@ -1,0 +1,137 @@
+"""A check as one HTML file that needs nothing else: words, a 3D view, charts along the path, a table.
+
+    page = html_report(check(prepare(case), 90, 180))
+    write_bytes("report.html", page.encode())
+
+The templates are in ``cell/web``; they and the numbers are written into the page, which loads nothing and whose content
+policy forbids it to. The same result gives the same page.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from .check import Result
+from .html_pack import Pack
+from .html_scene import scene_json
+from .html_series import path_json
+from .html_words import ORDER, REASON_WORDS, Words, severity, worst
+from .place import METRES_PER_MM
+from .report import in_words
+
+SCRIPTS = (  # in order of use
+    *("data", "math", "scene", "meshes", "shaders", "buffers", "viewer", "controls"),
+    *("charts", "table", "paint", "report"),
+)
+
+
+def html_report(result: Result) -> str:
+    """The report of a check.
+
+    Args:
+        result: the verdict.
+
+    Returns:
+        The whole file; UTF-8.
+    """
+    words = Words(result)
+    script = _script()
+    good = result.feasible
+    fill = {
+        "policy": _policy(script),
+        "title": words.title(),
+        "css": _template("report.css"),
+        "mark": "feasible" if good else "infeasible",
+        "sentence": words.verdict(),
+        "worst": words.worst(),
+        "reasons": words.reasons(),
+        "facts": words.facts(),
+        "warnings": words.warnings(),
+        "no_warnings": "" if result.job.warnings else "hidden",
+        "settings": words.settings(),
+        "table_hidden": "hidden" if good else "",
+        "x_name": "Time" if result.motion is not None else "Target",
+        "data": packed(result),
+        "script": script,
+    }
+    # one pass, so that nothing filled in is filled in again
+    return re.sub(r"\{\{(\w+)\}\}", lambda m: fill[m.group(1)], _template("report.html"))
+
+
+def packed(result: Result) -> str:
+    """The page's numbers, as ``cell.html_pack`` writes them."""
+    pack = Pack()
+    job, t = result.job, result.job.targets
+    verdicts = ("feasible", *ORDER)
+    document: dict[str, Any] = {
+        "schema": "rbam-html/1",
+        "case": job.case.title,
+        "feasible": result.feasible,
+        "verdicts": verdicts,
+        "verdict_words": {"feasible": "feasible", **REASON_WORDS},
+        "joints": [*job.scene.chain.names, "E1", "E2"],
+        "start": _start(result),
+        "targets": {
+            "position": pack.put(np.round(t.position * METRES_PER_MM, 7), "f4"),
+            "normal": pack.put(np.rint(t.normal * 32767), "i2"),
+            "thickness": pack.put(np.round(t.thickness_mm * METRES_PER_MM, 7), "f4"),
+            "layer": pack.put(t.layer, "u2"),
+            "bead": pack.put(t.path, "u4"),
+            "sub_volume": pack.put(t.sub_volume_index, "u1"),
+            "verdict": pack.put([verdicts.index(row.reason or "feasible") for row in result.rows], "u1"),
+            "gravity": pack.put(np.round(np.rad2deg(result.gravity), 3), "f4"),
+            "base_mm": pack.put(np.round(result.placed.position / METRES_PER_MM, 2), "f4"),
+        },
+        "sub_volumes": list(t.sub_volume),
+        "infeasible": _infeasible(result),
+        "least": None if result.clearance is None else list(result.clearance.what),
+        "scene": scene_json(pack, result),
+        "path": path_json(pack, result),
+    }
+    return pack.text(document)
+
+
+def _infeasible(result: Result) -> list[dict[str, Any]]:
+    """Rows of the table."""
+    return [
+        {
+            "target": i,
+            "words": in_words(row),
+            "proved": row.proved,
+            "attempt": row.attempt is not None or row.q is not None,
+            "pair": list(row.detail.get("pair", ())),
+            "severity": round(severity(row), 3),
+        }
+        for i, row in enumerate(result.rows)
+        if row.reason is not None
+    ]
+
+
+def _start(result: Result) -> int:
+    """The target the page opens at: the last, with all laid, or the worst."""
+    if result.feasible:
+        return len(result.rows) - 1
+    return worst(result) or 0
+
+
+def _template(name: str) -> str:
+    return resources.files("cell").joinpath("web", name).read_text(encoding="utf-8")
+
+
+def _script() -> str:
+    """The page's modules as one: a page of one file has nothing to import from."""
+    whole = "\n".join(_template(f"{name}.js") for name in SCRIPTS)
+    whole = re.sub(r'^import [^;]*? from "\./\w+\.js";\n', "", whole, flags=re.MULTILINE)
+    return re.sub(r"^export ", "", whole, flags=re.MULTILINE)
+
+
+def _policy(script: str) -> str:
+    """Content policy: nothing is loaded, and no script runs but the page's own."""
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    return f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data: blob:"
