@@ -21,9 +21,8 @@ from .check import Result
 from .html_pack import Pack
 from .html_scene import scene_json
 from .html_series import path_json
-from .html_words import ORDER, REASON_WORDS, Words, severity, worst
+from .html_words import ORDER, REASON_WORDS, Words, severity, what_went_wrong, worst
 from .place import METRES_PER_MM
-from .report import in_words
 
 SCRIPTS = (  # in order of use
     *("data", "math", "scene", "meshes", "shaders", "buffers", "viewer", "controls"),
@@ -83,7 +82,7 @@ def packed(result: Result) -> str:
             "thickness": pack.put(np.round(t.thickness_mm * METRES_PER_MM, 7), "f4"),
             "layer": pack.put(t.layer, "u2"),
             "bead": pack.put(t.path, "u4"),
-            "sub_volume": pack.put(t.sub_volume_index, "u1"),
+            "sub_volume": pack.put(t.sub_volume_index, "u2"),
             "verdict": pack.put([verdicts.index(row.reason or "feasible") for row in result.rows], "u1"),
             "gravity": pack.put(np.round(np.rad2deg(result.gravity), 3), "f4"),
             "base_mm": pack.put(np.round(result.placed.position / METRES_PER_MM, 2), "f4"),
@@ -102,7 +101,7 @@ def _infeasible(result: Result) -> list[dict[str, Any]]:
     return [
         {
             "target": i,
-            "words": in_words(row),
+            "words": what_went_wrong(result, row),
             "proved": row.proved,
             "attempt": row.attempt is not None or row.q is not None,
             "pair": list(row.detail.get("pair", ())),

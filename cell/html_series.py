@@ -4,9 +4,8 @@
 
 A feasible result is plotted over time. Where its samples are too many to be sent they are gathered into steps, each
 with the worst of what it stands for, so that no peak of a speed or a margin is lost; clearance is that of the samples
-sent.
-An infeasible one has no motion and is plotted over its targets, at the configuration of each or at the best attempt.
-Units are those of the charts' titles.
+sent. An infeasible one has no motion and is plotted over its targets, at the configuration of each or at the best
+attempt. Units are those of the charts' titles.
 """
 
 from __future__ import annotations
@@ -180,7 +179,7 @@ def _speeds(result: Result, path: Path) -> list[dict[str, Any]]:
             [("TCP", least)]
             if np.allclose(least, most, atol=1e-3, equal_nan=True)
             else [("least", least), ("most", most)],
-            limits=[{"y": wanted, "label": f"asked {wanted:g}", "good": True}],
+            limits=[{"y": wanted, "label": f"asked {wanted:g} mm/s", "good": True}],
             range=[0, round(1.25 * max(wanted, float(np.nanmax(most))), 3)],
             note=held,
         ),
@@ -215,8 +214,9 @@ def _clearances(result: Result, path: Path) -> Clearances:
     # on the way to a bead all of the one before is laid; the ends of a way are samples of the beads
     way = path.arc == 0
     stage = np.where(way, before, job.stage[target])
-    stage = np.where(np.append(way[1:], False), np.maximum(stage, job.laid[target]), stage)
-    stage = np.where(np.insert(way[:-1], 0, False), np.maximum(stage, before), stage)[path.starts]
+    leaves, arrives = ~way & np.append(way[1:], False), ~way & np.insert(way[:-1], 0, False)
+    stage = np.where(leaves, np.maximum(stage, job.laid[target]), stage)
+    stage = np.where(arrives, np.maximum(stage, before), stage)[path.starts]
     q = path.q[path.starts, : job.scene.chain.n]
     known = np.flatnonzero(np.isfinite(q).all(axis=1))
     checker = Checker(job.scene, result.table, max(CLEARANCE_REACH, 2 * settings_of(job).clearance))
@@ -248,7 +248,7 @@ def _clearance(result: Result, path: Path, clear: Clearances) -> dict[str, Any]:
         "Nearest two things that must not touch",
         "mm",
         [("clearance", mm)],
-        limits=[{"y": limit, "label": f"needed {limit:g}", "low": True}],
+        limits=[{"y": limit, "label": f"needed {limit:g} mm", "low": True}],
         range=[round(float(np.clip(least, -reach / 2, 0.0)), 2), reach * 1.04],
         note=f"{reach:g} mm stands for {reach:g} mm and more" + ("" if path.timed else "; at the best attempts"),
         pairs=True,
@@ -273,7 +273,9 @@ def _margins(result: Result, path: Path) -> list[dict[str, Any]]:
                 kind if kind != "sigma" else "smallest singular value",
                 unit,
                 [(kind, values)],
-                limits=[{"y": round(limit, 4), "label": f"needed {limit:g}", "low": True}],
+                limits=[
+                    {"y": round(limit, 4), "label": f"needed {limit:g}{'' if unit == '1' else ' ' + unit}", "low": True}
+                ],
                 range=[0, round(1.08 * top, 4)],
                 small=True,
             )
@@ -297,6 +299,6 @@ def _gravity(result: Result, path: Path) -> dict[str, Any]:
         "Deposition direction off straight up",
         "deg",
         [("gravity angle", values)],
-        limits=[] if limit is None else [{"y": limit, "label": f"limit {limit:g}"}],
+        limits=[] if limit is None else [{"y": limit, "label": f"limit {limit:g} deg"}],
         range=[0, round(min(180.0, 1.04 * top), 2)],
     )

@@ -63,7 +63,7 @@ class Words:
             return ""
         t, row = self.result.job.targets, self.result.rows[i]
         where = f"{t.sub_volume[t.sub_volume_index[i]]}, layer {t.layer[i]}"
-        return f"The worst: {_jump(i)} ({escape(where)}): {escape(in_words(row))}."
+        return f"The worst: {_jump(i)} ({escape(where)}): {escape(what_went_wrong(self.result, row))}."
 
     def _counts(self) -> list[tuple[str, int]]:
         return [(r, self.result.reasons[r]) for r in ORDER if self.result.reasons[r]]
@@ -157,6 +157,13 @@ def in_plain_words(result: Result, geom: str) -> str:
     if words[0] == "deposit" and len(words) > 2 and words[1].isdigit() and words[2] in names:
         return f"layer {int(words[1]) - first[names.index(words[2])]} of {words[2]}"
     return geom.replace("_", " ")
+
+
+def what_went_wrong(result: Result, row: Row) -> str:
+    """An infeasible target's reason and measure, with geoms in words."""
+    pair = row.detail.get("pair", ())
+    plain = " and ".join(in_plain_words(result, name) for name in pair) + ":"
+    return in_words(row).replace(" - ".join(pair), plain) if pair else in_words(row)
 
 
 def worst(result: Result) -> int | None:

@@ -210,3 +210,11 @@ def test_a_part_without_a_round_body_says_so(tmp_path, capsys):
     error = capsys.readouterr().err
     assert "body" in error
     assert error.count("\n") == 1
+
+
+def test_the_html_report_is_written_whole(make_case, tmp_path, capsys):
+    page = tmp_path / "r.html"
+    assert main(["check", str(make_case()), "--html", str(page)]) == 0
+    assert page.read_text(encoding="utf-8").rstrip().endswith("</html>")
+    assert main(["check", str(make_case()), "--html", str(tmp_path / "no" / "r.html")]) == 2
+    assert "does not exist" in capsys.readouterr().err

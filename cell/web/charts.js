@@ -199,8 +199,8 @@ export class Charts {
 export function ticks([low, high], unit) {
   const rough = (high - low) / 3.2;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const angles = unit === "deg" && rough > 10 ? [15, 30, 45, 90, 180] : null;
-  const step = (angles || [1, 2, 5, 10].map((k) => k * power)).find((s) => s >= rough) ?? 10 * power;
+  const angles = unit === "deg" && rough > 10 ? [15, 30, 45, 90, 180, 360] : null;
+  const step = (angles || [1, 2, 5, 10].map((k) => k * power)).find((s) => s >= 0.75 * rough) ?? 10 * power;
   const out = [];
   for (let v = Math.ceil(low / step - 1e-9) * step; v <= high + 1e-9; v += step) out.push(Math.abs(v) < 1e-9 ? 0 : +v.toFixed(9));
   return out;

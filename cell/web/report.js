@@ -169,8 +169,11 @@ class Report {
   }
 
   step(by) {
-    const now = this.path.target[this.sampleAt(this.x)];
-    this.jump(Math.min(Math.max(now + by, 0), this.targets.count - 1), false);
+    const i = this.sampleAt(this.x);
+    // between two beads the last target reached is the one before
+    const between = !this.path.arc[i];
+    const to = this.path.target[i] + (between && by > 0 ? 0 : by);
+    this.jump(Math.min(Math.max(to, 0), this.targets.count - 1), false);
   }
 
   /** Go to a target; `centre` brings it into the middle, `least` to the nearest place of its way and shows the pair. */
@@ -231,7 +234,7 @@ function trouble(text) {
 try {
   // for the console and for tests
   window.rbam = new Report(await decode(find("data").textContent));
-  document.documentElement.dataset.ready = "yes";
+  document.documentElement.dataset.ready = Math.round(performance.now());
 } catch (error) {
   trouble(`This report could not be opened: ${error.message}. A current browser is needed.`);
   throw error;

@@ -131,5 +131,17 @@ export class Table {
     for (const row of this.element.tBodies[0].rows) {
       row.classList.toggle("chosen", Number(row.dataset.target) === target);
     }
+    this._scrollTo(this.element.querySelector(".chosen"));
+  }
+
+  /** Bring a row into the table's own window, and leave the page where it is. */
+  _scrollTo(row) {
+    const box = this.element.parentElement;
+    if (!row || box.matches(":hover")) return;
+    const top = row.offsetTop - this.element.tHead.offsetHeight;
+    if (top < box.scrollTop) box.scrollTop = top;
+    else if (row.offsetTop + row.offsetHeight > box.scrollTop + box.clientHeight) {
+      box.scrollTop = row.offsetTop + row.offsetHeight - box.clientHeight;
+    }
   }
 }
