@@ -131,8 +131,9 @@ sub-volume on a cylinder about the z axis. Prints the paper's indices: layers NL
 targets NV, top angle R."""
 
 COMPARE_TEXT = """\
-Slices every sub-volume by each strategy and prints the paper's indices (layers NL, adhesion area
-A, targets NV, top angle R) with their normalised scores I1..I4 and the total F; higher is better."""
+Slices every sub-volume by each strategy that suits what it stands on and prints the paper's indices
+(layers NL, adhesion area A, targets NV, top angle R) with their normalised scores I1..I4 and the
+total F; higher is better."""
 
 SWEEP_TEXT = """\
 Every pose gets the verdict of rbam check at those angles. Poses at which some target has no

@@ -9,11 +9,11 @@ The part frame is that of the meshes, with z along the body's axis; a mesh whose
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slicing.bodies import Body, ConicalBody, RevolvedBody, RoundBody
+from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody, fits
 from slicing.part import Mesh, PartError, load_mesh
 
 from .errors import InputError
@@ -27,7 +27,8 @@ class PartInput:
 
     Attributes:
         meshes: the sub-volumes, part frame, mm.
-        bodies: what each of them stands on.
+        bodies: what each of them stands on, as the case's strategy sees it.
+        others: the same for every strategy that is made for what they stand on.
         body_mesh: the body's own shape, to look at; None where it is only told.
         profile: the body as (r, z) points about its axis, mm, lowest first, which collides; None where the hull of
             body_mesh does.
@@ -39,6 +40,7 @@ class PartInput:
     body_mesh: Mesh | None
     profile: tuple[tuple[float, float], ...] | None
     warnings: tuple[str, ...] = ()
+    others: dict[str, tuple[RoundBody, ...]] = field(default_factory=dict)
 
 
 def read_part(case: Case) -> PartInput:
@@ -70,11 +72,12 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
     for i, name in enumerate(part.sub_volumes):
         loaded.append(load_mesh(case.path_of(name), part.units, f"SV{i + 1}"))
     body = _told(part.body)
-    bodies = (body,) * len(loaded)
+    bodies: tuple[RoundBody, ...] = (body,) * len(loaded)
+    others = {strategy: bodies for strategy in STRATEGIES if fits(strategy, body)}
     if part.body.mesh is not None:
         own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
-        return PartInput(tuple(loaded), bodies, own, None)
-    return PartInput(tuple(loaded), bodies, None, _profile(body, part.body.z_mm, loaded))
+        return PartInput(tuple(loaded), bodies, own, None, others=others)
+    return PartInput(tuple(loaded), bodies, None, _profile(body, part.body.z_mm, loaded), others=others)
 
 
 def _told(body: BodySection) -> RoundBody:
@@ -111,7 +114,9 @@ def _whole(case: Case, loaded: list[Mesh]) -> PartInput:
             raise InputError(f"{case.path}: part.body: as a hint for part.mesh it takes radius_mm and axis_xy_mm")
         hint = BodyHint((*part.body.axis_xy_mm, 0.0), (0.0, 0.0, 1.0), part.body.radius_mm)
     found = decompose(loaded[0], hint)
-    return PartInput(found.sub_volumes, found.bodies, found.body_mesh, found.outline.points, found.warnings)
+    bodies = found.bodies_for(case.slicing.strategy)
+    others = {strategy: found.bodies_for(strategy) for strategy in STRATEGIES}
+    return PartInput(found.sub_volumes, bodies, found.body_mesh, found.outline.points, found.warnings, others)
 
 
 def _taken(case: Case, found: PartInput) -> PartInput:
@@ -122,4 +127,9 @@ def _taken(case: Case, found: PartInput) -> PartInput:
         if name not in names:
             raise InputError(f"{case.path}: part.take: no sub-volume {name!r}; there are {', '.join(names)}")
     keep = [names.index(name) for name in case.part.take]
-    return replace(found, meshes=tuple(found.meshes[i] for i in keep), bodies=tuple(found.bodies[i] for i in keep))
+    return replace(
+        found,
+        meshes=tuple(found.meshes[i] for i in keep),
+        bodies=tuple(found.bodies[i] for i in keep),
+        others={strategy: tuple(bodies[i] for i in keep) for strategy, bodies in found.others.items()},
+    )
