@@ -73,7 +73,7 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
     bodies = (body,) * len(loaded)
     if part.body.mesh is not None:
         own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
-        return PartInput(tuple(loaded), bodies, own, None)
+        return PartInput(tuple(loaded), bodies, own, None, own.warnings)
     return PartInput(tuple(loaded), bodies, None, _profile(body, part.body.z_mm, loaded))
 
 
