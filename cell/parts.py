@@ -76,7 +76,7 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
     others = {strategy: bodies for strategy in STRATEGIES if fits(strategy, body)}
     if part.body.mesh is not None:
         own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
-        return PartInput(tuple(loaded), bodies, own, None, others=others)
+        return PartInput(tuple(loaded), bodies, own, None, own.warnings, others)
     return PartInput(tuple(loaded), bodies, None, _profile(body, part.body.z_mm, loaded), others=others)
 
 
