@@ -23,6 +23,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from slicing.edges import edge_table
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
@@ -94,17 +96,18 @@ class Mesh:
     @cached_property
     def edge_table(self) -> tuple[Ints, Ints]:
         """Undirected edges (e, 2), lower vertex first, and the (m, 3) edge of each face's k-th side."""
-        start, end = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
-        n = len(self.vertices)
-        keys, inverse = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True)
-        return np.stack([keys // n, keys % n], axis=1), inverse.reshape(-1, 3).astype(np.int64)
+        return edge_table(len(self.vertices), self.faces)
 
     @cached_property
     def bounding_spheres(self) -> tuple[Floats, Floats]:
         """Centres (m, 3) and radii (m,) of spheres around the faces: a bound on any distance to a surface."""
-        corners = self.vertices[self.faces]
-        centres = 0.5 * (corners.min(axis=1) + corners.max(axis=1))
-        return centres, np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+        centres, squares = np.empty((len(self.faces), 3)), [np.zeros(len(self.faces)) for _ in range(3)]
+        for k in range(3):  # by columns: several times faster than over short axes
+            a, b, c = (self.vertices[self.faces[:, i], k] for i in range(3))
+            centres[:, k] = 0.5 * (np.minimum(np.minimum(a, b), c) + np.maximum(np.maximum(a, b), c))
+            for square, corner in zip(squares, (a, b, c), strict=True):
+                square += (corner - centres[:, k]) ** 2
+        return centres, np.sqrt(np.maximum(np.maximum(squares[0], squares[1]), squares[2]))
 
 
 def mesh_from_arrays(
@@ -268,8 +271,10 @@ def _noise(points: Floats) -> float:
 
 
 def _volume(points: Floats, faces: Ints) -> float:
-    a, b, c = (points[faces[:, k]] - points.mean(axis=0) for k in range(3))
-    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+    x, y, z = np.ascontiguousarray((points - points.mean(axis=0)).T)
+    a, b, c = np.ascontiguousarray(faces.T)
+    minors = (y[b] * z[c] - z[b] * y[c], z[b] * x[c] - x[b] * z[c], x[b] * y[c] - y[b] * x[c])
+    return float(sum((v[a] * minor).sum() for v, minor in zip((x, y, z), minors, strict=True)) / 6.0)
 
 
 def _outward(name: str, points: Floats, faces: Ints, warnings: list[str]) -> Ints:

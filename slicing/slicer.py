@@ -104,7 +104,8 @@ def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     its highest corner.
     """
     close = np.abs(heights) <= GREATEST_GAP_MM
-    rows = np.flatnonzero(close[mesh.faces].all(axis=1))
+    near = close[mesh.faces]
+    rows = np.flatnonzero(near[:, 0] & near[:, 1] & near[:, 2])
     if len(rows) == 0:
         return NUDGE_MM
     corners = mesh.vertices[mesh.faces[rows]]
