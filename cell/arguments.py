@@ -11,6 +11,7 @@ from typing import NoReturn
 
 BAD_INPUT = 2
 STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
+PATTERNS = ("contour", "contour_parallel", "zigzag")
 
 DESCRIPTION = """Can the robot build the part?
 
@@ -74,8 +75,10 @@ def build_parser() -> argparse.ArgumentParser:
     cut.add_argument("--units", choices=("mm", "cm", "m", "inch"), default="mm", help="of a mesh (default mm)")
     cut.add_argument("--strategy", choices=STRATEGIES, help="instead of the case's")
     cut.add_argument("--h-layer", type=float, metavar="MM", help="layer height instead of the case's")
+    cut.add_argument("--pattern", choices=PATTERNS, help="of the beads in a layer instead of the case's")
+    cut.add_argument("--width", type=float, metavar="MM", help="of a bead instead of the case's")
     cut.add_argument("--json", metavar="F", help="write the layers, rbam-slices/1 (- for stdout)")
-    cut.add_argument("--targets", metavar="F.csv", help="write the targets")
+    cut.add_argument("--targets", metavar="F.csv", help="write the targets, and the ways between beads")
 
     compare = command("compare", "hold the slicing strategies against one another", COMPARE_TEXT)
     compare.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
@@ -128,7 +131,9 @@ Strategies: planar (planes across the sub-volume's own direction), cylindrical (
 body), nonuniform (from the body's curvature to planes within h_min .. h_max; Lettori et al. 2024).
 A mesh is a whole part, whose round body and sub-volumes are found; with --body-radius it is one
 sub-volume on a cylinder about the z axis. Prints the paper's indices: layers NL, adhesion area A,
-targets NV, top angle R."""
+targets NV, top angle R. Every border of a layer is one bead, or --pattern fills it: rounds
+along the border (contour_parallel), or lines to and fro (zigzag); the case's beads section says
+how wide, from where, in which direction and order."""
 
 COMPARE_TEXT = """\
 Slices every sub-volume by each strategy that suits what it stands on and prints the paper's indices

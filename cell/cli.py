@@ -170,28 +170,25 @@ def _slice(args: argparse.Namespace) -> int:
     _outputs(args.json, args.targets)
     from slicing.document import slices_document, targets_rows
     from slicing.indices import indices
-    from slicing.part import PartError
-    from slicing.targets import sample_targets
+    from slicing.travels import travels
 
-    from .job import slice_part
+    from .job import sample_part, slice_part
     from .parts import read_part
     from .report import slice_lines
 
     case = _slice_input(args)
     part = read_part(case)
     sliced = slice_part(case, part)
-    try:
-        targets = sample_targets(sliced, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm)
-    except PartError as error:
-        raise InputError(str(error)) from None
+    laid, targets, told = sample_part(case, sliced)
     found = [indices(s, targets) for s in sliced]
     if args.json:
-        _put_json(args.json, slices_document(sliced, found, part.warnings))
+        _put_json(args.json, slices_document(sliced, found, part.warnings, laid))
     if args.targets:
         from .files import write_csv
 
-        write_csv(args.targets, *targets_rows(targets))
-    _say(slice_lines(sliced, found, part.warnings), sys.stderr if args.json == "-" else sys.stdout)
+        ways = travels(targets, case.process.retract_mm, sliced[0].body.surface.axis_point)
+        write_csv(args.targets, *targets_rows(targets, ways, case.process.travel_speed_mm_s))
+    _say(slice_lines(sliced, found, part.warnings, told), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE
 
 
@@ -210,7 +207,9 @@ def _slice_input(args: argparse.Namespace) -> Case:
         case = parse_case({"part": part}, path.parent / "command line")
     changes = {"strategy": args.strategy, "h_layer_mm": args.h_layer}
     changes = {key: value for key, value in changes.items() if value is not None}
-    if not changes:
+    beads = {"pattern": args.pattern, "width_mm": args.width}
+    beads = {key: value for key, value in beads.items() if value is not None}
+    if not changes and not beads:
         return case
     merged = {**case.slicing.model_dump(), **changes}
     if args.h_layer is not None:
@@ -218,7 +217,9 @@ def _slice_input(args: argparse.Namespace) -> Case:
         for key in ("h_min_mm", "h_max_mm"):
             merged[key] *= args.h_layer / case.slicing.h_layer_mm
     content = {**case.model_dump(exclude_none=True), "slicing": merged}
-    return with_changes(case, slicing=parse_case(content, case.path).slicing)
+    content["beads"] = {**content.get("beads", {}), **beads}
+    asked = parse_case(content, case.path)
+    return with_changes(case, slicing=asked.slicing, beads=asked.beads)
 
 
 def _compare(args: argparse.Namespace) -> int:

@@ -263,7 +263,7 @@ def _severity(row: Row) -> float:
 
 
 def slice_lines(
-    sliced: Sequence[SlicedSubVolume], found: Sequence[Indices], warnings: Sequence[str]
+    sliced: Sequence[SlicedSubVolume], found: Sequence[Indices], warnings: Sequence[str], told: Sequence[str] = ()
 ) -> Iterator[RenderableType]:
     """The terminal report of a slicing: the paper's indices by sub-volume.
 
@@ -271,6 +271,7 @@ def slice_lines(
         sliced: the sub-volumes.
         found: their indices.
         warnings: of the part as a whole, one line each.
+        told: of its beads, one line each.
 
     Yields:
         rich renderables.
@@ -295,7 +296,7 @@ def slice_lines(
         )
         table.add_row(s.name, s.strategy, *numbers)
     yield table
-    for line in (*warnings, *(line for s in sliced for line in s.warnings)):
+    for line in (*warnings, *(line for s in sliced for line in s.warnings), *told):
         yield f"warning: {line}"
 
 

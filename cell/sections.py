@@ -7,6 +7,7 @@ Lengths in mm and angles in degrees, as every key says. Reading files and wordin
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -86,6 +87,10 @@ class Slicing(Section):
     h_min_mm: Positive = 1.39
     h_max_mm: Positive = 2.2
     tolerance_mm: Positive = Field(0.01, description="largest distance of a layer's chords from its exact curve")
+    thickness: Literal["report", "trim", "merge"] = Field(
+        "report",
+        description="what becomes of beads outside h_min .. h_max: they stay, end there, or the layer above lays them",
+    )
 
     @model_validator(mode="after")
     def _heights_in_order(self) -> Slicing:
@@ -99,6 +104,45 @@ class Sampling(Section):
 
     chord_tolerance_mm: Positive = 0.3
     min_segment_mm: Positive = 3.0
+
+
+class Beads(Section):
+    """Which beads a layer is laid in, where they start, and in which order."""
+
+    pattern: Literal["contour", "contour_parallel", "zigzag"] = Field(
+        "contour", description="the layers' borders alone (as in the paper), or what fills them too"
+    )
+    width_mm: Positive = Field(5.0, description="of a bead")
+    overlap: Annotated[float, Field(ge=0, le=0.9)] = Field(
+        0.25, description="of neighbouring beads, as a share of the width"
+    )
+    border: Literal["centre", "edge"] | None = Field(
+        None, description="a layer's border is its outer bead's centre line or edge; contour: centre, others: edge"
+    )
+    contours: Annotated[int, Field(ge=0)] = Field(1, description="rounds along the border before zigzag lines")
+    contours_first: bool = Field(True, description="borders before what is within them, or after it")
+    angle_deg: float = Field(0.0, description="of zigzag lines, against the way round the body (planes: across z)")
+    angle_step_deg: float = Field(90.0, description="added to it from layer to layer")
+    seam: Literal["aligned", "spread", "chosen"] = Field(
+        "aligned", description="closed beads start near the seam below, far from it, or at a chosen place"
+    )
+    seam_angle_deg: float | None = Field(None, description="chosen place: angle about the body's axis, or")
+    seam_xyz_mm: Vec3 | None = Field(None, description="a point of the part")
+    alternate: bool = Field(False, description="every other layer runs the other way round")
+    order: Literal["given", "short"] | None = Field(
+        None, description="of a layer's beads: as found, or with little travel; contour: given, others: short"
+    )
+    lead_in_mm: NotNegative = Field(0.0, description="the arc starts so far before the seam (open beads: run back)")
+    lead_out_mm: NotNegative = Field(0.0, description="and runs on so far past it")
+
+    @model_validator(mode="after")
+    def _place_of_seam(self) -> Beads:
+        places = (self.seam_angle_deg is not None) + (self.seam_xyz_mm is not None)
+        if self.seam == "chosen" and places != 1:
+            raise ValueError("seam: chosen needs one of seam_angle_deg, seam_xyz_mm")
+        if self.seam != "chosen" and places:
+            raise ValueError("seam_angle_deg and seam_xyz_mm go with seam: chosen")
+        return self
 
 
 class Roll(Section):
@@ -213,6 +257,19 @@ class Process(Section):
     deposition_speed_mm_s: Positive = 8.0
     travel_speed_mm_s: Positive = 100.0
     retract_mm: Positive = 30.0
+    speed_by_thickness: list[tuple[NotNegative, Positive]] | None = Field(
+        None,
+        description="rows [thickness_mm, speed_mm_s], thickness growing, interpolated; for one deposition speed",
+    )
+
+    @field_validator("speed_by_thickness")
+    @classmethod
+    def _thickness_grows(cls, value: list[tuple[float, float]] | None) -> list[tuple[float, float]] | None:
+        if value is not None and not value:
+            raise ValueError("needs at least one row [thickness_mm, speed_mm_s]")
+        if value is not None and any(a[0] >= b[0] for a, b in pairwise(value)):
+            raise ValueError("thickness must grow from row to row")
+        return value
 
 
 class Expect(Section):
@@ -243,6 +300,7 @@ class Case(Section):
     support: Support | None = None
     slicing: Slicing = Slicing()
     sampling: Sampling = Sampling()
+    beads: Beads = Beads()
     roll: Literal["free"] | Roll = "free"
     table: Table = Table()
     robot: Robot = Robot()

@@ -29,6 +29,9 @@ __all__ = [
 ]
 
 
+POLICIES = ("report", "trim", "merge")
+
+
 @dataclass(frozen=True, eq=False)
 class Layer:
     """One layer.
@@ -58,6 +61,8 @@ class SlicingParameters:
         h_min_mm: the least thickness the process can lay.
         h_max_mm: the greatest.
         tolerance_mm: greatest distance of a sampled curve from the exact one.
+        thickness: what becomes of beads thinner than h_min or thicker than h_max: report, trim or merge (see
+            `slicing.policy`).
     """
 
     strategy: str = "nonuniform"
@@ -65,10 +70,13 @@ class SlicingParameters:
     h_min_mm: float = 1.39
     h_max_mm: float = 2.2
     tolerance_mm: float = 0.01
+    thickness: str = "report"
 
     def __post_init__(self) -> None:
         if self.strategy not in STRATEGIES:
             raise PartError(f"strategy: {self.strategy!r} unknown; allowed: {', '.join(STRATEGIES)}")
+        if self.thickness not in POLICIES:
+            raise PartError(f"thickness: {self.thickness!r} unknown; allowed: {', '.join(POLICIES)}")
         for key in ("h_layer_mm", "h_min_mm", "h_max_mm", "tolerance_mm"):
             value = getattr(self, key)
             if not (math.isfinite(value) and value > 0):
