@@ -86,17 +86,37 @@ def build_parser() -> argparse.ArgumentParser:
         "--paper", action="store_true", help="the paper's four parts, with its own figures beside ours"
     )
     compare.add_argument("--json", metavar="F", help="write the comparison, rbam-compare/1 (- for stdout)")
+    compare.add_argument("--html", metavar="F.html", help="write the tables and bars as one page, no network")
 
     sweep = command("sweep", "try a grid of table angles and map which work", SWEEP_TEXT)
     sweep.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
     sweep.add_argument("--e1", metavar="LO:HI:STEP", help="tilts, deg (default: the axis' range by 45)")
     sweep.add_argument("--e2", metavar="LO:HI:STEP", help="turns, deg (default: the axis' range by 45)")
-    sweep.add_argument("--roll", metavar="ROLL", help="free | fixed:DEG | range:LO:HI instead of the case's")
+    sweep.add_argument(
+        "--roll",
+        dest="rolls",
+        action="append",
+        metavar="ROLL",
+        help="free | fixed:DEG | range:LO:HI instead of the case's; several times: a map for each",
+    )
+    sweep.add_argument(
+        "--positioner",
+        action="append",
+        metavar="X,Y,Z[,RZ]",
+        help="place of the positioner, mm and deg, instead of the case's; several times: a map for each",
+    )
+    sweep.add_argument(
+        "--height", metavar="LO:HI:STEP", help="heights of the support (of the part, without one), mm: a map for each"
+    )
     sweep.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    sweep.add_argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster, such as tcp://HOST:8786")
     sweep.add_argument(
         "--out", metavar="F.jsonl", help="keep finished poses here; an interrupted sweep goes on from it"
     )
     sweep.add_argument("--json", metavar="F", help="write the map, rbam-sweep/1 (- for stdout)")
+    sweep.add_argument("--csv", metavar="F.csv", help="write the poses as a table")
+    sweep.add_argument("--picture", metavar="F.png", help="draw the map")
+    sweep.add_argument("--html", metavar="F.html", help="write the map to click on as one page, no network")
 
     replay = command("replay", "show the checked motion in MuJoCo's viewer", REPLAY_TEXT)
     _case_arguments(replay)
@@ -141,9 +161,16 @@ Slices every sub-volume by each strategy that suits what it stands on and prints
 total F; higher is better."""
 
 SWEEP_TEXT = """\
-Every pose gets the verdict of rbam check at those angles. Poses at which some target has no
-configuration at all are not searched further and are counted as they stand. The best pose is the
-feasible one that deposits closest to upright and, among equals, with the most clearance."""
+Every pose gets the verdict of rbam check at those angles. Poses that cannot be feasible, since the
+table is in the way or some target by itself has no free configuration, are settled without a
+search; they count such targets only ("12+": 12 of those looked at). Feasible poses are ranked by
+how far off upright they deposit (in steps of 5 deg), then by clearance (1 mm), singularity margin,
+room to the joint limits, and time. Grids may stand in the case's section sweep as well.
+
+examples:
+  rbam sweep --e1 -135:135:15 --e2 -180:180:15 --picture map.png
+  rbam sweep --roll free --roll fixed:-60 --roll fixed:-90 --html map.html
+  rbam sweep my.case.yaml --positioner 1400,0,0 --positioner 1550,0,0 --height 80:160:40 --out map.jsonl"""
 
 REPLAY_TEXT = """\
 Space plays and pauses, left and right step by target, up and down by bead, + and - change the

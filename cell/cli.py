@@ -55,7 +55,7 @@ def _joined_negatives(argv: Sequence[str]) -> list[str]:
     """``--e1 -90:90:15`` as ``--e1=-90:90:15``: argparse takes what starts with a minus for an option."""
     out: list[str] = []
     for arg in argv:
-        if out and out[-1] in ("--e1", "--e2") and re.match(r"-[\d.]", arg):
+        if out and out[-1] in ("--e1", "--e2", "--positioner", "--height") and re.match(r"-[\d.]", arg):
             out[-1] += "=" + arg
         else:
             out.append(arg)
@@ -83,27 +83,10 @@ def _finite(name: str, value: float) -> float:
 
 
 def parse_roll(text: str) -> Any:
-    """A roll as the command line writes it.
+    """A roll as the command line writes it; see ``cell.rolls``."""
+    from .rolls import parse_roll as parsed
 
-    Raises:
-        InputError: it is none of free, fixed:DEG, range:LO:HI.
-    """
-    from pydantic import ValidationError
-
-    from .sections import Roll
-
-    kind, *numbers = text.split(":")
-    try:
-        values = [float(v) for v in numbers]
-        if kind == "free" and not values:
-            return "free"
-        if kind == "fixed" and len(values) == 1:
-            return Roll(fixed_deg=values[0])
-        if kind == "range" and len(values) == 2:
-            return Roll(range_deg=(values[0], values[1]))
-    except (ValueError, ValidationError):
-        pass
-    raise InputError(f"--roll: {text!r} is none of free, fixed:DEG, range:LO:HI (LO <= HI, at most 360 apart)")
+    return parsed(text)
 
 
 def _console(stream: IO[str]) -> Console:
@@ -223,7 +206,7 @@ def _slice_input(args: argparse.Namespace) -> Case:
 
 
 def _compare(args: argparse.Namespace) -> int:
-    _outputs(args.json)
+    _outputs(args.json, args.html)
     from .compare import compare_case, compare_document, compare_lines, compare_paper
 
     if args.paper and args.case:
@@ -235,25 +218,68 @@ def _compare(args: argparse.Namespace) -> int:
         title, found = case.title, compare_case(case)
     if args.json:
         _put_json(args.json, compare_document(title, found))
+    if args.html:
+        from .files import write_bytes
+        from .html_compare import html_compare
+
+        write_bytes(args.html, html_compare(compare_document(title, found)).encode())
     _say(compare_lines(title, found), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE
 
 
 def _sweep(args: argparse.Namespace) -> int:
-    _outputs(args.json, args.out)
-    from .report import sweep_lines
-    from .sweep import parse_grid, sweep, sweep_document
+    _outputs(args.json, args.out, args.csv, args.picture, args.html)
+    from .config import with_changes
+    from .sweep import sweep
+    from .sweep_grid import grid
+    from .sweep_lines import sweep_lines
+    from .sweep_rank import sweep_document
 
     case = _load(args)
-    poses = parse_grid(case, args.e1, args.e2)
+    rolls = list(dict.fromkeys(args.rolls or ()))
+    if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one
+        case = with_changes(case, roll=parse_roll(rolls.pop()))
+        case = with_changes(case, sweep=case.sweep.model_copy(update={"roll": []}))
+    poses = grid(case, args.e1, args.e2, rolls=rolls, placements=args.positioner or (), height=args.height)
     if args.workers is not None and args.workers < 1:
         raise InputError(f"--workers: {args.workers} is not a number of processes")
-    found = sweep(case, poses, workers=args.workers, log=args.out, progress=sys.stderr)
+    if args.dask is not None and args.workers is not None:
+        raise InputError("--workers: the Dask cluster has workers of its own; give either it or --dask")
+    with _executor(args.dask) as executor:
+        found = sweep(case, poses, workers=args.workers, log=args.out, progress=sys.stderr, executor=executor)
     document = sweep_document(case, found)
-    if args.json:
-        _put_json(args.json, document)
+    _put_sweep(args, case, document)
     _say(sweep_lines(document), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE if document["best"] else INFEASIBLE
+
+
+def _executor(dask: str | None) -> Any:
+    from contextlib import nullcontext
+
+    if dask is None:
+        return nullcontext()
+    from .sweep_pool import dask_cluster
+
+    return dask_cluster(dask)
+
+
+def _put_sweep(args: argparse.Namespace, case: Case, document: dict[str, Any]) -> None:
+    from .files import write_bytes, write_csv
+
+    if args.json:
+        _put_json(args.json, document)
+    if args.csv:
+        from .sweep_rank import sweep_columns
+
+        write_csv(args.csv, *sweep_columns(document))
+    if args.picture:
+        from .sweep_picture import sweep_picture
+
+        write_bytes(args.picture, sweep_picture(document))
+    if args.html:
+        from .html_sweep import html_sweep
+
+        write_bytes(args.html, html_sweep(case, document).encode())
 
 
 def _replay(args: argparse.Namespace) -> int:

@@ -11,7 +11,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+
+from .ranges import values_of
 
 REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity")
 
@@ -19,6 +21,7 @@ Vec2 = tuple[float, float]
 Vec3 = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Values = Annotated[list[float], BeforeValidator(values_of)]  # 5, "LO:HI:STEP" or a list of them
 
 
 class Section(BaseModel):
@@ -272,6 +275,34 @@ class Process(Section):
         return value
 
 
+class Placements(Section):
+    """A grid of places of the positioner; what is left out stays as the case has it."""
+
+    x_mm: Values | None = None
+    y_mm: Values | None = None
+    z_mm: Values | None = None
+    rz_deg: Values | None = Field(None, description="turn about the world's z axis")
+
+
+class Mark(Section):
+    """A table pose to point out on a map."""
+
+    E1_deg: float
+    E2_deg: float
+    label: str
+
+
+class Sweep(Section):
+    """What `rbam sweep` tries: each a number, a list, or a text LO:HI:STEP; its options go before this."""
+
+    E1_deg: Values | None = Field(None, description="tilts; the axis' range by 45 where left out")
+    E2_deg: Values | None = Field(None, description="turns; the axis' range by 45 where left out")
+    roll: list[Literal["free"] | Roll] = Field(default_factory=list, description="rolls to try instead of the case's")
+    positioner: Placements | None = None
+    height_mm: Values | None = Field(None, description="of the support, or of the part over the faceplate without one")
+    marks: list[Mark] = Field(default_factory=list, description="poses to point out on maps")
+
+
 class Expect(Section):
     """What a case is expected to give, for pytest."""
 
@@ -311,6 +342,7 @@ class Case(Section):
     checks: Checks = Checks()
     ik: Ik = Ik()
     process: Process = Process()
+    sweep: Sweep = Sweep()
     expect: Expect | None = None
 
     _path: Path = Path("case.yaml")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +13,7 @@ import mujoco  # noqa: F401  (pytester forgets modules that its tests import fir
 import pytest
 import trimesh
 import yaml
+from browser import NAMES, Browser
 
 pytest_plugins = ["pytester"]
 
@@ -40,3 +44,24 @@ def make_case(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return make
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Skips where there is no browser; on CI that is a failure."""
+    program = next(filter(None, map(shutil.which, NAMES)), None)
+    try:
+        import websockets  # noqa: F401
+    except ImportError:
+        why = "the package websockets is not installed"
+    else:
+        why = "" if program else "there is no Chromium (apt-get install chromium)"
+    if why:
+        if os.environ.get("CI"):
+            pytest.fail(why)
+        pytest.skip(why)
+    profile = tempfile.mkdtemp()
+    started = Browser(str(program), profile)
+    yield started
+    started.close()
+    shutil.rmtree(profile, ignore_errors=True)
