@@ -28,6 +28,7 @@ EXAMPLES = """examples:
   rbam compare --paper                           the slicing strategies on the paper's four parts
   rbam sweep my.case.yaml --e1 -90:90:15         which table angles work
   rbam replay my.case.yaml                       watch the checked motion
+  rbam replay my.case.yaml --video film.mp4      the same as a film
   rbam scene my.case.yaml --xml cell.xml         the cell as one MJCF for plain MuJoCo
 
 exit codes: 0 feasible or done, 1 infeasible, 2 bad input (one line says what and what is allowed)"""
@@ -118,13 +119,9 @@ def build_parser() -> argparse.ArgumentParser:
     sweep.add_argument("--picture", metavar="F.png", help="draw the map")
     sweep.add_argument("--html", metavar="F.html", help="write the map to click on as one page, no network")
 
-    replay = command("replay", "show the checked motion in MuJoCo's viewer", REPLAY_TEXT)
+    replay = command("replay", "show the checked motion: window, browser, picture or film", REPLAY_TEXT)
     _case_arguments(replay)
-    replay.add_argument("--speed", type=float, default=5.0, metavar="X", help="times real time (default 5)")
-    replay.add_argument("--loop", action="store_true", help="start again at the end")
-    replay.add_argument("--picture", metavar="F.png", help="render a picture instead; needs no display")
-    replay.add_argument("--view", choices=("cell", "torch"), default="cell", help="what the picture frames")
-    replay.add_argument("--target", type=int, metavar="I", help="target the picture shows the arm at")
+    _replay_arguments(replay)
 
     scene = command(
         "scene",
@@ -173,9 +170,10 @@ examples:
   rbam sweep my.case.yaml --positioner 1400,0,0 --positioner 1550,0,0 --height 80:160:40 --out map.jsonl"""
 
 REPLAY_TEXT = """\
-Space plays and pauses, left and right step by target, up and down by bead, + and - change the
-speed, n goes to the next infeasible target, t shows targets. An infeasible case shows its
-infeasible targets with what went wrong."""
+Opens MuJoCo's viewer; without a display there are --web, --picture and --video. Space plays and
+pauses, left and right step by target, up and down by bead, + and - change the speed, n goes to the
+next infeasible target, t shows targets, o normals, c changes what colours mean, v the view. An
+infeasible case shows its infeasible targets with what went wrong."""
 
 
 def _version() -> str:
@@ -185,6 +183,30 @@ def _version() -> str:
         return version("rbam-cell")
     except PackageNotFoundError:
         return "(not installed)"
+
+
+def _replay_arguments(replay: argparse.ArgumentParser) -> None:
+    instead = replay.add_mutually_exclusive_group()
+    instead.add_argument("--web", action="store_true", help="show it in a browser; stop with Ctrl-C")
+    instead.add_argument("--picture", metavar="F.png", help="render a picture instead; needs no display")
+    instead.add_argument(
+        "--video", metavar="F.mp4|F.gif", help="render a film instead; needs no display (mp4: extra 'video')"
+    )
+    replay.add_argument(
+        "--speed", type=float, metavar="X", help="seconds of motion per second (default 5; of a film 10)"
+    )
+    replay.add_argument("--loop", action="store_true", help="start again at the end")
+    replay.add_argument(
+        "--colour", choices=("layer", "thickness", "verdict"), default="layer", help="what the beads' colours mean"
+    )
+    replay.add_argument("--sweep", metavar="F", help="take the table pose from a sweep's map (--json) or log (--out)")
+    replay.add_argument("--pose", metavar="N|best", help="which pose of the sweep, from 0 (default best)")
+    replay.add_argument("--view", choices=("cell", "torch"), default="cell", help="what a picture or film frames")
+    replay.add_argument("--size", metavar="WxH", help="pixels of a picture (1600x1000) or film (mp4 1280x720)")
+    replay.add_argument("--fps", type=float, metavar="N", help="frames per second of a film (mp4 25, gif 12.5)")
+    replay.add_argument("--target", type=int, metavar="I", help="target the picture shows the arm at")
+    replay.add_argument("--host", metavar="ADDRESS", help="interface of --web (default 127.0.0.1, this machine alone)")
+    replay.add_argument("--port", type=int, metavar="N", help="port of --web (default: the first free from 8080)")
 
 
 def _case_arguments(parser: argparse.ArgumentParser) -> None:

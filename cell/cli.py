@@ -283,25 +283,9 @@ def _put_sweep(args: argparse.Namespace, case: Case, document: dict[str, Any]) -
 
 
 def _replay(args: argparse.Namespace) -> int:
-    _outputs(args.picture)
-    if not args.speed > 0:
-        raise InputError(f"--speed: {args.speed} is not a number above 0")
-    from .check import check
-    from .job import prepare
+    from .show import show
 
-    case = _load(args)
-    if args.picture:
-        from .files import write_bytes
-        from .picture import picture
-
-        result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
-        write_bytes(args.picture, picture(result, view=args.view, target=args.target))
-        return FEASIBLE
-    from .replay import replay, require_display
-
-    require_display()
-    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
-    replay(result, speed=args.speed, loop=args.loop)
+    show(args, _load(args))
     return FEASIBLE
 
 

@@ -7,7 +7,8 @@ import io
 import json
 import os
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,35 @@ def check_writable(path: str | Path) -> Path:
     if not path.parent.is_dir():
         raise InputError(f"{path}: the folder {path.parent} does not exist")
     return path
+
+
+@contextmanager
+def beside(path: str | Path) -> Iterator[Path]:
+    """A file beside the target to write into; it takes the target's place when all went well and is gone otherwise.
+
+    Args:
+        path: the target.
+
+    Yields:
+        The file to write, with the target's ending.
+
+    Raises:
+        InputError: the place cannot be written to.
+    """
+    path = check_writable(path)
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.", suffix=path.suffix)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    os.close(handle)
+    try:
+        yield Path(name)
+        os.chmod(name, 0o666 & ~_umask())
+        os.replace(name, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    finally:
+        Path(name).unlink(missing_ok=True)
 
 
 def write_bytes(path: str | Path, content: bytes) -> None:

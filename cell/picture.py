@@ -13,13 +13,16 @@ from __future__ import annotations
 import io
 import os
 import sys
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 
+from .colours import Colouring
 from .errors import InputError
 from .staging import FOVY, MARKS, VISIBLE, Frame, Staging
 
@@ -34,32 +37,47 @@ NO_GL = (
 )
 
 View = Literal["cell", "torch"]
+Pixels = NDArray[np.uint8]
 
 
-def camera(staging: Staging, view: View, aspect: float) -> mujoco.MjvCamera:
-    """The best look at a posed staging.
+def camera(staging: Staging, view: View, aspect: float, frames: Sequence[Frame] = ()) -> mujoco.MjvCamera:
+    """The best look at a staging.
 
     Args:
-        staging: posed.
+        staging: posed, where there are no frames.
         view: "cell" frames arm, positioner and part; "torch" the part and the torch's end.
         aspect: width over height of the picture.
+        frames: moments that are all to be in view of one camera; the staging is left at the last of them.
 
     Returns:
         A free camera: of all sides the one from which most of torch and targets can be seen (by rays; nothing
         is rendered), the torch from its side and the light from behind.
     """
-    focus = _focus(staging)
-    points = _cell_points(staging) if view == "cell" else focus
-    best, chosen = -np.inf, mujoco.MjvCamera()
-    for elevation in (-8.0, -22.0, -36.0) if view == "torch" else (-16.0, -26.0):
-        for azimuth in np.arange(-180.0, 180.0, 15.0):
-            eye, looks = _fitted(points, azimuth, elevation, aspect)
-            score = _score(staging, view, eye, looks, focus)
-            if score > best + 1e-9:
-                best = score
-                distance = float((points.mean(axis=0) - eye) @ looks[0])
-                chosen.azimuth, chosen.elevation, chosen.distance = azimuth, elevation, distance
-                chosen.lookat[:] = eye + looks[0] * distance
+    angles = [
+        (azimuth, elevation)
+        for elevation in ((-8.0, -22.0, -36.0) if view == "torch" else (-16.0, -26.0))
+        for azimuth in np.arange(-180.0, 180.0, 15.0)
+    ]
+    moments = []
+    for frame in frames or (None,):
+        if frame is not None:
+            staging.pose(frame)
+        focus = _focus(staging)
+        moments.append((focus, _cell_points(staging) if view == "cell" else focus))
+    points = np.concatenate([shown for _, shown in moments])
+    fitted = [_fitted(points, azimuth, elevation, aspect) for azimuth, elevation in angles]
+    scores = np.zeros(len(angles))
+    for (focus, _), frame in zip(moments, frames or (None,), strict=True):
+        if frame is not None:
+            staging.pose(frame)
+        scores += [_score(staging, view, eye, looks, focus) for eye, looks in fitted]
+    # of equals the first, whatever the rounding
+    best = int(np.flatnonzero(scores >= scores.max() - 1e-9)[0])
+    (azimuth, elevation), (eye, looks) = angles[best], fitted[best]
+    chosen = mujoco.MjvCamera()
+    distance = float((points.mean(axis=0) - eye) @ looks[0])
+    chosen.azimuth, chosen.elevation, chosen.distance = azimuth, elevation, distance
+    chosen.lookat[:] = eye + looks[0] * distance
     return chosen
 
 
@@ -102,7 +120,7 @@ def _focus(staging: Staging) -> Floats:
     tip, wire = staging.tcp()
     position = staging.targets()[0]
     some = np.unique(np.linspace(0, len(position) - 1, 30).astype(np.int64))
-    reach = max(0.11, 0.8 * float(np.ptp(position, axis=0).max()))
+    reach = max(0.08, 0.8 * float(np.ptp(position, axis=0).max()))
     return np.concatenate([tip - wire * np.linspace(0, reach, 6)[:, None], position[some]])
 
 
@@ -133,7 +151,13 @@ def _score(staging: Staging, view: View, eye: Floats, looks: Floats, focus: Floa
 
 
 def picture(
-    result: Result, *, width: int = 1600, height: int = 1000, target: int | None = None, view: View = "cell"
+    result: Result,
+    *,
+    width: int = 1600,
+    height: int = 1000,
+    target: int | None = None,
+    view: View = "cell",
+    colour: Colouring = "layer",
 ) -> bytes:
     """Render the arm at a target.
 
@@ -143,6 +167,7 @@ def picture(
         height: pixels.
         target: which; by default one halfway through the motion, or the first infeasible one with an attempt.
         view: "cell" for the whole cell, "torch" for torch and part.
+        colour: what the beads' colours mean.
 
     Returns:
         A PNG.
@@ -153,18 +178,16 @@ def picture(
     n = len(result.rows)
     if target is not None and not 0 <= target < n:
         raise InputError(f"target {target}: the targets are 0 .. {n - 1}")
-    for name, value in (("width", width), ("height", height)):
-        if not 16 <= value <= LARGEST:
-            raise InputError(f"{name} {value}: 16 .. {LARGEST} pixels are allowed")
+    require_size(width, height)
     if view not in ("cell", "torch"):
         raise InputError(f"view {view!r}: is cell or torch")
     frame = still(result, middle(result) if target is None else target)
     staging = Staging(result)
+    staging.colour(colour)
     staging.pose(frame)
     look = camera(staging, view, width / height)
-    if view == "torch":
-        staging.shade_closely()
-    return _png(_rendered(staging, frame, look, width, height))
+    with Canvas(staging, width, height, view) as canvas:
+        return _png(canvas.render(frame, look))
 
 
 def still(result: Result, target: int) -> Frame:
@@ -193,25 +216,88 @@ def middle(result: Result) -> int:
     return next((i for i in bad if result.rows[i].attempt is not None), bad[0])
 
 
-def _rendered(
-    staging: Staging, frame: Frame, view: mujoco.MjvCamera, width: int, height: int
-) -> np.ndarray[Any, np.dtype[np.uint8]]:
-    model = staging.model
-    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-    option = mujoco.MjvOption()
-    option.geomgroup[:] = VISIBLE
+class Canvas:
+    """Where frames of a staging are rendered, one after another.
+
+    with Canvas(staging, 960, 540, "torch") as canvas:
+        pixels = canvas.render(frame, camera(staging, "torch", 960 / 540))    # (540, 960, 3) bytes
+    """
+
+    def __init__(self, staging: Staging, width: int, height: int, view: View) -> None:
+        """Open it.
+
+        Args:
+            staging: what is rendered.
+            width: pixels.
+            height: pixels.
+            view: what is looked at.
+
+        Raises:
+            InputError: the size is not allowed, or there is no OpenGL; one line.
+        """
+        require_size(width, height)
+        model = staging.model
+        model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+        self._staging, self._closely = staging, view == "torch"
+        if self._closely:
+            staging.shade_closely()
+        self._option = mujoco.MjvOption()
+        self._option.geomgroup[:] = VISIBLE
+        # every mark may have a normal
+        self._renderer = _renderer(model, width, height, model.ngeom + len(staging.beads.target) + 2 * MARKS + 100)
+
+    def __enter__(self) -> Canvas:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._renderer.close()
+
+    def render(self, frame: Frame, look: mujoco.MjvCamera) -> Pixels:
+        """Render a frame.
+
+        Args:
+            frame: what is to be seen.
+            look: from where.
+
+        Returns:
+            (height, width, 3), 0 .. 255.
+        """
+        self._staging.pose(frame)
+        if self._closely:
+            self._staging.shade_closely()
+        self._renderer.update_scene(self._staging.data, look, self._option)
+        self._staging.draw(self._renderer.scene, frame)
+        return self._renderer.render().copy()
+
+
+def require_size(width: int, height: int) -> None:
+    """Refuse a size that cannot be rendered.
+
+    Raises:
+        InputError: which, and what is allowed.
+    """
+    for name, value in (("width", width), ("height", height)):
+        if not 16 <= value <= LARGEST:
+            raise InputError(f"{name} {value}: 16 .. {LARGEST} pixels are allowed")
+
+
+def require_gl() -> None:
+    """Refuse to go on where nothing can be rendered, before the work rather than after it.
+
+    Raises:
+        InputError: one line that says what to install.
+    """
+    _renderer(mujoco.MjSpec().compile(), 16, 16, 10).close()
+
+
+def _renderer(model: mujoco.MjModel, width: int, height: int, room: int) -> mujoco.Renderer:
     _choose_backend()
-    room = model.ngeom + len(staging.beads.target) + MARKS + 100
     # PyOpenGL is only there where EGL or OSMesa is used
     gl_error = getattr(sys.modules.get("OpenGL.error"), "Error", RuntimeError)
     try:
-        renderer = mujoco.Renderer(model, height, width, max_geom=room)
+        return mujoco.Renderer(model, height, width, max_geom=room)
     except (mujoco.FatalError, ImportError, RuntimeError, gl_error) as error:
         raise InputError(NO_GL.format(why=" ".join(str(error).split()) or type(error).__name__)) from None
-    with renderer:
-        renderer.update_scene(staging.data, view, option)
-        staging.draw(renderer.scene, frame)
-        return renderer.render().copy()
 
 
 def _choose_backend() -> None:
@@ -234,7 +320,7 @@ def _choose_backend() -> None:
         raise InputError(NO_GL.format(why=" ".join(str(error).split()))) from None
 
 
-def _png(pixels: np.ndarray[Any, np.dtype[np.uint8]]) -> bytes:
+def _png(pixels: Pixels) -> bytes:
     from PIL import Image
 
     out = io.BytesIO()

@@ -17,6 +17,7 @@ import sys
 import threading
 import time
 import warnings
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -26,6 +27,7 @@ from ik.chain import Floats
 
 from .check import Result
 from .collision import Ints
+from .colours import COLOURINGS, Colouring, target_colours
 from .errors import InputError
 from .motion import Motion
 from .picture import View, camera, middle, still
@@ -35,8 +37,12 @@ from .staging import VISIBLE, Frame, Staging
 if TYPE_CHECKING:
     import mujoco.viewer
 
-KEYS = {"space": 32, "right": 262, "left": 263, "down": 264, "up": 265, "n": 78, "t": 84, "v": 86}  # GLFW's codes
+KEYS = {
+    **{"space": 32, "right": 262, "left": 263, "down": 264, "up": 265},  # GLFW's codes
+    **{"n": 78, "t": 84, "v": 86, "c": 67, "o": 79},
+}
 FASTER, SLOWER = (61, 334), (45, 333)  # + and - on the main block and on the keypad
+OURS = [mujoco.mjtVisFlag.mjVIS_TRANSPARENT, mujoco.mjtVisFlag.mjVIS_CONTACTPOINT, mujoco.mjtVisFlag.mjVIS_PERTOBJ]
 DWELL = 2.0  # s that an infeasible target is shown for
 SPEEDS = (1 / 32, 256.0)
 FRAME_TIME = 1 / 60  # s
@@ -50,9 +56,15 @@ HELP = (
     ("+ -", "speed"),
     ("n", "next infeasible"),
     ("t", "targets"),
+    ("o", "normals"),
+    ("c", "colours"),
     ("v", "cell, torch"),
 )
-INSTEAD = "rbam replay --picture F.png renders a picture without one; or run it under Xvfb (xvfb-run)"
+INSTEAD = (
+    "without one there are rbam replay --web, --picture F.png and --video F.mp4, and rbam check --html F.html; "
+    "or run it under Xvfb (xvfb-run)"
+)
+NORMALS = ("one", "all", "none")  # of which targets normals are shown
 
 
 class Player:
@@ -65,18 +77,22 @@ class Player:
         speed: times real time.
         loop: whether it starts again at its end.
         marks: whether the targets are marked.
+        normals: of which targets normals are shown, "one" (the one it is about), "all" or "none".
+        colour: what the beads' colours mean.
         view: what the camera is to frame, "cell" or "torch".
     """
 
     view: View
+    colour: Colouring
 
-    def __init__(self, result: Result, speed: float = 1.0, loop: bool = False) -> None:
+    def __init__(self, result: Result, speed: float = 1.0, loop: bool = False, colour: Colouring = "layer") -> None:
         """Start at the beginning.
 
         Args:
             result: what is shown.
             speed: times real time.
             loop: whether to start again at the end.
+            colour: what the beads' colours mean.
 
         Raises:
             InputError: the speed is not a number above 0.
@@ -85,7 +101,7 @@ class Player:
             raise InputError(f"speed {speed:g}: is a number above 0")
         self.result, self.speed, self.loop = result, float(speed), loop
         self.time, self.playing, self.marks = 0.0, True, result.motion is None
-        self.view = "cell"
+        self.view, self.normals, self.colour = "cell", NORMALS[0], colour
         self._path = result.job.targets.path
         self._bad = np.array([row.reason is not None for row in result.rows])
         self._stop: Ints
@@ -126,6 +142,10 @@ class Player:
             self.playing = not self.playing
         elif code == KEYS["t"]:
             self.marks = not self.marks
+        elif code == KEYS["o"]:
+            self.normals = NORMALS[(NORMALS.index(self.normals) + 1) % len(NORMALS)]
+        elif code == KEYS["c"]:
+            self.colour = COLOURINGS[(COLOURINGS.index(self.colour) + 1) % len(COLOURINGS)]
         elif code == KEYS["v"]:
             self.view = "torch" if self.view == "cell" else "cell"
         elif code in FASTER:
@@ -171,18 +191,20 @@ class Player:
         motion = self.result.motion
         if motion is None:
             shown = still(self.result, int(self._stop[self._now()]))
-            return Frame(shown.q, shown.table, shown.target, shown.done, False, shown.pair, self.marks, True)
+            return self._dressed(shown)
         i, f = self._sample(motion)
         j = min(i + 1, len(motion.t_s) - 1)
-        return Frame(
+        bare = Frame(
             q=(1 - f) * motion.q[i] + f * motion.q[j],
             table=(1 - f) * motion.table[i] + f * motion.table[j],
             target=int(motion.target[j if f >= 1.0 else i]),
             done=float(np.interp(self.time, self._at, self._stop)),
             laying=bool(motion.arc[i] and motion.arc[j]),
-            marks=self.marks,
-            arrow=True,
         )
+        return self._dressed(bare)
+
+    def _dressed(self, frame: Frame) -> Frame:
+        return replace(frame, marks=self.marks, arrow=self.normals != "none", normals=self.normals == "all")
 
     def _sample(self, motion: Motion) -> tuple[int, float]:
         """The sample before now and the fraction of the way to the next."""
@@ -218,6 +240,7 @@ class Player:
                 ("time", f"{self.time:.1f} of {self.end:.1f} s"),
                 ("arc", "on" if frame.laying else "off"),
             ]
+        lines.append(("colours", target_colours(result, self.colour)[1]))
         return [*lines, ("speed", f"x {self.speed:g}{'' if self.playing else '  paused'}")]
 
 
@@ -228,18 +251,19 @@ def _arrivals(motion: Motion, n: int) -> Floats:
     return motion.t_s[welding[np.minimum(reached, len(welding) - 1)]]
 
 
-def replay(result: Result, *, speed: float = 1.0, loop: bool = False) -> None:
+def replay(result: Result, *, speed: float = 1.0, loop: bool = False, colour: Colouring = "layer") -> None:
     """Show a result in MuJoCo's viewer until its window is closed or Ctrl-C is pressed.
 
     Args:
         result: from ``cell.check.check``.
         speed: times real time.
         loop: whether to start again at the end.
+        colour: what the beads' colours mean at first.
 
     Raises:
         InputError: the speed is not above 0, or there is no display; one line.
     """
-    player = Player(result, speed, loop)
+    player = Player(result, speed, loop, colour)
     require_display()
     staging = Staging(result)
     staging.pose(player.frame())
@@ -319,6 +343,7 @@ def _play(viewer: mujoco.viewer.Handle, staging: Staging, player: Player, presse
     laid, table, last = 0, player.frame().table, time.perf_counter()
     said: list[tuple[str, str]] = []
     view: View | None = None
+    colour: Colouring = "layer"
     recoloured = True
     while viewer.is_running():
         while not pressed.empty():
@@ -331,6 +356,9 @@ def _play(viewer: mujoco.viewer.Handle, staging: Staging, player: Player, presse
             view = player.view
             _look(viewer, staging, frame, view)
             recoloured = True
+        if colour != player.colour:
+            colour, laid = player.colour, 0
+            staging.colour(colour)
         recoloured |= staging.pose(frame)
         # beads stay in the scene from frame to frame, unless some are taken back or the table turns
         count = staging.laid(frame)
@@ -339,7 +367,7 @@ def _play(viewer: mujoco.viewer.Handle, staging: Staging, player: Player, presse
         with viewer.lock():
             viewer.user_scn.ngeom = laid
             laid = staging.draw(viewer.user_scn, frame, laid)
-            viewer.opt.flags[mujoco.mjtVisFlag.mjVIS_TRANSPARENT] = 0  # t is the viewer's key for it as well
+            viewer.opt.flags[OURS] = 0  # t, c and o are the viewer's keys as well
         texts = player.texts()
         if texts != said:
             viewer.set_texts(_overlay(texts))

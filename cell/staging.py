@@ -10,7 +10,7 @@ A staging has its own copy of the model, so that tinting and translucency never 
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -19,6 +19,7 @@ import numpy as np
 from ik.chain import Floats
 
 from .collision import Ints
+from .colours import GREEN, PALE_RED, RED, Colouring, layer_colours, target_colours
 from .job import Job
 from .place import METRES_PER_MM
 from .robot import pose
@@ -32,11 +33,11 @@ UNLAID = 0.22  # opacity of what is still to be laid
 PIECES = 6000  # bead pieces drawn at most
 MARKS = 600  # target marks drawn at most
 TWIN = 5e-3  # m: a visual geom this close in size to the geom that collides stands for it
-SHADED = 0.4  # m around the torch
+FLOOR, MARGIN = 8.0, 3.0  # m: half the floor's side at least, and what it extends beyond the cell
+SHADED = 0.6  # m around the torch
 ARROW = 0.18  # m; past the torch's bend, or the neck would hide it
-RED, GREEN = (0.88, 0.08, 0.06, 1.0), (0.15, 0.65, 0.25, 1.0)
-PALE_RED = (0.95, 0.62, 0.58, 1.0)
-RAMP = np.array([(0.50, 0.10, 0.10), (0.87, 0.33, 0.09), (0.98, 0.78, 0.28)])  # first layer to last
+NORMALS = 14.0  # length of a normal in bead radii
+BLUE = (0.1, 0.3, 0.75, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +53,7 @@ class Frame:
         pair: names of the geoms that collide.
         marks: whether the targets are marked.
         arrow: whether the target's normal is shown.
+        normals: whether those of all targets are.
     """
 
     q: Floats
@@ -62,6 +64,7 @@ class Frame:
     pair: tuple[str, ...] = ()
     marks: bool = False
     arrow: bool = False
+    normals: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,27 +106,18 @@ def beads_of(job: Job, most: int = PIECES) -> Beads:
     target = np.concatenate([np.stack([k[:-1], k[1:]], axis=1) for k in knots])
     if len(target) > most:
         target = target[np.unique(np.linspace(0, len(target) - 1, most).astype(np.int64))]
-    return Beads(target, middle[target], radius[target].mean(axis=1), _colours(job)[target[:, 0]])
-
-
-def _colours(job: Job) -> Floats:
-    """A colour for every target by its layer, (n, 4); neighbouring layers differ in lightness as well."""
-    t = job.targets
-    layers = np.array([max(len(s.layers) - 1, 1) for s in job.sliced])
-    height = t.layer / layers[t.sub_volume_index]
-    rgb = np.stack([np.interp(height, np.linspace(0, 1, len(RAMP)), channel) for channel in RAMP.T], axis=1)
-    rgb *= np.where(t.layer % 2, 0.84, 1.0)[:, None]
-    return np.column_stack([rgb, np.ones(len(rgb))])
+    return Beads(target, middle[target], radius[target].mean(axis=1), layer_colours(job)[target[:, 0]])
 
 
 class Staging:
     """A scene made ready to be looked at: its own copy of the model, and what is drawn on top of it."""
 
-    def __init__(self, result: Result) -> None:
+    def __init__(self, result: Result, pieces: int = PIECES) -> None:
         """Prepare.
 
         Args:
             result: what is to be shown.
+            pieces: how many pieces of beads are drawn at most.
         """
         self.result, self.scene = result, result.job.scene
         self.model = copy.copy(self.scene.model)
@@ -134,10 +128,26 @@ class Staging:
         for name in result.job.targets.sub_volume:
             self.model.geom(f"{name}_visual").rgba[3] = UNLAID
         self.data = mujoco.MjData(self.model)
-        self.beads = beads_of(result.job)
+        self._light_the_floor()
+        self.beads = beads_of(result.job, pieces)
         self._names = {self.scene.geom_name(i): i for i in range(self.model.ngeom)}
         self._looks = self.model.geom_rgba.copy(), self.model.geom_group.copy()
         self._tinted: tuple[str, ...] = ()
+
+    def _light_the_floor(self) -> None:
+        """Have the whole floor inside the shadow map: where the map's border crosses it there would be specks."""
+        m, centre = self.model, self.model.stat.center
+        mujoco.mj_kinematics(m, self.data)
+        planes = m.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+        away = np.linalg.norm(self.data.geom_xpos[~planes, :2] - centre[:2], axis=1) + m.geom_rbound[~planes]
+        half = max(FLOOR, float(away.max(initial=0.0)) + MARGIN)
+        for geom in np.flatnonzero(planes & (m.geom_bodyid == 0)):
+            m.geom_size[geom, :2] = half
+            m.geom_pos[geom, :2] = centre[:2]
+        m.vis.map.shadowclip = 1.5 * half / m.stat.extent
+        directional = m.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+        # seen along the light, the map is centred where the light stands
+        m.light_pos[directional] = np.append(centre[:2], 0.0) - m.light_dir[directional] * 2 * half
 
     def pose(self, frame: Frame) -> bool:
         """Bring the cell to a frame.
@@ -159,6 +169,19 @@ class Staging:
             self._tint(geom)
         return True
 
+    def colour(self, by: Colouring) -> str:
+        """Colour the beads; what is in a scene already keeps its colours.
+
+        Args:
+            by: what their colours mean.
+
+        Returns:
+            The same in a few words.
+        """
+        rgba, legend = target_colours(self.result, by)
+        self.beads = replace(self.beads, rgba=rgba[self.beads.target[:, 0]])
+        return legend
+
     def _tint(self, geom: int) -> None:
         m = self.model
         if m.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
@@ -175,7 +198,10 @@ class Staging:
         m.geom_group[geom] = self._looks[1][geom] if seen.any() else 2
 
     def shade_closely(self) -> None:
-        """Spend the whole shadow map on what is near the torch, or its shadows would be ragged there."""
+        """Spend the whole shadow map on what is near the torch, or its shadows would be ragged there.
+
+        A renderer takes the map's extent when it is made, the light's place at every frame.
+        """
         self.model.vis.map.shadowclip = SHADED / self.model.stat.extent
         directional = self.model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
         self.data.light_xpos[directional] = self.tcp()[0] - self.data.light_xdir[directional] * 3 * SHADED
@@ -219,7 +245,7 @@ class Staging:
             tip, wire = self.tcp()
             end = tip - wire * b.radius[count]
             _rod(scn, mujoco.mjtGeom.mjGEOM_CAPSULE, b.radius[count], ends[count, 0], end, b.rgba[count])
-        if frame.marks or frame.arrow:
+        if frame.marks or frame.arrow or frame.normals:
             self._draw_targets(scn, frame)
         return count
 
@@ -230,19 +256,23 @@ class Staging:
         if frame.arrow:
             i = frame.target
             tip = position[i] + normal[i] * ARROW
-            colour = RED if bad[i] else (0.1, 0.3, 0.75, 1.0)
+            colour = RED if bad[i] else BLUE
             there = self.result.rows[i].q is not None or self.result.rows[i].attempt is not None
             width = radius[i] * (0.6 if there else 2.0)  # thinner than the wire that it runs in
             _rod(scn, mujoco.mjtGeom.mjGEOM_ARROW, width, position[i], tip, np.array(colour))
-        if not frame.marks:
+        if not (frame.marks or frame.normals):
             return
         # infeasible ones first: they are what is looked for
         order = np.concatenate([np.flatnonzero(bad), np.flatnonzero(~bad)])
         if len(order) > MARKS:
             order = order[np.unique(np.linspace(0, len(order) - 1, MARKS).astype(np.int64))]
         for i in order:
-            middle = position[i] + normal[i] * radius[i]
-            _ball(scn, radius[i] * (1.9 if i == frame.target else 1.3), middle, RED if bad[i] else GREEN)
+            if frame.marks:
+                middle = position[i] + normal[i] * radius[i]
+                _ball(scn, radius[i] * (1.9 if i == frame.target else 1.3), middle, RED if bad[i] else GREEN)
+            if frame.normals:
+                tip, colour = position[i] + normal[i] * NORMALS * radius[i], RED if bad[i] else BLUE
+                _rod(scn, mujoco.mjtGeom.mjGEOM_ARROW, radius[i] * 0.35, position[i], tip, np.array(colour))
 
 
 def _next_geom(scn: mujoco.MjvScene) -> mujoco.MjvGeom | None:

@@ -1,0 +1,117 @@
+"""What ``rbam replay`` does: a window, a browser, a picture or a film of a checked case.
+
+    show(args, case)          # args from cell.arguments
+
+Whatever stands in the way (a folder, a display, an encoder, OpenGL) is said before the check, not after it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from .check import Result
+    from .sections import Case
+
+SPEED = 5.0
+
+
+def show(args: argparse.Namespace, case: Case) -> None:
+    """Check a case and show it.
+
+    Args:
+        args: of the command.
+        case: the case.
+
+    Raises:
+        InputError: one line.
+    """
+    if args.speed is not None and not 0 < args.speed < float("inf"):
+        raise InputError(f"--speed: {args.speed} is not a number above 0")
+    case = _at_pose(args, case)
+    if args.picture:
+        _picture(args, case)
+    elif args.video:
+        _video(args, case)
+    elif args.web:
+        _web(args, case)
+    else:
+        _needs(args, "--size", "--fps", "--host", "--port")
+        from .replay import replay, require_display
+
+        require_display()
+        replay(_checked(case), speed=args.speed or SPEED, loop=args.loop, colour=args.colour)
+
+
+def _at_pose(args: argparse.Namespace, case: Case) -> Case:
+    if args.sweep is None:
+        if args.pose is not None:
+            raise InputError("--pose: names a pose of a sweep; give --sweep F as well")
+        return case
+    if args.e1 is not None or args.e2 is not None:
+        raise InputError("--sweep: picks the table angles; leave --e1 and --e2 out")
+    from .config import with_changes
+    from .sections import Table
+    from .sweep_pose import picked_pose
+
+    e1, e2 = picked_pose(case, args.sweep, args.pose or "best")
+    return with_changes(case, table=Table(E1_deg=e1, E2_deg=e2))
+
+
+def _needs(args: argparse.Namespace, *options: str) -> None:
+    """Refuse options that would be left unheard."""
+    wants = {"--size": "--picture or --video", "--fps": "--video", "--host": "--web", "--port": "--web"}
+    for option in options:
+        if getattr(args, option.removeprefix("--")) is not None:
+            raise InputError(f"{option}: goes with {wants[option]}")
+
+
+def _checked(case: Case) -> Result:
+    from .check import check
+    from .job import prepare
+
+    return check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
+
+
+def _picture(args: argparse.Namespace, case: Case) -> None:
+    _needs(args, "--fps", "--host", "--port")
+    from .files import check_writable, write_bytes
+    from .picture import picture, require_gl
+    from .video import parse_size
+
+    check_writable(args.picture)
+    width, height = parse_size(args.size) if args.size else (1600, 1000)
+    require_gl()
+    png = picture(_checked(case), width=width, height=height, view=args.view, target=args.target, colour=args.colour)
+    write_bytes(args.picture, png)
+
+
+def _video(args: argparse.Namespace, case: Case) -> None:
+    _needs(args, "--host", "--port")
+    from .video import SPEED as FILM_SPEED
+    from .video import film, film_format, parse_size
+
+    size = parse_size(args.size) if args.size else None
+    film_format(args.video, size, args.fps)
+    film(
+        _checked(case),
+        args.video,
+        size=size,
+        fps=args.fps,
+        speed=args.speed or FILM_SPEED,
+        view=args.view,
+        colour=args.colour,
+        progress=sys.stderr,
+    )
+
+
+def _web(args: argparse.Namespace, case: Case) -> None:
+    _needs(args, "--size", "--fps")
+    from .web_view import LOOPBACK, listen, replay_in_browser
+
+    with listen(args.host or LOOPBACK, args.port or 0) as place:
+        replay_in_browser(_checked(case), place, speed=args.speed or SPEED, loop=args.loop, colour=args.colour)

@@ -1,0 +1,258 @@
+"""Replay in a browser, through MuJoCo's web viewer: for machines without a display, or to look from another one.
+
+    with listen("127.0.0.1", 0) as place:
+        replay_in_browser(check(prepare(case), 90, 180), place, speed=5)     # returns on Ctrl-C
+
+The viewer binds every interface and knows no password. It is handed a socket of ours instead, which is bound to this
+machine alone unless an interface is asked for by name. From another machine ``ssh -L 8080:localhost:8080`` is the way:
+browsers run the viewer at localhost (or over https) only.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ipaddress
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from .errors import InputError
+from .picture import camera, middle, still
+from .replay import Player
+from .staging import VISIBLE, Staging
+
+if TYPE_CHECKING:
+    from .check import Result
+    from .colours import Colouring
+
+LOOPBACK = "127.0.0.1"
+PORTS = range(8080, 8180)  # of which the first free one is taken
+ROOM = 1024  # geoms that the web viewer takes on top of the model
+PIECES = 600  # of beads; the rest is for marks and normals
+ASPECT = 1.6
+RESTING = 0.02  # s between looks for a browser
+WARNING = (
+    "rbam: anyone who can reach {address} can watch and steer: there is no password. "
+    "A browser elsewhere needs https or ssh -L {port}:localhost:{port}\n"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where the viewer listens.
+
+    Attributes:
+        sock: bound, not yet listening.
+        host: its interface.
+        port: its port.
+    """
+
+    sock: socket.socket
+    host: str
+    port: int
+
+    @property
+    def address(self) -> str:
+        """For a browser."""
+        return f"http://{f'[{self.host}]' if ':' in self.host else self.host}:{self.port}/"
+
+    @property
+    def private(self) -> bool:
+        """Whether it can be reached from this machine alone."""
+        return ipaddress.ip_address(self.sock.getsockname()[0]).is_loopback
+
+
+@contextlib.contextmanager
+def listen(host: str, port: int) -> Iterator[Place]:
+    """Take a port, before the work rather than after it.
+
+    Args:
+        host: name or address of an interface of this machine.
+        port: 0 for the first free one from 8080.
+
+    Yields:
+        The place.
+
+    Raises:
+        InputError: there is no such interface, or no such port is free; one line.
+    """
+    if not 0 <= port <= 65535:
+        raise InputError(f"--port: {port} is not in 0 .. 65535")
+    try:
+        family, kind, _, _, where = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    except OSError as error:
+        raise InputError(f"--host: {host!r} is no address ({error.strerror or error})") from None
+    sock = socket.socket(family, kind)
+    try:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        _bind(sock, str(where[0]), [port] if port else PORTS)
+        yield Place(sock, host, sock.getsockname()[1])
+    finally:
+        sock.close()
+
+
+def _bind(sock: socket.socket, host: str, ports: Any) -> None:
+    for port in ports:
+        try:
+            sock.bind((host, port))
+        except OSError as error:
+            why = error
+        else:
+            return
+    raise InputError(f"cannot listen on {host} port {ports[0]}: {why.strerror or why}; choose another --host or --port")
+
+
+def replay_in_browser(
+    result: Result, place: Place, *, speed: float = 1.0, loop: bool = False, colour: Colouring = "layer"
+) -> None:
+    """Serve a result to browsers until Ctrl-C is pressed; time passes while one is watching.
+
+    Args:
+        result: from ``cell.check.check``.
+        place: from :func:`listen`.
+        speed: times real time.
+        loop: whether to start again at the end.
+        colour: what the beads' colours mean at first.
+
+    Raises:
+        InputError: the speed is not above 0, or MuJoCo has no web viewer; one line.
+    """
+    player = Player(result, speed, loop, colour)
+    staging = Staging(result, PIECES)
+    staging.pose(player.frame())
+    with _stopped() as stop, contextlib.redirect_stdout(sys.stderr):
+        viewer, update, gui = _opened(staging, player, place)
+        try:
+            sys.stderr.write(f"rbam: replay at {place.address} (stop with Ctrl-C)\n")
+            if not place.private:
+                sys.stderr.write(WARNING.format(address=place.address, port=place.port))
+            sys.stderr.flush()
+            while not stop.is_set():
+                # no frame: nobody is watching
+                if not viewer.prepare_next_frame():
+                    stop.wait(RESTING)
+                    continue
+                viewer.dispatch(update)
+                viewer.dispatch(gui)
+                viewer.sync()
+        finally:
+            viewer.close()
+
+
+@contextlib.contextmanager
+def _stopped() -> Iterator[threading.Event]:
+    """An event that Ctrl-C sets: an exception in the middle of a window's layout would abort the process."""
+    stop = threading.Event()
+    signals = (signal.SIGINT, signal.SIGTERM)
+    before = {s: signal.signal(s, lambda *_: stop.set()) for s in signals}
+    try:
+        yield stop
+    finally:
+        for s, handler in before.items():
+            signal.signal(s, handler)
+
+
+def _opened(staging: Staging, player: Player, place: Place) -> tuple[Any, Any, Any]:
+    try:
+        from mujoco.studio import launch_thread, messages, viewer_protocol, web_viewer
+    except ImportError as error:
+        raise InputError(
+            f"MuJoCo's web viewer cannot be loaded ({error}); rbam check --html F.html needs none"
+        ) from None
+    from .web_panel import Panel
+
+    sockets: list[socket.socket] = []
+
+    def bind(_host: str, _port: int = 0) -> socket.socket:
+        sockets.append(place.sock)
+        return place.sock
+
+    endpoint, _ = launch_thread.make_thread_endpoints()
+    config = viewer_protocol.ViewerConfig(title=f"rbam: {staging.result.job.case.title}", gfx="web")
+    with (
+        _instead(web_viewer.web_server, "bind_public_socket", bind),
+        _instead(web_viewer, "_print_url_banner", lambda *_: None),  # it always says localhost
+    ):
+        viewer = web_viewer.WebViewer(
+            config, endpoint, model=staging.model, plugins=[Panel(player, Stage(staging, player))]
+        )
+    if not sockets:
+        viewer.close()
+        raise InputError("this version of MuJoCo's web viewer does not let its interface be chosen; use 4.0")
+    return viewer, messages.UpdateEvent(), messages.BuildGuiEvent()
+
+
+@contextlib.contextmanager
+def _instead(module: Any, name: str, function: Any) -> Iterator[None]:
+    """Have a module call another function for a while."""
+    before = getattr(module, name)
+    setattr(module, name, function)
+    try:
+        yield
+    finally:
+        setattr(module, name, before)
+
+
+class Stage:
+    """Brings the viewer to the player's frame, once for every frame it draws."""
+
+    def __init__(self, staging: Staging, player: Player) -> None:
+        """Start at the player's beginning.
+
+        Args:
+            staging: what is drawn.
+            player: says when.
+        """
+        self.staging, self.player = staging, player
+        self._scene = mujoco.MjvScene(staging.model, maxgeom=ROOM)
+        self._laid, self._table, self._colour = 0, player.frame().table, "layer"
+        self._last = time.perf_counter()
+        self._view: str | None = None
+
+    def update(self, viewer: Any) -> bool:
+        """Let time pass and bring the viewer there.
+
+        Args:
+            viewer: of mujoco.studio.
+
+        Returns:
+            Whether colours of the model changed, so that the browsers need it anew.
+        """
+        now = time.perf_counter()
+        # a browser that was away does not make up for it
+        self.player.advance(min(now - self._last, 0.25))
+        self._last = now
+        if self._view != self.player.view:
+            self._view = self.player.view
+            self._look(viewer)
+        if self._colour != self.player.colour:
+            self._colour, self._laid = self.player.colour, 0
+            self.staging.colour(self.player.colour)
+        frame = self.player.frame()
+        tinted = self.staging.pose(frame)
+        viewer.data.qpos[:] = self.staging.data.qpos
+        count = self.staging.laid(frame)
+        laid = self._laid if count >= self._laid and np.array_equal(self._table, frame.table) else 0
+        self._table = frame.table
+        self._scene.ngeom = laid
+        self._laid = self.staging.draw(self._scene, frame, laid)
+        viewer.extra_geoms = list(self._scene.geoms[: self._scene.ngeom])
+        viewer.vis_options.geomgroup[:] = VISIBLE
+        return tinted
+
+    def _look(self, viewer: Any) -> None:
+        torch = self.player.view == "torch"
+        result = self.staging.result
+        self.staging.pose(self.player.frame() if torch else still(result, middle(result)))
+        best = camera(self.staging, self.player.view, ASPECT)
+        viewer.camera.lookat[:] = best.lookat
+        viewer.camera.distance, viewer.camera.azimuth = best.distance, best.azimuth
+        viewer.camera.elevation = best.elevation
