@@ -68,7 +68,7 @@ def build_parser() -> argparse.ArgumentParser:
     check.add_argument(
         "--remedies",
         action=argparse.BooleanOptionalAction,
-        help="search what would make an infeasible case feasible (default: up to 600 targets; Ctrl-C ends it)",
+        help="search what would make an infeasible case feasible (default: 10 s, up to 600 targets; Ctrl-C ends it)",
     )
 
     cut = command("slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)

@@ -189,8 +189,19 @@ def knobs(start: Start, *, slower: bool = False) -> list[Knob]:
     found = [*_roll_knobs(start.job.window), *_table_knobs(), *_place_knobs(start.job.case)]
     if slower:
         found.append(Knob("process.deposition_speed_mm_s", "", -1, SLOWER_STEPS, 0.01, "share", SCALE["share"]))
+    if start.job.solver.form is None:
+        found = [replace(knob, steps=_growing(knob.steps)) for knob in found]
     trimmed = [replace(knob, steps=tuple(s for s in knob.steps if start.has(knob, s))) for knob in found]
     return [knob for knob in trimmed if knob.steps]
+
+
+def _growing(steps: tuple[float, ...]) -> tuple[float, ...]:
+    """Some of many sizes, each almost twice the one before: solving without a closed form takes its time."""
+    kept: list[float] = []
+    for size in steps:
+        if not kept or size >= 1.9 * kept[-1] or size == steps[-1]:
+            kept.append(size)
+    return tuple(kept)
 
 
 def _roll_knobs(window: RollWindow) -> Iterator[Knob]:

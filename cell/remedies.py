@@ -11,6 +11,8 @@ that fails and the first that holds finds the smallest to the knob's resolution.
 
 from __future__ import annotations
 
+import heapq
+import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import IO, Any
@@ -18,20 +20,17 @@ from typing import IO, Any
 import numpy as np
 
 from .changes import Knob, Start, in_words, knobs, pair_knob
-from .check import CLEARANCE_REACH, Result, check, settings_of
-from .collision import Checker, Ints
+from .check import Result, check
+from .collision import Ints
 from .groups import Group, groups
-from .job import Job
-from .place import place
-from .plan import plan_bead
+from .probe import lost_on
 from .progress import Bar
-from .scene import table_angles
 from .screening import Screening, between
-from .setup import Setup
 
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
 LARGE = 600  # targets from which on parts get fewer of them
+TRIALS = 6  # sizes tried on some beads for each whole check
 TRIES = 5  # growing sizes of one knob
 GROW = 1.6
 SHOWN = 3  # remedies for the part as a whole
@@ -73,12 +72,13 @@ class Remedy:
         }
 
 
-def remedies(result: Result, progress: IO[str] | None = None) -> Iterator[Remedy]:
+def remedies(result: Result, progress: IO[str] | None = None, seconds: float = np.inf) -> Iterator[Remedy]:
     """Search what would help.
 
     Args:
         result: an infeasible verdict; of a feasible one nothing comes.
         progress: where to show a bar, if that is a terminal.
+        seconds: after this time nothing further is tried; what is said has been checked all the same.
 
     Yields:
         First what helps the part as a whole, then each group's smallest change; each as soon as it is known.
@@ -89,7 +89,7 @@ def remedies(result: Result, progress: IO[str] | None = None) -> Iterator[Remedy
     whole = np.sort(np.concatenate([group.targets for group in found]))
     parts = found[:MOST_GROUPS] if len(found) > 1 else []
     with Bar(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as bar:
-        search = _Search(result, parts, bar)
+        search = _Search(result, parts, bar, time.monotonic() + seconds)
         reason = found[0].reason if len(found) == 1 else None
         best = search.run(whole, reason, SHOWN, CHECKS_WHOLE)
         yield from best
@@ -108,18 +108,38 @@ def _unless_known(own: list[Remedy], best: list[Remedy], mended: bool) -> Iterat
             yield remedy
 
 
+@dataclass(eq=False)
+class _Trial:
+    """How far a knob has been turned.
+
+    Attributes:
+        knob: which.
+        fails: a size that is too small.
+        size: the next one to try; infinite where none is left.
+        creep: steps of the resolution to grow by, where what stands in the way shows in the whole part alone.
+        left: sizes that may still be tried.
+    """
+
+    knob: Knob
+    fails: float
+    size: float
+    creep: int = 0
+    left: int = TRIES
+
+
 class _Search:
     """Holds what has been learned about changes: what screening says, and every whole check."""
 
-    def __init__(self, result: Result, found: list[Group], bar: Bar) -> None:
+    def __init__(self, result: Result, found: list[Group], bar: Bar, deadline: float) -> None:
         """Screen all changes.
 
         Args:
             result: the verdict.
             found: its groups.
             bar: advances by one a whole check.
+            deadline: when to stop, by ``time.monotonic``.
         """
-        self.result, self.bar = result, bar
+        self.result, self.bar, self.deadline = result, bar, deadline
         self.start = Start(result.job, *result.asked)
         self.bad = {i for i, row in enumerate(result.rows) if row.reason is not None}
         slow = any(row.reason == "speed" for row in result.rows)
@@ -129,7 +149,12 @@ class _Search:
         self.screening = Screening(self.start, sorted(self.bad), good, must)
         self.screening.add(self.knobs)
         self.checked: dict[tuple[Knob, float], set[int]] = {}
-        self.left = 0
+        self.left = self.tries = 0
+
+    @property
+    def spent(self) -> bool:
+        """Whether nothing further is to be tried."""
+        return self.left <= 0 or self.tries <= 0 or time.monotonic() > self.deadline
 
     def run(self, wanted: Ints, reason: str | None, want: int, checks: int) -> list[Remedy]:
         """The smallest changes that make some targets feasible.
@@ -145,6 +170,7 @@ class _Search:
         """
         n = len(self.result.rows)
         self.left = checks if n <= LARGE else max(checks * LARGE // n, 2)
+        self.tries = TRIALS * self.left
         entire = len(wanted) == len(self.bad)
         found = self._best(self.knobs, wanted, entire, reason, want)
         pair = pair_knob(self.start)
@@ -155,77 +181,78 @@ class _Search:
         return found[:want] or [self._nothing(wanted, reason, entire)]
 
     def _best(self, choice: Iterable[Knob], wanted: Ints, entire: bool, reason: str | None, want: int) -> list[Remedy]:
-        """Remedies by the least effort that screening allows, until nothing can be better than what is found."""
-        border = {knob: self.screening.border(knob, None if entire else wanted) for knob in choice}
-        order = sorted((k for k in border if np.isfinite(border[k][1])), key=lambda k: k.effort(border[k][1]))
+        """Remedies, the least effort of all knobs tried first, until no effort left can be less than what is found."""
         found: dict[tuple[str, str], Remedy] = {}
-        for knob in order:
+        probes = self._probes(wanted)
+        queue: list[tuple[float, int, _Trial]] = []
+        for n, knob in enumerate(choice):
+            fails, size = self.screening.border(knob, None if entire else wanted)
+            if np.isfinite(size):
+                heapq.heappush(queue, (knob.effort(size), n, _Trial(knob, fails, size)))
+        while queue and not self.spent:
+            effort, n, trial = heapq.heappop(queue)
             efforts = sorted(r.effort for r in found.values())
-            if self.left <= 0 or (len(efforts) >= want and knob.effort(border[knob][1]) >= efforts[want - 1]):
+            if len(efforts) >= want and effort >= efforts[want - 1]:
                 break
-            kind = (knob.key, _WIDER.get(knob.how, knob.how))
-            if knob.how == "free" and (knob.key, "wider") in found:
+            kind = (trial.knob.key, _WIDER.get(trial.knob.how, trial.knob.how))
+            if kind in found and found[kind].effort <= effort:
                 continue
-            if kind in found and found[kind].effort <= knob.effort(border[knob][1]):
+            if trial.knob.how == "free" and (trial.knob.key, "wider") in found:
                 continue
-            size = self._smallest(knob, wanted, entire, *border[knob])
-            if size is None:
-                continue
-            remedy = self._remedy(knob, size, wanted, reason)
-            if kind not in found or remedy.effort < found[kind].effort:
-                found[kind] = remedy
+            holds = self._try(trial, wanted, entire, probes)
+            if holds is not None:
+                found[kind] = self._remedy(trial.knob, holds, wanted, reason)
+            elif np.isfinite(trial.size):
+                heapq.heappush(queue, (trial.knob.effort(trial.size), n, trial))
         return list(found.values())
 
-    def _smallest(self, knob: Knob, wanted: Ints, entire: bool, fails: float, size: float) -> float | None:
-        """The smallest size that the checker agrees to, growing from where screening allows it.
+    def _try(self, trial: _Trial, wanted: Ints, entire: bool, probes: list[int]) -> float | None:
+        """The smallest size that the checker agrees to, if the trial's size is large enough; else it is made larger.
 
         Some beads decide about sizes, the whole part about the last one; a bead that it fails at joins them.
         """
-        probes = self._probes(wanted)
-        allowed = self.screening.allowed(knob, None if entire else wanted)
+        knob, size = trial.knob, trial.size
         enough = self._known_to_hold(knob, wanted, entire)
-        creep = 0  # what stands in the way shows in the whole part alone, so that a few sizes more may do
-        for _ in range(TRIES):
-            if size >= enough:
-                return enough
-            if self._promises(knob, size, wanted, entire, probes):
-                if not creep:
-                    size = self._refined(knob, fails, size, wanted, entire, probes)
-                if self.left <= 0:
-                    break
-                blame = self._blame(knob, size, wanted, entire)
-                if not blame:
-                    return size
-                bead = int(self.result.job.targets.path[min(blame)])
-                creep = 2 * creep or int(bead in probes or self._bead_holds(knob, size, bead))
+        if size >= enough:
+            return enough
+        self.tries -= 1
+        if self._promises(knob, size, wanted, entire, probes):
+            if not trial.creep:
+                size = self._refined(knob, trial.fails, size, wanted, entire, probes)
+            blame = self._blame(knob, size, wanted, entire)
+            if not blame:
+                return size
+            bead = int(self.result.job.targets.path[min(blame)])
+            trial.creep = 2 * trial.creep or int(bead in probes or self._bead_holds(knob, size, bead))
+            if bead not in probes:
                 probes.insert(0, bead)
-            fails = size
-            larger = self._larger(knob, allowed, size, creep)
-            if larger is None:
-                break
-            size = larger
-        return enough if np.isfinite(enough) else None
+        trial.fails, trial.left = size, trial.left - 1
+        larger = self._larger(trial, None if entire else wanted) if trial.left else np.inf
+        trial.size = min(larger, enough)
+        return None
 
     def _known_to_hold(self, knob: Knob, wanted: Ints, entire: bool) -> float:
         """The smallest size of which a whole check has said so already; infinite if there is none."""
         known = [size for k, size in self.checked if k == knob and not self._blame(k, size, wanted, entire)]
         return min(known, default=np.inf)
 
-    def _larger(self, knob: Knob, allowed: list[float], size: float, creep: int) -> float | None:
-        """The next size to try, None where there is none."""
-        if creep and knob.unit != "pose" and size + creep * knob.resolution <= knob.steps[-1]:
-            return size + creep * knob.resolution
+    def _larger(self, trial: _Trial, wanted: Ints | None) -> float:
+        """The next size to try, infinite where there is none."""
+        knob, size = trial.knob, trial.fails
+        crept = size + trial.creep * knob.resolution
+        if trial.creep and knob.unit != "pose" and crept <= knob.steps[-1] and self.start.has(knob, crept):
+            return crept
         enough = size if knob.unit == "pose" else GROW * size
-        larger = [s for s in allowed if s > size and (s >= enough or s == knob.steps[-1])]
-        return larger[0] if larger else None
+        allowed = self.screening.allowed(knob, wanted)
+        return min((s for s in allowed if s > size and (s >= enough or s == knob.steps[-1])), default=np.inf)
 
     def _bead_holds(self, knob: Knob, size: float, bead: int) -> bool:
-        return not _lost(*self.start.changed(knob, size), [bead], None)
+        return not lost_on(*self.start.changed(knob, size), [bead], None)
 
     def _refined(self, knob: Knob, fails: float, holds: float, wanted: Ints, entire: bool, probes: list[int]) -> float:
         if knob.unit == "pose":
             return holds
-        while holds - fails > knob.resolution * 1.001:
+        while holds - fails > knob.resolution * 1.001 and time.monotonic() < self.deadline:
             middle = between(knob, fails, holds)
             if self._promises(knob, middle, wanted, entire, probes):
                 holds = middle
@@ -237,8 +264,10 @@ class _Search:
         """Whether a change makes some beads feasible: their targets that are wanted, or all of them."""
         if (knob, size) in self.checked:
             return not self._blame(knob, size, wanted, entire)
+        if not self.start.has(knob, size):
+            return False
         job, e1, e2 = self.start.changed(knob, size)
-        lost = _lost(job, e1, e2, probes, None if entire else set(wanted.tolist()))
+        lost = lost_on(job, e1, e2, probes, None if entire else set(wanted.tolist()))
         return not lost
 
     def _blame(self, knob: Knob, size: float, wanted: Ints, entire: bool) -> set[int]:
@@ -268,28 +297,9 @@ class _Search:
     def _nothing(self, wanted: Ints, reason: str | None, entire: bool) -> Remedy:
         bounds = "; ".join(dict.fromkeys(_bounds(self.start, knob, self.knobs) for knob in self.knobs))
         what = "the whole part" if entire else f"these {len(wanted)} targets"
-        cut = " (cut off: this part is large)" if self.left <= 0 else ""
+        cut = " (cut off before all were tried)" if self.spent else ""
         sentence = f"no single change found that mends {what}{cut}; searched: {bounds}"
         return Remedy(wanted, reason, None, None, len(self.bad), sentence)
-
-
-def _lost(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], wanted: set[int] | None) -> set[int]:
-    """Infeasible targets of the first of some beads that has wanted ones among them (None: any); empty if none has."""
-    table = table_angles(job.scene, E1_deg, E2_deg)
-    placed, settings = place(job.targets, job.scene.T_base_part(*table)), settings_of(job)
-    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
-    if checker.table_alone().distance[0] < 0.0:
-        return set(range(len(job.targets)))
-    setup = Setup.of(job.solver, placed, job.stage, job.laid, job.window, job.singularity_limits, checker, settings)
-    for bead in beads:
-        first, stop = np.searchsorted(job.targets.path, [bead, bead + 1]).tolist()
-        plan = plan_bead(setup, first, stop, None)
-        lost = {*plan.missing, *plan.cuts}
-        if wanted is not None:
-            lost &= wanted
-        if lost:
-            return lost
-    return set()
 
 
 def _bounds(start: Start, knob: Knob, every: list[Knob]) -> str:
@@ -302,9 +312,8 @@ def _bounds(start: Start, knob: Knob, every: list[Knob]) -> str:
         low, high = np.rad2deg(start.job.scene.table_range[k])
         return f"{'E1' if k == 0 else 'E2'} {low:g} .. {high:g} deg"
     most = max(k.steps[-1] for k in same)
-    name = knob.key.split(".")[-1].removesuffix("_mm").removesuffix("_mm_s").replace("_", " ")
     if knob.unit == "share":
-        return f"{name} down to {1 - most:.0%}"
-    if knob.key == "positioner.position_mm" or knob.key == "part.position_mm":
-        name = knob.key.split(".")[0]
+        return f"deposition speed down to {1 - most:.0%}"
+    name = {"support.height_mm": "support height", "tool.dimensions.stick_out_mm": "stick-out"}.get(knob.key)
+    name = name or knob.key.split(".")[0]
     return f"{name} by up to {most:g} mm"

@@ -77,6 +77,8 @@ class Screening:
         allowed = self.allowed(knob, wanted)
         if not allowed:
             return 0.0, np.inf
+        if knob.unit == "pose":
+            return -1.0, allowed[0]
         high, mine = allowed[0], self.sample[self._mine(wanted)]
         low = max((s for s in knob.steps if s < high), default=0.0)
         if low == 0.0 and self._reached(knob, 0.0, mine).all():
@@ -93,6 +95,8 @@ class Screening:
         return np.ones(len(self.sample), dtype=bool) if wanted is None else np.isin(self.sample, wanted)
 
     def _reached(self, knob: Knob, size: float, index: Ints) -> Bools:
+        if not self.start.has(knob, size):
+            return np.zeros(len(index), dtype=bool)
         return self._solved(*self.start.poses(knob, size, index), self.start.window(knob, size))
 
     def _solved(self, Ts: Floats, normal: Floats, window: RollWindow) -> Bools:
