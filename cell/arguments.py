@@ -64,6 +64,14 @@ def build_parser() -> argparse.ArgumentParser:
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
     check.add_argument("--html", metavar="F.html", help="write a report to look at and to send: one file, no network")
     check.add_argument("--motion", metavar="F.csv", help="write the checked motion (feasible cases)")
+    check.add_argument(
+        "--all-reasons", action="store_true", help="of infeasible targets, how many candidates each reason excludes"
+    )
+    check.add_argument(
+        "--remedies",
+        action=argparse.BooleanOptionalAction,
+        help="search what would make an infeasible case feasible (default: 10 s, up to 600 targets; Ctrl-C ends it)",
+    )
 
     cut = command("slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
     cut.add_argument("input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)")
@@ -141,7 +149,9 @@ that was followed; every infeasible target carries a reason:
   unreachable   the wrist cannot get there            joint_limit   an axis would leave its range
   singular      a margin is too small                 collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
-  speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)"""
+  speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
+Of what is infeasible, the smallest changes that help are searched and checked: of the roll, E1,
+E2, the place of positioner or part, the stick-out, the deposition speed."""
 
 SLICE_TEXT = """\
 Strategies: planar (planes across the sub-volume's own direction), cylindrical (offsets of the

@@ -22,9 +22,12 @@ from .errors import InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from .check import Result
+    from .remedies import Remedy
     from .sections import Case
 
 FEASIBLE, INFEASIBLE, INTERRUPTED = 0, 1, 130
+HELP_SECONDS = 10.0  # what the search for remedies may take unless it is asked for
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -131,8 +134,6 @@ def _check(args: argparse.Namespace) -> int:
 
     case = _load(args)
     result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
-    if args.json:
-        _put_json(args.json, report_document(result))
     if args.html:
         from .files import write_bytes
         from .html import html_report
@@ -145,8 +146,39 @@ def _check(args: argparse.Namespace) -> int:
             from .files import write_csv
 
             write_csv(args.motion, result.motion.columns(), result.motion.rows_deg())
-    _say(report_lines(result), sys.stderr if args.json == "-" else sys.stdout)
+    to = sys.stderr if args.json == "-" else sys.stdout
+    _say(report_lines(result), to)
+    reasons = None
+    if args.all_reasons:
+        from .all_reasons import all_reasons
+        from .report_help import all_reasons_lines
+
+        reasons = all_reasons(result)
+        _say(all_reasons_lines(result, reasons), to)
+    remedies = _what_would_help(result, args.remedies, to)
+    if args.json:
+        _put_json(args.json, report_document(result, remedies, reasons))
     return FEASIBLE if result.feasible else INFEASIBLE
+
+
+def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Remedy]:
+    """Search and say what would help an infeasible case; Ctrl-C ends the search, and the verdict stands."""
+    from .remedies import LARGE, remedies
+    from .report_help import remedy_lines
+
+    if result.feasible or asked is False:
+        return []
+    if asked is None and len(result.rows) > LARGE:
+        _say([f"what would help: not searched, since {len(result.rows)} targets take long; --remedies does"], to)
+        return []
+    found: list[Remedy] = []
+    try:
+        for remedy in remedies(result, sys.stderr, float("inf") if asked else HELP_SECONDS):
+            found.append(remedy)
+            _say(remedy_lines(result, [remedy]), to)
+    except KeyboardInterrupt:
+        sys.stderr.write("rbam: the search for what would help was interrupted\n")
+    return found
 
 
 def _slice(args: argparse.Namespace) -> int:

@@ -6,7 +6,7 @@ for line in report_lines(result): ...             # rich renderables
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from slicing.indices import Indices
     from slicing.layers import SlicedSubVolume
 
+    from .remedies import Remedy
+
 WORST = 8  # infeasible targets shown on the terminal
 
 
@@ -38,8 +40,21 @@ def tcp_in_flange(result: Result) -> Floats:
     return inverse(T[0]) @ T[1]
 
 
-def report_document(result: Result) -> dict[str, Any]:
-    """The contract "rbam-report/1": see the README."""
+def report_document(
+    result: Result,
+    remedies: Sequence[Remedy] = (),
+    all_reasons: Mapping[int, list[dict[str, Any]]] | None = None,
+) -> dict[str, Any]:
+    """The contract "rbam-report/1": see docs/formats.md.
+
+    Args:
+        result: the verdict.
+        remedies: what would help, from ``cell.remedies``.
+        all_reasons: by target what excludes its candidates, from ``cell.all_reasons``; None leaves the key out.
+
+    Returns:
+        The document.
+    """
     job, t = result.job, result.job.targets
     T = tcp_in_flange(result)
     rows = [
@@ -60,6 +75,9 @@ def report_document(result: Result) -> dict[str, Any]:
         }
         for i, row in enumerate(result.rows)
     ]
+    if all_reasons is not None:
+        for i, reasons in all_reasons.items():
+            rows[i]["all_reasons"] = reasons
     return {
         "schema": "rbam-report/1",
         "case": job.case.title,
@@ -87,6 +105,7 @@ def report_document(result: Result) -> dict[str, Any]:
         },
         "warnings": list(job.warnings),
         "rows": rows,
+        "help": [remedy.document() for remedy in remedies],
     }
 
 
