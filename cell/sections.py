@@ -133,6 +133,9 @@ class Robot(Section):
     flange: str = "flange"
     base: str = Field("base_link", description="body whose frame the report's base_* columns are given in")
     max_speed_deg_s: list[Positive] | None = Field(None, description="where the MJCF does not carry them")
+    max_acceleration_deg_s2: list[Positive] | None = Field(
+        None, description="instead of the MJCF's; where that has none, full speed in half a second"
+    )
 
 
 class Torch(Section):
@@ -152,6 +155,12 @@ class Positioner(Section):
     rotation_deg: Vec3 = (0.0, 0.0, 0.0)
     joints: tuple[str, str] = ("E1", "E2")
     table: str = "table"
+    max_speed_deg_s: tuple[Positive, Positive] | None = Field(
+        None, description="instead of the MJCF's, for motions from outside that move the table; none known: no limit"
+    )
+    max_acceleration_deg_s2: tuple[Positive, Positive] | None = Field(
+        None, description="instead of the MJCF's; where that has none, full speed in half a second"
+    )
 
 
 class Box(Section):
@@ -213,6 +222,15 @@ class Process(Section):
     deposition_speed_mm_s: Positive = 8.0
     travel_speed_mm_s: Positive = 100.0
     retract_mm: Positive = 30.0
+    blend_mm: Positive = Field(
+        1.0, description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS)"
+    )
+    least_speed_share: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.5, description="of the deposition speed, to be held from each target to the next; below it is infeasible"
+    )
+    dwell_s: NotNegative = Field(0.0, description="wait between the layers of a sub-volume, retracted")
+    arc_on_s: NotNegative = Field(0.0, description="wait at the start of a bead while the arc is struck")
+    arc_off_s: NotNegative = Field(0.0, description="wait at the end of a bead while the crater is filled")
 
 
 class Expect(Section):
