@@ -193,18 +193,31 @@ def _travel(job: Job, way: Floats, wait: float, leads_to: int) -> tuple[_Piece, 
     way = np.concatenate([way[:1], way[1:-1][moves[:-1]], way[-1:]])
     if len(way) == 2:
         way = np.insert(way, 1, way.mean(axis=0), axis=0)  # a row with the arc off
+    p = job.scene.chain.forward(way)[:, :3, 3]
+    cap = _near_the_part(job, way, p)
     if wait > 0:
-        k = _retracted(job, way)
-        parts = [time_travel(part, *limits) for part in (way[: k + 1], way[k:])]
-        way, dt = np.insert(way, k, way[k], axis=0), np.concatenate([parts[0], [wait], parts[1]])
+        k = _retracted(job, p)
+        leave = time_travel(way[: k + 1], *limits, cap=cap[:k])
+        arrive = time_travel(way[k:], *limits, cap=cap[k:])
+        way, dt = np.insert(way, k, way[k], axis=0), np.concatenate([leave, [wait], arrive])
     else:
-        dt = time_travel(way, *limits)
+        dt = time_travel(way, *limits, cap=cap)
     return _Piece(way[1:-1], dt[:-1], 0, np.full(len(way) - 2, leads_to)), float(dt[-1])
 
 
-def _retracted(job: Job, way: Floats) -> int:
+def _near_the_part(job: Job, way: Floats, p: Floats) -> Floats:
+    """Caps on the joints' speed where a travel retracts and approaches at the speed of the TCP asked for, (m - 1,)."""
+    process = job.case.process
+    near = process.retract_mm * METRES_PER_MM + STANDING
+    leaving = np.logical_and.accumulate(np.linalg.norm(p[1:] - p[0], axis=1) <= near)
+    arriving = np.logical_and.accumulate(np.linalg.norm(p[:-1] - p[-1], axis=1)[::-1] <= near)[::-1]
+    step = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1), STANDING)
+    speed = process.travel_speed_mm_s * METRES_PER_MM * np.linalg.norm(np.diff(way, axis=0), axis=1) / step
+    return np.where(leaving | arriving, np.maximum(speed, STANDING), np.inf)
+
+
+def _retracted(job: Job, p: Floats) -> int:
     """The first sample of a travel that is off the part by the retraction, or else the farthest off."""
-    p = job.scene.chain.forward(way)[:, :3, 3]
     off = np.linalg.norm(p - p[0], axis=1)[1:-1]
     far = np.flatnonzero(off >= job.case.process.retract_mm * METRES_PER_MM - STANDING)
     return 1 + (int(far[0]) if len(far) else int(np.argmax(off)))

@@ -105,8 +105,8 @@ def pace_document(pace: Pace, bead: Ints) -> dict[str, Any]:
     return {
         "least_share": None if least is None else round(float(share[least]), 4),
         "from_target": least,
-        "axis": None if least is None or not pace.axis[least] else str(pace.axis[least]),
-        "by": None if least is None or not pace.by[least] else str(pace.by[least]),
+        "axis": None if least is None else str(pace.axis[least]) or None,
+        "by": None if least is None else str(pace.by[least]) or None,
         "slowed_s": round(float(pace.held_s[slow].sum()), 3),
         "lost_s": round(float(np.nansum(pace.held_s - pace.asked_s)), 3),
         "slowed": [
@@ -115,8 +115,8 @@ def pace_document(pace: Pace, bead: Ints) -> dict[str, Any]:
                 "bead": int(bead[i]),
                 "share": round(float(share[i]), 4),
                 "seconds": round(float(pace.held_s[i]), 4),
-                "axis": str(pace.axis[i]),
-                "by": str(pace.by[i]),
+                "axis": str(pace.axis[i]) or None,
+                "by": str(pace.by[i]) or None,
             }
             for i in slow
         ],

@@ -203,6 +203,10 @@ class Checks(Section):
     elbow_deg: NotNegative = 5.0
     shoulder_mm: NotNegative = 50.0
     sigma: NotNegative = Field(0.02, description="smallest singular value; arms without a spherical wrist only")
+    off_bead_mm: NotNegative = Field(
+        0.05, description="largest distance of the TCP from the bead, of motions from files"
+    )
+    off_wire_deg: NotNegative = Field(0.05, description="largest turn of the wire off its direction, likewise")
     gravity_max_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null does not limit it"
     )

@@ -27,6 +27,7 @@ from ik.chain import Floats
 TRAVEL_ZONE = np.deg2rad(0.5)  # rounding of corners between beads, rad of joint travel each way
 PER_ZONE = 4  # grid steps a zone
 REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
+CORNER = 0.05  # share of a path's sharpest bend from which on another counts as a corner
 FLAT = 1e-12  # slope that counts as none
 
 
@@ -84,9 +85,10 @@ def time_path(
     if len(s) < 2 or not np.all(np.diff(s) > 0) or not np.all(cap > 0) or not zone > 0:
         raise ValueError("a time law needs a path that moves on at every sample, caps and a zone above 0")
     s = s - s[0]
-    grid = _grid(s, zone)
-    slope, bend = _blended(q, s, grid, min(zone, s[-1] / 2))
     raw = np.diff(q, axis=0) / np.diff(s)[:, None]
+    zone = min(zone, s[-1] / 2)
+    grid = _grid(s, zone, _corners(s, raw))
+    slope, bend = _blended(q, s, grid, zone)
     piece = np.clip(np.searchsorted(s, (grid[:-1] + grid[1:]) / 2) - 1, 0, len(raw) - 1)
     with np.errstate(divide="ignore"):
         # the samples' own path has to keep the speeds as well, in which a short piece is not averaged with others
@@ -107,13 +109,21 @@ def time_path(
     return TimeLaw(t, np.sqrt(np.interp(s, grid, x)), grid, use)
 
 
-def time_travel(q: Floats, max_speed: Floats, max_acceleration: Floats, zone: float = TRAVEL_ZONE) -> Floats:
+def time_travel(
+    q: Floats,
+    max_speed: Floats,
+    max_acceleration: Floats,
+    *,
+    cap: Floats | float = np.inf,
+    zone: float = TRAVEL_ZONE,
+) -> Floats:
     """Times of the steps of a travel, as fast as the joints can, from rest to rest.
 
     Args:
         q: samples, (m, j), rad; a sample may repeat the one before.
         max_speed: of the joints, (j,), rad/s; infinite where unknown.
         max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+        cap: greatest speed of all joints together (the norm of theirs) on each step, (m - 1,) or one for all, rad/s.
         zone: rounding of corners, rad of joint travel each way.
 
     Returns:
@@ -127,29 +137,69 @@ def time_travel(q: Floats, max_speed: Floats, max_acceleration: Floats, zone: fl
         s = np.concatenate([[0.0], np.cumsum(way[moves])])
         # joints without a known speed weigh nothing, but something has to end the travel
         known = np.where(np.isfinite(max_speed), max_speed, 1.0)
-        dt[moves] = np.diff(time_path(q[kept], s, known, max_acceleration, cap=np.inf, zone=zone).t)
+        caps = np.broadcast_to(np.asarray(cap, dtype=float), len(way))[moves]
+        dt[moves] = np.diff(time_path(q[kept], s, known, max_acceleration, cap=caps, zone=zone).t)
     return dt
 
 
-def _grid(s: Floats, zone: float) -> Floats:
+def rounded(q: Floats, s: Floats, zone: float) -> Floats:
+    """A path with its corners rounded, as :func:`time_path` times it.
+
+    Args:
+        q: samples, (m, j), rad.
+        s: path length at each, (m,), ascending.
+        zone: distance each way over which corners are rounded; at most half the path.
+
+    Returns:
+        The moving average at the samples, (m, j).
+    """
+    s = s - s[0]
+    zone = min(zone, s[-1] / 2)
+    t, far = _mirrored(q, s)
+    slope = np.diff(far, axis=0) / np.diff(t)[:, None]
+    area = np.concatenate(
+        [np.zeros((1, q.shape[1])), np.cumsum((far[:-1] + far[1:]) / 2 * np.diff(t)[:, None], axis=0)]
+    )
+
+    def integral(u: Floats) -> Floats:
+        k = np.clip(np.searchsorted(t, u, side="right") - 1, 0, len(slope) - 1)
+        h = (u - t[k])[:, None]
+        return np.asarray(area[k] + far[k] * h + slope[k] * h**2 / 2)
+
+    return (integral(s + zone) - integral(s - zone)) / (2 * zone)
+
+
+def _mirrored(q: Floats, s: Floats) -> tuple[Floats, Floats]:
+    """A path that goes on beyond its ends as its point reflection there: its average starts and ends where it does."""
+    t = np.concatenate([-s[:0:-1], s, 2 * s[-1] - s[-2::-1]])
+    return t, np.concatenate([2 * q[0] - q[:0:-1], q, 2 * q[-1] - q[-2::-1]])
+
+
+def _corners(s: Floats, slope: Floats) -> Floats:
+    """Path lengths at which the path bends by more than a little."""
+    turn = np.abs(np.diff(slope, axis=0))
+    most = turn.max(axis=0, initial=0.0)
+    return s[1:-1][(turn > CORNER * np.maximum(most, FLAT)).any(axis=1)]
+
+
+def _grid(s: Floats, zone: float, corners: Floats) -> Floats:
     """Path lengths fine enough for the rounding of corners, finer still at the ends, where the path is at rest."""
     count = np.maximum(np.ceil(np.diff(s) * PER_ZONE / zone), 1).astype(np.int64)
     piece = np.repeat(np.arange(len(count)), count)
     k = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
     grid = np.append(s[piece] + np.diff(s)[piece] * k / count[piece], s[-1])
     halves = 0.5 ** np.arange(1, REST_STEPS + 1)
-    fine = np.concatenate([grid, grid[1] * halves, s[-1] - (s[-1] - grid[-2]) * halves])
+    # where the rounding of a corner begins and ends, the acceleration jumps
+    edges = np.concatenate([corners - zone, corners + zone])
+    edges = edges[(edges > 0) & (edges < s[-1])]
+    fine = np.concatenate([grid, grid[1] * halves, s[-1] - (s[-1] - grid[-2]) * halves, edges])
     fine.sort()
     return fine[np.concatenate([[True], np.diff(fine) > FLAT * s[-1]])]
 
 
 def _blended(q: Floats, s: Floats, grid: Floats, zone: float) -> tuple[Floats, Floats]:
-    """Slope at the grid, (g, j), and its change along each grid step, (g - 1, j), of the samples' moving average.
-
-    Beyond its ends the path goes on as its point reflection, so that the average starts and ends where it does.
-    """
-    t = np.concatenate([-s[:0:-1], s, 2 * s[-1] - s[-2::-1]])
-    far = np.concatenate([2 * q[0] - q[:0:-1], q, 2 * q[-1] - q[-2::-1]])
+    """Slope at the grid, (g, j), and its change along each grid step, (g - 1, j), of the samples' moving average."""
+    t, far = _mirrored(q, s)
     slope = np.stack(
         [(np.interp(grid + zone, t, f) - np.interp(grid - zone, t, f)) / (2 * zone) for f in far.T], axis=1
     )
