@@ -24,6 +24,7 @@ EXAMPLES = """examples:
   rbam check my.case.yaml --e1 -45 --e2 0        another table pose
   rbam check --html report.html                  the same in 3D, with the joints over time
   rbam check --roll fixed:90 --json report.json  the wire's roll held at 90 deg; every target as data
+  rbam check my.case.yaml --motion-in their.csv  does a motion from another planner hold in this cell?
   rbam slice my.case.yaml --targets targets.csv  the layers' targets
   rbam compare --paper                           the slicing strategies on the paper's four parts
   rbam sweep my.case.yaml --e1 -90:90:15         which table angles work
@@ -63,7 +64,6 @@ def build_parser() -> argparse.ArgumentParser:
     _case_arguments(check)
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
     check.add_argument("--html", metavar="F.html", help="write a report to look at and to send: one file, no network")
-    check.add_argument("--motion", metavar="F.csv", help="write the checked motion (feasible cases)")
     check.add_argument(
         "--all-reasons", action="store_true", help="of infeasible targets, how many candidates each reason excludes"
     )
@@ -71,6 +71,12 @@ def build_parser() -> argparse.ArgumentParser:
         "--remedies",
         action=argparse.BooleanOptionalAction,
         help="search what would make an infeasible case feasible (default: 10 s, up to 600 targets; Ctrl-C ends it)",
+    )
+    check.add_argument("--motion", metavar="F.csv|F.npz", help="write the checked motion (feasible cases)")
+    check.add_argument(
+        "--motion-in",
+        metavar="F.csv|F.npz",
+        help="check this motion, from whatever planner, against the case's cell instead of searching one",
     )
 
     cut = command("slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
@@ -151,7 +157,11 @@ that was followed; every infeasible target carries a reason:
   no_path       no motion leads there without a flip or a collision on the way
   speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
 Of what is infeasible, the smallest changes that help are searched and checked: of the roll, E1,
-E2, the place of positioner or part, the stick-out, the deposition speed."""
+E2, the place of positioner or part, the stick-out, the deposition speed.
+
+--motion writes rows of t_s, A1_deg .. A6_deg, E1_deg, E2_deg, arc, bead, layer, target; --motion-in takes the same
+columns and holds them against joint limits, speeds and accelerations, singularities, collisions with the
+part growing as the rows say, and the beads themselves. Its verdict, --json and exit codes are those of a check."""
 
 SLICE_TEXT = """\
 Strategies: planar (planes across the sub-volume's own direction), cylindrical (offsets of the

@@ -127,7 +127,13 @@ def _outputs(*paths: str | None) -> None:
 
 
 def _check(args: argparse.Namespace) -> int:
+    if args.motion_in:
+        return _check_motion(args)
     _outputs(args.json, args.motion, args.html)
+    if args.motion:
+        from .motion_file import check_suffix
+
+        check_suffix(args.motion)
     from .check import check
     from .job import prepare
     from .report import report_document, report_lines
@@ -143,9 +149,9 @@ def _check(args: argparse.Namespace) -> int:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")
         else:
-            from .files import write_csv
+            from .motion_file import write_motion
 
-            write_csv(args.motion, result.motion.columns(), result.motion.rows_deg())
+            write_motion(args.motion, result.motion)
     to = sys.stderr if args.json == "-" else sys.stdout
     _say(report_lines(result), to)
     reasons = None
@@ -179,6 +185,26 @@ def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Re
     except KeyboardInterrupt:
         sys.stderr.write("rbam: the search for what would help was interrupted\n")
     return found
+
+
+def _check_motion(args: argparse.Namespace) -> int:
+    """A motion from outside against the cell."""
+    for name, value in (("--motion", args.motion), ("--html", args.html), ("--e1", args.e1), ("--e2", args.e2)):
+        if value is not None:
+            raise InputError(f"{name}: does not go with --motion-in, which checks a motion as it is")
+    _outputs(args.json)
+    from .job import prepare
+    from .motion_check import check_motion
+    from .motion_file import check_suffix, read_motion
+    from .motion_report import motion_document, motion_lines
+
+    check_suffix(args.motion_in)
+    job = prepare(_load(args))
+    result = check_motion(job, read_motion(args.motion_in, job))
+    if args.json:
+        _put_json(args.json, motion_document(result, args.motion_in))
+    _say(motion_lines(result, args.motion_in), sys.stderr if args.json == "-" else sys.stdout)
+    return FEASIBLE if result.feasible else INFEASIBLE
 
 
 def _slice(args: argparse.Namespace) -> int:

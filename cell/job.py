@@ -25,6 +25,7 @@ from slicing.targets import Targets, sample_beads
 
 from .collision import Ints
 from .deposit import PartShape, part_shape
+from .drives import Drives, drives
 from .errors import InputError
 from .parts import PartInput, read_part
 from .place import METRES_PER_MM
@@ -60,6 +61,11 @@ class Job:
         except ValueError as error:
             raise InputError(f"{self.case.path}: ik.solver: {error}") from None
         return Solver(solver.chain, solver.form, solver.geometry, self.case.ik.seeds)
+
+    @cached_property
+    def drives(self) -> Drives:
+        """What the axes can do."""
+        return drives(self.scene)
 
     @property
     def window(self) -> RollWindow:
@@ -172,4 +178,6 @@ def prepare(case: Case) -> Job:
         )
     shape = part_shape(sliced, part.body_mesh, part.profile)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
-    return Job(case, sliced, shape, targets, compose(case, shape), warnings)
+    job = Job(case, sliced, shape, targets, compose(case, shape), warnings)
+    _ = job.drives  # what is wrong with them is to be said before any search
+    return job

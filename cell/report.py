@@ -14,6 +14,7 @@ import numpy as np
 from ik.chain import Floats
 
 from .check import Result, Row
+from .pace import pace_document
 from .place import METRES_PER_MM
 from .robot import inverse, pose
 
@@ -102,6 +103,9 @@ def report_document(
             "time_s": round(float(result.motion.t_s[-1]), 3),
             "arc_on_s": round(result.motion.arc_time, 3),
             "samples": len(result.motion.t_s),
+            "travel_s": round(result.motion.travel_time, 3),
+            "dwell_s": round(result.motion.dwell_time, 3),
+            "speed": None if result.motion.pace is None else pace_document(result.motion.pace, t.path),
         },
         "warnings": list(job.warnings),
         "rows": rows,
@@ -155,6 +159,10 @@ def in_words(row: Row) -> str:
         return f"{d['singularity']} at {d['margin']:g}{_unit(d['unit'])}, needs {d['limit']:g}"
     if row.reason == "gravity":
         return f"{d['angle_deg']:.1f} deg off up, limit {d['limit_deg']:g}"
+    if row.reason == "speed" and "share" in d:
+        why = f"; {d['axis']}'s {d['by']}" if d["axis"] else ""
+        held = f"{100 * d['share']:.0f} % of the speed held, needs {100 * d['limit']:.0f} %"
+        return f"from target {d['from_target']}: {held}{why}"
     return _way_in_words(d)
 
 
@@ -228,13 +236,28 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     gravity = np.rad2deg(result.gravity)
     yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"
     if result.motion is not None:
-        total, arc = result.motion.t_s[-1], result.motion.arc_time
+        motion = result.motion
+        dwell = f", {motion.dwell_time:.0f} s waiting" if motion.dwell_time else ""
         yield (
             "motion",
-            f"{total:.0f} s, {arc:.0f} s of them with the arc on; {len(result.motion.t_s)} samples checked",
+            f"{motion.t_s[-1]:.0f} s, {motion.arc_time:.0f} s of them with the arc on, {motion.travel_time:.0f} s "
+            f"travelling{dwell}; {len(motion.t_s)} samples checked",
         )
+        if motion.pace is not None:
+            yield "speed", _speed_in_words(pace_document(motion.pace, job.targets.path))
     for line in job.warnings:
         yield "warning", line
+
+
+def _speed_in_words(d: dict[str, Any]) -> str:
+    """How far the deposition speed is held."""
+    if not d["slowed"]:
+        return "held from target to target"
+    why = f" ({d['axis']}'s {d['by']})" if d["axis"] else ""
+    return (
+        f"held to {100 * d['least_share']:.0f} % or more from target to target, least from target "
+        f"{d['from_target']}{why}; {d['slowed_s']:.0f} s below 98 %"
+    )
 
 
 def _worst(result: Result) -> RenderableType:

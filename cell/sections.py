@@ -180,6 +180,9 @@ class Robot(Section):
     flange: str = "flange"
     base: str = Field("base_link", description="body whose frame the report's base_* columns are given in")
     max_speed_deg_s: list[Positive] | None = Field(None, description="where the MJCF does not carry them")
+    max_acceleration_deg_s2: list[Positive] | None = Field(
+        None, description="instead of the MJCF's; where that has none, full speed in half a second"
+    )
 
 
 class Torch(Section):
@@ -199,6 +202,12 @@ class Positioner(Section):
     rotation_deg: Vec3 = (0.0, 0.0, 0.0)
     joints: tuple[str, str] = ("E1", "E2")
     table: str = "table"
+    max_speed_deg_s: tuple[Positive, Positive] | None = Field(
+        None, description="instead of the MJCF's, for motions from outside that move the table; none known: no limit"
+    )
+    max_acceleration_deg_s2: tuple[Positive, Positive] | None = Field(
+        None, description="instead of the MJCF's; where that has none, full speed in half a second"
+    )
 
 
 class Box(Section):
@@ -241,6 +250,10 @@ class Checks(Section):
     elbow_deg: NotNegative = 5.0
     shoulder_mm: NotNegative = 50.0
     sigma: NotNegative = Field(0.02, description="smallest singular value; arms without a spherical wrist only")
+    off_bead_mm: NotNegative = Field(
+        0.05, description="largest distance of the TCP from the bead, of motions from files"
+    )
+    off_wire_deg: NotNegative = Field(0.05, description="largest turn of the wire off its direction, likewise")
     gravity_max_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null does not limit it"
     )
@@ -301,6 +314,15 @@ class Sweep(Section):
     positioner: Placements | None = None
     height_mm: Values | None = Field(None, description="of the support, or of the part over the faceplate without one")
     marks: list[Mark] = Field(default_factory=list, description="poses to point out on maps")
+    blend_mm: Positive = Field(
+        1.0, description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS)"
+    )
+    least_speed_share: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.5, description="of the deposition speed, to be held from each target to the next; below it is infeasible"
+    )
+    dwell_s: NotNegative = Field(0.0, description="wait between the layers of a sub-volume, retracted")
+    arc_on_s: NotNegative = Field(0.0, description="wait at the start of a bead while the arc is struck")
+    arc_off_s: NotNegative = Field(0.0, description="wait at the end of a bead while the crater is filled")
 
 
 class Expect(Section):
