@@ -85,11 +85,15 @@ class BeadPlan:
     """What became of a bead.
 
     Attributes:
+        first: its first target.
+        stop: one past its last.
         stretches: what can be run through.
         cuts: targets that cannot be reached from the one before, with why.
         missing: targets without any configuration, with why.
     """
 
+    first: int
+    stop: int
     stretches: tuple[Stretch, ...]
     cuts: dict[int, dict[str, Any]]
     missing: dict[int, Missing]
@@ -155,7 +159,8 @@ class BeadSearch:
         reached = {run.start + i for run in runs for i in range(len(run.nodes))}
         lost = [i for i in range(len(self.stage)) if i not in reached]
         missing = {self.first + i: m for i, m in self._missing(lost).items()}
-        return BeadPlan(tuple(self._stretch(run) for run in runs), self._cuts(runs), missing)
+        stop = self.first + len(self.stage)
+        return BeadPlan(self.first, stop, tuple(self._stretch(run) for run in runs), self._cuts(runs), missing)
 
     def _runs(self, q_before: Floats | None) -> list[Run]:
         start = None
@@ -298,16 +303,26 @@ class BeadSearch:
                 continue  # a target without configurations lies between, and says why itself
             i = after.start
             known = self._causes.get(i - 1)
-            why = known[-1] if known else {"on_the_way": self._without_edge(i - 1)}
+            why = known[-1] if known else self._without_edge(i - 1)
             cuts[self.first + i] = {"from_target": self.first + i - 1, **why}
         return cuts
 
-    def _without_edge(self, i: int) -> str:
-        """Why no edge joins two targets: they share no configuration, or the joints are too slow."""
+    def _without_edge(self, i: int) -> dict[str, Any]:
+        """Why no edge joins two targets: they share no configuration, or a joint is too slow."""
         pair = slice(i, i + 2)
-        circular = self.nodes.window.is_full
-        slow = best_runs(self.nodes.q[pair], self.cost[pair], np.array([np.inf]), self._speed, circular=circular)
-        return "speed" if len(slow) == 1 else "configuration change"
+        cost = np.where(np.isfinite(self.cost[pair]), 0.0, np.inf)
+        slow = best_runs(self.nodes.q[pair], cost, np.array([np.inf]), self._speed, circular=self.nodes.window.is_full)
+        if len(slow) != 1:
+            return {"on_the_way": "configuration change"}
+        a, b = (self.nodes.q[i + k][tuple(node)] for k, node in enumerate(slow[0].nodes.tolist()))
+        needed = np.abs(b - a) / self._times[i]
+        j = int(np.argmax(needed / self._speed))
+        return {
+            "on_the_way": "speed",
+            "axis": self.nodes.solver.chain.names[j],
+            "needed_deg_s": round(float(np.rad2deg(needed[j])), 3),
+            "allowed_deg_s": round(float(np.rad2deg(self._speed[j])), 3),
+        }
 
     def _missing(self, lost: list[int]) -> dict[int, Missing]:
         """Why targets have no node that could be used."""
