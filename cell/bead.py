@@ -17,7 +17,7 @@ import numpy as np
 
 from ik.certificate import certify
 from ik.chain import Floats
-from ik.path import Edge, Run, best_runs
+from ik.path import LARGEST_STEP, Edge, Run, best_runs
 
 from .between import unproved
 from .collision import Clearances, Ints
@@ -28,6 +28,7 @@ from .setup import Setup
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
+STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: joints turning faster along a bead are taken for a flip
 UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
 
 
@@ -137,6 +138,8 @@ class BeadSearch:
         self._causes: dict[int, list[dict[str, Any]]] = {}
         self._done: dict[tuple[int, Edge], Stretch] = {}
         length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
+        # neighbours far apart may stand far apart: what moves without a jump is found by following it
+        self._largest = np.clip(length * STEP_PER_METRE, LARGEST_STEP, np.pi)
         self._times = np.where(length > 0, length / setup.settings.speed, np.inf)
         speed = nodes.solver.chain.max_speed
         self._speed = np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
@@ -172,6 +175,7 @@ class BeadSearch:
             self.cost,
             self._times,
             self._speed,
+            largest_step=self._largest,
             circular=self.nodes.window.is_full,
             blocked=self._blocked,
             start_cost=start,
