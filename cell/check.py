@@ -22,6 +22,7 @@ from ik.singularity import KINDS, smallest_singular_value
 from .bead import Stretch
 from .collision import Checker
 from .job import Job
+from .lockout import with_lockouts
 from .motion import Motion, assemble
 from .pace import too_slow
 from .place import METRES_PER_MM, Placed, place
@@ -116,6 +117,7 @@ def settings_of(job: Job) -> Settings:
         travel_speed=case.process.travel_speed_mm_s * METRES_PER_MM,
         retract=case.process.retract_mm * METRES_PER_MM,
         roll_step=float(np.deg2rad(case.ik.roll_step_deg)),
+        travel_attempts=case.process.travel_attempts,
     )
 
 
@@ -151,7 +153,7 @@ def check(
         return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
     limits = job.singularity_limits
     setup = Setup.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
-    plan = plan_part(setup, job.targets.path, progress)
+    plan = with_lockouts(job, setup, plan_part(setup, job.targets.path, progress))
     rows = _rows(job, plan, gravity)
     stretches = plan.stretches
     motion = None

@@ -14,6 +14,7 @@ import numpy as np
 from ik.chain import Floats
 
 from .check import Result, Row
+from .lockout import in_words as layers_in_words
 from .pace import pace_document
 from .place import METRES_PER_MM
 from .robot import inverse, pose
@@ -174,6 +175,8 @@ def _way_in_words(d: dict[str, Any]) -> str:
     hit = ""
     if "pair" in d:
         hit = f"{' - '.join(d['pair'])} {d['distance_mm']:.1f} mm, needs {d['required_mm']:g}"
+    if "blocked_by_layers" in d:
+        hit += f"; locked out by {layers_in_words(d['blocked_by_layers'])}"
     if "from_target" not in d:
         return hit
     way = "travel" if d.get("travel") else "bead"

@@ -50,6 +50,7 @@ class Scene:
         deposit_of_geom: number of the deposit a geom stands for, -1 for all else, (ngeom,).
         n_deposits: how many deposits the part has.
         contact_bits: contype and conaffinity of every geom, (2, ngeom); the model's own are changed by checks.
+        body_contype: the bodies' own, (nbody,); as the geoms'.
         arm_geom: whether a geom belongs to the arm or its tool, (ngeom,).
     """
 
@@ -64,6 +65,7 @@ class Scene:
     deposit_of_geom: NDArray[np.int64]
     n_deposits: int
     contact_bits: NDArray[np.int32]
+    body_contype: NDArray[np.int32]
     arm_geom: NDArray[np.bool_]
 
     def T_base_part(self, E1: float, E2: float) -> Floats:
@@ -186,6 +188,7 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
         deposit_of_geom=np.array(deposits, dtype=np.int64),
         n_deposits=part.n_deposits,
         contact_bits=np.array([model.geom_contype, model.geom_conaffinity]),
+        body_contype=model.body_contype.copy(),
         arm_geom=arm_geom,
     )
 

@@ -273,6 +273,18 @@ class Process(Section):
     deposition_speed_mm_s: Positive = 8.0
     travel_speed_mm_s: Positive = 100.0
     retract_mm: Positive = 30.0
+    blend_mm: Positive = Field(
+        1.0, description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS)"
+    )
+    least_speed_share: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.5, description="of the deposition speed, to be held from each target to the next; below it is infeasible"
+    )
+    dwell_s: NotNegative = Field(0.0, description="wait between the layers of a sub-volume, retracted")
+    arc_on_s: NotNegative = Field(0.0, description="wait at the start of a bead while the arc is struck")
+    arc_off_s: NotNegative = Field(0.0, description="wait at the end of a bead while the crater is filled")
+    travel_attempts: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
+        1000, description="configurations tried for a way between two beads where the simple ones are not free"
+    )
     speed_by_thickness: list[tuple[NotNegative, Positive]] | None = Field(
         None,
         description="rows [thickness_mm, speed_mm_s], thickness growing, interpolated; for one deposition speed",
@@ -314,15 +326,6 @@ class Sweep(Section):
     positioner: Placements | None = None
     height_mm: Values | None = Field(None, description="of the support, or of the part over the faceplate without one")
     marks: list[Mark] = Field(default_factory=list, description="poses to point out on maps")
-    blend_mm: Positive = Field(
-        1.0, description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS)"
-    )
-    least_speed_share: Annotated[float, Field(ge=0, le=1)] = Field(
-        0.5, description="of the deposition speed, to be held from each target to the next; below it is infeasible"
-    )
-    dwell_s: NotNegative = Field(0.0, description="wait between the layers of a sub-volume, retracted")
-    arc_on_s: NotNegative = Field(0.0, description="wait at the start of a bead while the arc is struck")
-    arc_off_s: NotNegative = Field(0.0, description="wait at the end of a bead while the crater is filled")
 
 
 class Expect(Section):
