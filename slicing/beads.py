@@ -287,6 +287,6 @@ def bead_of(stroke: Stroke, island: Island, layer: int, tolerance_mm: float) -> 
     flat = line[piece] + share[:, None] * (line[piece + 1] - line[piece])
     if not stroke.closed:
         flat = np.concatenate([flat, line[-1:]])
-    stops = tuple(first.tolist()) if stroke.straight else ()
+    stops = tuple(int(first[k]) for k in stroke.corners)
     points = island.chart.lift(flat)
     return Bead(points, stroke.closed, stroke.kind, layer, stroke.hole, stops=stops, thin=stroke.thin)
