@@ -159,7 +159,10 @@ def _sampled(sliced: SlicedSubVolume, bead: Bead, tolerance_mm: float, min_segme
     out = np.roll(points, -1, axis=0) - points
     out /= np.maximum(np.sqrt((out**2).sum(axis=1)), 1e-300)[:, None]
     into = np.roll(out, 1, axis=0)
-    if bead.closed:
+    if bead.closed and bead.stops:
+        loop = np.concatenate([points, points[:1]])
+        chosen = open_break_points(loop, tolerance_mm, min_segment_mm, bead.stops)[:-1]
+    elif bead.closed:
         chosen = break_points(points, 0, tolerance_mm, min_segment_mm)
     else:
         chosen = open_break_points(points, tolerance_mm, min_segment_mm, bead.stops)
