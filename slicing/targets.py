@@ -89,7 +89,7 @@ def sample_targets(
         Lettori et al. 2024, section 4 (0.3 mm, 3 mm) and figures 12c and 19.
     """
     _require(chord_tolerance_mm, min_segment_mm)
-    return sample_beads(lay_beads(sliced, beads), chord_tolerance_mm, min_segment_mm, speed)
+    return sample_beads(lay_beads(sliced, beads, locate=False), chord_tolerance_mm, min_segment_mm, speed)
 
 
 def _require(chord_tolerance_mm: float, min_segment_mm: float) -> None:
