@@ -182,12 +182,15 @@ class LaidSubVolume:
     warnings: tuple[str, ...]
 
 
-def lay_beads(sliced: Sequence[SlicedSubVolume], parameters: BeadParameters | None = None) -> tuple[LaidSubVolume, ...]:
+def lay_beads(
+    sliced: Sequence[SlicedSubVolume], parameters: BeadParameters | None = None, locate: bool = True
+) -> tuple[LaidSubVolume, ...]:
     """The beads of sliced sub-volumes.
 
     Args:
         sliced: the sub-volumes in the order of deposition.
         parameters: how; the paper's beads where left out.
+        locate: whether places outside the limits are looked for even where they are only reported.
 
     Returns:
         Their beads.
@@ -195,17 +198,20 @@ def lay_beads(sliced: Sequence[SlicedSubVolume], parameters: BeadParameters | No
     Raises:
         PartError: a layer cannot be filled.
     """
-    return tuple(_laid(one, parameters or BeadParameters()) for one in sliced)
+    return tuple(_laid(one, parameters or BeadParameters(), locate) for one in sliced)
 
 
-def _laid(sliced: SlicedSubVolume, parameters: BeadParameters) -> LaidSubVolume:
+def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> LaidSubVolume:
     from slicing.leads import with_leads
     from slicing.order import ordered
     from slicing.policy import policy_lines, with_policy
     from slicing.seams import with_seams
 
     fresh = [layer_beads(layer, parameters, sliced.parameters.tolerance_mm) for layer in sliced.layers]
-    layers, places = with_policy(sliced, fresh, parameters)
+    layers: list[list[Bead]] = fresh
+    places: list[Place] = []
+    if locate or sliced.parameters.thickness != "report":
+        layers, places = with_policy(sliced, fresh, parameters)
     if parameters.alternate:
         layers = [[b.reversed() for b in some] if k % 2 else some for k, some in enumerate(layers)]
     layers = with_seams(sliced, layers, parameters)
@@ -287,6 +293,6 @@ def bead_of(stroke: Stroke, island: Island, layer: int, tolerance_mm: float) -> 
     flat = line[piece] + share[:, None] * (line[piece + 1] - line[piece])
     if not stroke.closed:
         flat = np.concatenate([flat, line[-1:]])
-    stops = tuple(first.tolist()) if stroke.straight else ()
+    stops = tuple(int(first[k]) for k in stroke.corners)
     points = island.chart.lift(flat)
     return Bead(points, stroke.closed, stroke.kind, layer, stroke.hole, stops=stops, thin=stroke.thin)

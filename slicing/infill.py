@@ -6,8 +6,8 @@ The border of the region is the edge of the material ("edge") or the centre line
 the first round runs half a width inside it, or on it, and every further one a pitch = width * (1 - overlap) inside the
 one before. `contour_parallel` goes on so until nothing is left; where a core wider than what the last round covers
 remains, one more round is laid half a pitch inside it. `zigzag` lays its lines inside the given number of rounds,
-spread evenly at no more than a pitch, and joins the end of each to the next where the straight joint stays within the
-lines' region; where it would not, a new bead begins.
+spread evenly at no more than a pitch, and joins the end of each to the next: straight where that stays within the
+lines' region, else along its border; where that is too long a way, a new bead begins.
 
 Where the region is narrower than a bead, one bead runs along its middle and stands out by what is missing; a place too
 small even for that gets the border itself as a bead. Both are marked `thin`.
@@ -49,7 +49,7 @@ class Stroke:
         kind: "contour" for rounds along the border, "infill" for what fills them.
         shift: a whole turn (period, 0) for a closed stroke that goes right round, else (0, 0).
         thin: whether the place is narrower than the bead.
-        straight: whether it is made of straight lines, whose ends count.
+        corners: numbers of points where straight lines end.
     """
 
     line: Floats
@@ -58,7 +58,7 @@ class Stroke:
     kind: str
     shift: tuple[float, float] = (0.0, 0.0)
     thin: bool = False
-    straight: bool = False
+    corners: tuple[int, ...] = ()
 
 
 def contour_rounds(
@@ -263,19 +263,56 @@ def _joined(region: Any, rows: list[list[Floats]], pitch_mm: float) -> Iterator[
     left = [list(row) for row in rows]
     for begin in range(len(left)):
         while left[begin]:
-            chain = [left[begin].pop(0)]
+            chain = [(left[begin].pop(0), True)]
             for row in left[begin + 1 :]:
-                at = chain[-1][1]
+                at = chain[-1][0][-1]
                 ends = [(float(np.hypot(*(p[e] - at))), i, e) for i, p in enumerate(row) for e in (0, 1)]
                 near = min(ends, default=(math.inf, 0, 0))
                 if near[0] > LONGEST_JOINT * pitch_mm:
                     break
-                joint = shapely.LineString([at, row[near[1]][near[2]]])
-                if not grown.covers(joint):
-                    break
+                to = row[near[1]][near[2]]
+                if not grown.covers(shapely.LineString([at, to])):
+                    joint = _along_border(region, at, to, LONGEST_JOINT * pitch_mm)
+                    if joint is None:
+                        break
+                    chain.append((joint, False))
                 piece = row.pop(near[1])
-                chain.append(piece if near[2] == 0 else piece[::-1])
-            yield Stroke(np.concatenate(chain), False, False, "infill", straight=True)
+                chain.append((piece if near[2] == 0 else piece[::-1], True))
+            yield _stroke(chain)
+
+
+def _stroke(chain: list[tuple[Floats, bool]]) -> Stroke:
+    """Lines (True) and joints one after the other; the ends of the lines are corners."""
+    first = np.cumsum([0, *(len(part) for part, _ in chain[:-1])]).tolist()
+    corners = [k for k, (_, is_line) in zip(first, chain, strict=True) if is_line]
+    return Stroke(
+        np.concatenate([part for part, _ in chain]),
+        False,
+        False,
+        "infill",
+        corners=tuple(sorted({*corners, *(k + 1 for k in corners)})),
+    )
+
+
+def _along_border(region: Any, a: Floats, b: Floats, most_mm: float) -> Floats | None:
+    """The inner points of the shorter way along the border between two points of it, if short enough."""
+    import shapely
+    from shapely.ops import substring
+
+    for polygon in shapely.get_parts(region):
+        for ring in (polygon.exterior, *polygon.interiors):
+            if max(ring.distance(shapely.Point(p)) for p in (a, b)) > 1e-3:
+                continue
+            start, end = (ring.project(shapely.Point(p)) for p in (a, b))
+            ahead = (end - start) % ring.length
+            if min(ahead, ring.length - ahead) > most_mm:
+                return None
+            line = shapely.LineString(np.tile(np.asarray(ring.coords)[:-1], (3, 1)))
+            forward = ahead <= ring.length - ahead
+            way = substring(line, start, start + ahead) if forward else substring(line, end, end + ring.length - ahead)
+            way = way if forward else way.reverse()
+            return np.asarray(way.coords)[1:-1]
+    return None
 
 
 def _right_round(region: Any, period: float, pitch_mm: float, width_mm: float) -> Iterator[Stroke]:

@@ -16,8 +16,10 @@ import numpy as np
 from slicing.beads import Bead, BeadParameters
 from slicing.exact import point_between
 from slicing.layers import SlicedSubVolume
-from slicing.part import Bools, Floats
+from slicing.part import Bools, Floats, Ints
 from slicing.policy import SLACK_MM, SPACING_MM, Fine, Run, ends_of, looked_at, point_at
+
+STOP_MM = 3.0  # a bead has targets so close where it takes over thickness
 
 
 def merged(
@@ -68,12 +70,14 @@ def merged(
 def _stretches(flags: Bools) -> list[tuple[int, int, bool]]:
     """Stretches of equal flags as first and last number; where they change, the place belongs to both."""
     change = np.flatnonzero(flags[1:] != flags[:-1]) + 1
+    # what is merged ends where it last could be
+    change = change - (flags[np.maximum(change - 1, 0)]).astype(np.int64)
     marks = [0, *change.tolist(), len(flags) - 1]
     out = []
     for a, b in pairwise(marks):
         if b > a:
-            out.append((a, b, bool(flags[a])))
-    return out or [(0, len(flags) - 1, bool(flags[0]))]
+            out.append((a, b, bool(flags[a : b + 1].all())))
+    return out or [(0, len(flags) - 1, bool(flags.all()))]
 
 
 def _over(sliced: SlicedSubVolume, points: Floats, normals: Floats, above: Sequence[Bead], reach_mm: float) -> Floats:
@@ -107,16 +111,40 @@ def _gaining(
     from scipy.spatial import cKDTree
 
     gap = np.maximum(-sliced.layers[above[0].layer].surface.distance(points), 0.0)
-    tree = cKDTree(points + gap[:, None] * normals)
+    lifted = points + gap[:, None] * normals
+    tree = cKDTree(lifted)
     out = []
     for bead in above:
         fine = _exactly(sliced, bead)
-        _, k = tree.query(fine.points)
-        beside = _sideways(fine.points - points[k], normals[k])
-        takes = (beside <= reach_mm) & ((k > 0) & (k < len(points) - 1) | (beside <= SPACING_MM))
-        more = np.where(takes, thickness[k], 0.0)
-        out.append(replace(fine, gained_mm=fine.gained_mm + more) if takes.any() else bead)
+        k, share, past = _foot(fine.points, lifted, tree.query(fine.points)[1])
+        below = points[k] + share[:, None] * (points[k + 1] - points[k])
+        takes = ~past & (_sideways(fine.points - below, normals[k]) <= reach_mm)
+        more = np.where(takes, thickness[k] + share * (thickness[k + 1] - thickness[k]), 0.0)
+        if not takes.any():
+            out.append(bead)
+            continue
+        # targets have to see where it begins and ends, and how it goes between
+        step = max(round(STOP_MM / SPACING_MM), 1)
+        edge = takes & ~(np.roll(takes, 1) & np.roll(takes, -1))
+        stops = {*fine.stops, *np.flatnonzero(edge).tolist(), *np.flatnonzero(takes)[::step].tolist()}
+        out.append(replace(fine, gained_mm=fine.gained_mm + more, stops=tuple(sorted(stops))))
     return out
+
+
+def _foot(points: Floats, line: Floats, near: Ints) -> tuple[Ints, Floats, Bools]:
+    """Nearest places (number, share of the way to the next) of an open line; whether a point is past its ends."""
+    last = len(line) - 2
+    feet = []
+    for k in (np.clip(near - 1, 0, last), np.clip(near, 0, last)):
+        along = line[k + 1] - line[k]
+        raw = ((points - line[k]) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-300)
+        share = np.clip(raw, 0.0, 1.0)
+        away = ((points - line[k] - share[:, None] * along) ** 2).sum(axis=1)
+        past = ((k == 0) & (raw < -1e-6)) | ((k == last) & (raw > 1 + 1e-6))
+        feet.append((k, share, away, past))
+    (k0, s0, a0, p0), (k1, s1, a1, p1) = feet
+    first = a0 < a1
+    return np.where(first, k0, k1), np.where(first, s0, s1), np.where(first, p0, p1)
 
 
 def _exactly(sliced: SlicedSubVolume, bead: Bead) -> Bead:

@@ -188,7 +188,9 @@ def ends_of(bead: Bead, k: int) -> tuple[Floats, Floats]:
 
 
 def _limit(sliced: SlicedSubVolume, bead: Bead, fine: Fine, i: int) -> float:
-    """The place between two looked-at ones where the thickness reaches the limit, by halving on the exact curve."""
+    """The place between two looked-at ones where the thickness reaches the limit, found on the exact curve."""
+    from scipy.optimize import brentq
+
     low, high = float(fine.at[i]), float(fine.at[i + 1])
     k = min(int(low), len(bead.points) - 1)
     between = point_between(sliced, bead.layer, *ends_of(bead, k))
@@ -205,13 +207,7 @@ def _limit(sliced: SlicedSubVolume, bead: Bead, fine: Fine, i: int) -> float:
     begin, finish = over(low), over(high)
     if begin == 0.0 or begin * finish > 0.0:  # touches the limit to within the slack
         return low if abs(begin) <= abs(finish) else high
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if over(middle) * begin > 0.0:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return float(brentq(over, low, high, xtol=1e-13))
 
 
 def point_at(sliced: SlicedSubVolume, bead: Bead, u: float) -> tuple[Floats, float]:

@@ -89,7 +89,7 @@ def sample_targets(
         Lettori et al. 2024, section 4 (0.3 mm, 3 mm) and figures 12c and 19.
     """
     _require(chord_tolerance_mm, min_segment_mm)
-    return sample_beads(lay_beads(sliced, beads), chord_tolerance_mm, min_segment_mm, speed)
+    return sample_beads(lay_beads(sliced, beads, locate=False), chord_tolerance_mm, min_segment_mm, speed)
 
 
 def _require(chord_tolerance_mm: float, min_segment_mm: float) -> None:
@@ -159,7 +159,10 @@ def _sampled(sliced: SlicedSubVolume, bead: Bead, tolerance_mm: float, min_segme
     out = np.roll(points, -1, axis=0) - points
     out /= np.maximum(np.sqrt((out**2).sum(axis=1)), 1e-300)[:, None]
     into = np.roll(out, 1, axis=0)
-    if bead.closed:
+    if bead.closed and bead.stops:
+        loop = np.concatenate([points, points[:1]])
+        chosen = open_break_points(loop, tolerance_mm, min_segment_mm, bead.stops)[:-1]
+    elif bead.closed:
         chosen = break_points(points, 0, tolerance_mm, min_segment_mm)
     else:
         chosen = open_break_points(points, tolerance_mm, min_segment_mm, bead.stops)

@@ -170,11 +170,28 @@ def test_slice_writes_the_contract(make_case, tmp_path):
     assert one["layers"][0]["surface"] == {"kind": "cylinder", "axis_point": [0.0, 0.0], "radius": 20.0}
     with targets.open() as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == one["indices"]["NV"]
+    printed = [row for row in rows if row["kind"] == "print"]
+    assert [int(row["index"]) for row in printed] == list(range(one["indices"]["NV"]))
+    assert {(row["kind"], row["index"]) for row in rows if row not in printed} == {("travel", "")}
     named = ["index", "sub_volume", "layer", "path", "kind", "thickness_mm"]
     vectors = [f"{axis}_mm" for axis in "xyz"] + [f"{v}{axis}" for v in "nt" for axis in "xyz"]
-    assert list(rows[0]) == [*named[:-1], *vectors, named[-1]]
+    assert list(rows[0]) == [*named[:-1], *vectors, named[-1], "speed_mm_s"]
     assert rows[0]["kind"] == "print"
+
+
+def test_slice_fills_layers_and_deals_with_thickness(make_case, tmp_path, capsys):
+    layers = tmp_path / "l.json"
+    extra = {
+        "slicing": {"strategy": "planar", "thickness": "trim"},
+        "process": {"speed_by_thickness": [[1, 10], [2, 5]]},
+    }
+    case = str(make_case(**extra))
+    assert main(["slice", case, "--pattern", "zigzag", "--width", "2.5", "--json", str(layers)]) == 0
+    one = json.loads(layers.read_text())["sub_volumes"][0]
+    assert {bead["kind"] for bead in one["beads"]} == {"contour", "infill"}
+    assert one["thickness_policy"]["policy"] == "trim"
+    assert main(["slice", case, "--width", "0"]) == 2
+    assert "beads.width_mm" in capsys.readouterr().err
 
 
 def test_slice_takes_a_mesh_alone(make_case, tmp_path, capsys):
