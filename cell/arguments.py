@@ -166,6 +166,7 @@ part growing as the rows say, and the beads themselves. Its verdict, --json and 
 SLICE_TEXT = """\
 Strategies: planar (planes across the sub-volume's own direction), cylindrical (offsets of the
 body), nonuniform (from the body's curvature to planes within h_min .. h_max; Lettori et al. 2024).
+In a case, slicing: {body: planar} slices the body as well, across its axis, as BODY.
 A mesh is a whole part, whose round body and sub-volumes are found; with --body-radius it is one
 sub-volume on a cylinder about the z axis. Prints the paper's indices: layers NL, adhesion area A,
 targets NV, top angle R. Every border of a layer is one bead, or --pattern fills it: rounds

@@ -17,6 +17,7 @@ from ik.candidates import Solver
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
 from slicing.beads import BeadParameters, LaidSubVolume, lay_beads
+from slicing.body import slice_body
 from slicing.layers import SlicedSubVolume, SlicingParameters
 from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
@@ -116,15 +117,18 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
         part: from ``cell.parts.read_part``.
 
     Returns:
-        The sliced sub-volumes, in their order.
+        The sliced sub-volumes, in their order; before them the body, where it is printed as well.
 
     Raises:
         InputError: a sub-volume cannot be sliced; one line.
     """
     s = case.slicing
     parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm, s.thickness)
+    first: tuple[SlicedSubVolume, ...] = ()
     try:
-        return tuple(
+        if part.body_solid is not None and part.round_body is not None:
+            first = (slice_body(part.body_solid, part.round_body, parameters),)
+        return first + tuple(
             slice_sub_volume(mesh, body, parameters) for mesh, body in zip(part.meshes, part.bodies, strict=True)
         )
     except PartError as error:

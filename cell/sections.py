@@ -65,7 +65,10 @@ class Part(Section):
 
     mesh: str | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
     sub_volumes: list[str] = Field(default_factory=list, description="one closed mesh each, on the body below")
-    take: list[str] = Field(default_factory=list, description="names of the sub-volumes to build (SV1, ..); empty: all")
+    take: list[str] = Field(
+        default_factory=list,
+        description="names of the sub-volumes to build (SV1, ..; BODY: the body alone); empty: all",
+    )
     body: Body | None = None
     units: Literal["mm", "cm", "m", "inch"] = "mm"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
@@ -85,6 +88,9 @@ class Slicing(Section):
     strategy: Literal["planar", "cylindrical", "nonuniform", "conical", "revolved"] = Field(
         "nonuniform",
         description="conical and revolved need such a body; planar takes any, the others a cylinder",
+    )
+    body: Literal["planar"] | None = Field(
+        None, description="planar: the body is printed as well, first, as BODY, in planar layers along its axis"
     )
     h_layer_mm: Positive = 1.73
     h_min_mm: Positive = 1.39

@@ -4,7 +4,8 @@
 
 NL     number of layers, the one on the body included.
 A_mm2  adhesion area: of every layer's region the part within half a layer (h_layer / 2) of the body, summed.
-       For a first layer on the body that is the footprint.
+       For a first layer on the body that is the footprint. Of the body itself, where it is printed as well: its
+       footprint on the plate.
 NV     number of robot targets, as the robot visits them: the target that closes a bead counts again.
 R_rad  mean angle, along the last layer's curves, between the direction of deposition and the normal of the
        top surface: the nearest face of the mesh that looks within 60 degrees of the direction of deposition.
@@ -61,7 +62,10 @@ def indices(sliced: SlicedSubVolume, targets: Targets | int) -> Indices:
     else:
         number = int(targets)
     within = 0.5 * sliced.parameters.h_layer_mm
-    area = sum(area_near_body(layer, sliced.body, within) for layer in sliced.layers)
+    if sliced.stands_on_plate:
+        area = sliced.layers[0].area_mm2
+    else:
+        area = sum(area_near_body(layer, sliced.body, within) for layer in sliced.layers)
     return Indices(len(sliced.layers), float(area), number, top_angle(sliced))
 
 

@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody
 from slicing.intersect import Curve
 from slicing.part import Floats, Mesh, PartError
@@ -101,6 +103,7 @@ class SlicedSubVolume:
         warnings: one line each; what was repaired in the mesh, beads thinner than the process can lay, and
             the like.
         parameters: what was asked for.
+        stands_on_plate: it is the body itself, laid on the plate or the support, not on a body.
     """
 
     name: str
@@ -110,11 +113,14 @@ class SlicedSubVolume:
     layers: tuple[Layer, ...]
     warnings: tuple[str, ...] = ()
     parameters: SlicingParameters = field(default_factory=SlicingParameters)
+    stands_on_plate: bool = False
 
     def thickness_at(self, layer: int, points: Floats) -> Floats:
         """Thickness (n,) of the bead at points (n, 3) of a layer, mm. See `slicing.thickness`."""
         from slicing.thickness import bead_thickness
 
+        if self.stands_on_plate:
+            return np.full(len(points), self.parameters.h_layer_mm)
         below = self.layers[layer - 1].surface if layer > 0 else None
         return bead_thickness(points, self.layers[layer].surface, below, self.body, self.parameters.h_layer_mm)
 
