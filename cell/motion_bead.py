@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +22,7 @@ from .job import Job
 from .motion import Motion
 from .place import METRES_PER_MM, frames
 from .refine import great_circle
-from .robot import inverse
+from .robot import inverse, pose
 
 
 @dataclass(frozen=True)
@@ -94,8 +95,21 @@ def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.b
 def _posed(job: Job, row: Ints, q: Floats) -> Way:
     scene, n = job.scene, job.scene.chain.n
     tables, which = np.unique(q[:, n:], axis=0, return_inverse=True)
-    T_base_part = np.array([scene.T_base_part(*table) for table in tables])[which.ravel()]
+    T_base_part = _part_seen_from_base(job, tables)[which.ravel()]
     return Way(row, q, inverse(T_base_part) @ scene.chain.forward(q[:, :n]), T_base_part)
+
+
+def _part_seen_from_base(job: Job, tables: Floats) -> Floats:
+    """Pose of the part at table angles (m, 2), (m, 4, 4); as ``Scene.T_base_part`` for many."""
+    scene = job.scene
+    data = mujoco.MjData(scene.model)
+    out = np.empty((len(tables), 4, 4))
+    site = scene.model.site("part").id
+    for i, table in enumerate(tables):
+        data.qpos[scene.table_qpos] = table
+        mujoco.mj_kinematics(scene.model, data)
+        out[i] = pose(data.site_xpos[site], data.site_xmat[site])
+    return inverse(scene.T_world_base()) @ out
 
 
 @dataclass(frozen=True, eq=False)

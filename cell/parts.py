@@ -31,11 +31,11 @@ class PartInput:
     Attributes:
         meshes: the sub-volumes, part frame, mm.
         bodies: what each of them stands on, as the case's strategy sees it.
-        others: the same for every strategy that is made for what they stand on.
         body_mesh: the body's own shape, to look at; None where it is only told.
         profile: the body as (r, z) points about its axis, mm, lowest first, which collides; None where the hull of
             body_mesh does.
         warnings: one line each.
+        others: the same for every strategy that is made for what they stand on.
         body_solid: the body as a solid to be sliced; None where it is there from the start.
         round_body: its surface, where body_solid is given.
     """

@@ -240,13 +240,35 @@ def _fastest(top: Floats, step: Floats, bounds: tuple[Floats, Floats, Floats]) -
     reach, r, most = bounds
     h = 2 * step[:, None]
     gain, give = 1 - h * r, h * reach
-    limit = np.minimum(top[:-1], most)
+    limit = np.append(np.minimum(top[:-1], most), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         back, room = np.where(gain > FLAT, 1 / gain, 0.0), np.where(gain > FLAT, give / gain, np.inf)
-    beta = np.zeros(len(top))
-    for i in range(len(step) - 1, -1, -1):
-        beta[i] = min(limit[i], (back[i] * beta[i + 1] + room[i]).min())
-    x = np.zeros(len(top))
-    for i in range(len(step)):
-        x[i + 1] = max(min(beta[i + 1], (gain[i] * x[i] + give[i]).min()), 0.0)
+    beta = _lowered(limit[::-1], back[::-1], room[::-1])[::-1]
+    beta[0] = 0.0
+    return np.maximum(_lowered(beta, gain, give), 0.0)
+
+
+def _lowered(limit: Floats, gain: Floats, give: Floats) -> Floats:
+    """The greatest values below limits of which each follows from the one before: x' <= gain x + give.
+
+    Where the limits themselves follow from one another, which is most of a bead at its speed, nothing is worked out.
+
+    Args:
+        limit: (g,); the first is the first value.
+        gain: (g - 1, k).
+        give: (g - 1, k).
+
+    Returns:
+        (g,).
+    """
+    x = limit.copy()
+    follows = limit[1:] <= (gain * limit[:-1, None] + give).min(axis=1)
+    done = 0
+    for start in np.flatnonzero(~follows).tolist():
+        for i in range(max(start, done), len(follows)):
+            value = (gain[i] * x[i] + give[i]).min()
+            if value >= limit[i + 1]:
+                break
+            x[i + 1] = value
+            done = i + 1
     return x

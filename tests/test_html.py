@@ -151,7 +151,11 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
 def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Result, good_page: str) -> None:
     wanted = good.job.case.process.deposition_speed_mm_s
     path = document_of(good_page)["path"]
-    np.testing.assert_allclose(np.nan_to_num(lines_of(path, "TCP")[0]["y"], nan=wanted), wanted, rtol=5e-3)
+    before = lines_of(path, "TCP")[0]["y"]
+    known = np.isfinite(before)
+    # never faster; slower at the beads' ends and where the drives have to
+    assert before[known].max() <= wanted * 1.001
+    assert (before[known] > wanted * 0.995).mean() > 0.8
     motion = good.motion
     assert motion is not None
     dt = np.diff(motion.t_s)
@@ -159,8 +163,14 @@ def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Res
     dt[slowed] *= 2
     slow = replace(good, motion=replace(motion, t_s=np.concatenate([[0], np.cumsum(dt)])))
     chart = next(c for c in unpack(packed(slow))["path"]["charts"] if c["title"].startswith("TCP"))
-    assert np.nanmin(chart["lines"][0]["y"]) == pytest.approx(wanted / 2, rel=0.01)
-    assert f"off by more than 1% for {dt[slowed].sum():.1f} s" in chart["note"]
+    np.testing.assert_allclose(chart["lines"][0]["y"][slowed[:-1]], before[slowed[:-1]] / 2, rtol=0.01)
+    off = [float(re.search(r"1% for ([0-9.]+) s", note)[1]) for note in (tcp_note(path), chart["note"])]
+    kept = before[slowed[:-1]] > wanted * 0.99
+    assert off[1] - off[0] >= dt[slowed[:-1]][kept].sum() - 0.2
+
+
+def tcp_note(path: dict[str, Any]) -> str:
+    return next(c["note"] for c in path["charts"] if c["title"].startswith("TCP"))
 
 
 def test_the_numbers_are_those_of_an_infeasible_result(bad: Result, bad_page: str) -> None:

@@ -1,9 +1,11 @@
 """Time laws against closed forms, and against what a law may not depend on."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from cell.pace import Pace, pace_document, too_slow
+from cell.pace import Pace, pace_document, speeds, too_slow
 from cell.timing import rounded, time_path, time_travel
 
 V, A = np.array([2.0]), np.array([5.0])
@@ -155,3 +157,15 @@ def test_how_far_a_speed_is_held_is_data() -> None:
     assert document["slowed_s"] == 5.25
     assert document["lost_s"] == 3.25
     assert [row["from_target"] for row in document["slowed"]] == [1, 2]
+
+
+class Targets(SimpleNamespace):
+    def __len__(self) -> int:
+        return 3
+
+
+def test_targets_with_a_speed_of_their_own_win_over_the_cases() -> None:
+    case = SimpleNamespace(process=SimpleNamespace(deposition_speed_mm_s=8.0))
+    np.testing.assert_allclose(speeds(SimpleNamespace(targets=Targets(), case=case)), 8e-3)
+    own = Targets(speed_mm_s=np.array([4.0, 5.0, 6.0]))
+    np.testing.assert_allclose(speeds(SimpleNamespace(targets=own, case=case)), [4e-3, 5e-3, 6e-3])
