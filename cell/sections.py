@@ -214,7 +214,7 @@ class Process(Section):
     travel_speed_mm_s: Positive = 100.0
     retract_mm: Positive = 30.0
     travel_attempts: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
-        1000, description="configurations tried for a way between two beads where the simple ones are not free"
+        3000, description="configurations tried for a way between two beads where the simple ones are not free"
     )
 
 
