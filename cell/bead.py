@@ -314,11 +314,16 @@ class BeadSearch:
     def _without_edge(self, i: int) -> dict[str, Any]:
         """Why no edge joins two targets: they share no configuration, or a joint is too slow."""
         pair = slice(i, i + 2)
-        cost = np.where(np.isfinite(self.cost[pair]), 0.0, np.inf)
-        slow = best_runs(self.nodes.q[pair], cost, np.array([np.inf]), self._speed, circular=self.nodes.window.is_full)
-        if len(slow) != 1:
+        q, cost = self.nodes.q[pair], np.where(np.isfinite(self.cost[pair]), 0.0, np.inf)
+        circular, largest = self.nodes.window.is_full, float(self._largest[i])
+        slow, fast = (
+            best_runs(q, cost, np.array([time]), self._speed, largest_step=largest, circular=circular)
+            for time in (np.inf, self._times[i])
+        )
+        if len(slow) != 1 or len(fast) == 1:
+            # even where two of their configurations are joined: not those that the bead arrives in
             return {"on_the_way": "configuration change"}
-        a, b = (self.nodes.q[i + k][tuple(node)] for k, node in enumerate(slow[0].nodes.tolist()))
+        a, b = (q[k][tuple(node)] for k, node in enumerate(slow[0].nodes.tolist()))
         needed = np.abs(b - a) / self._times[i]
         j = int(np.argmax(needed / self._speed))
         return {

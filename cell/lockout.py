@@ -29,8 +29,6 @@ MOST = 12  # beads and travels that are tried again
 PROBES = 3  # targets of a bead looked at by themselves before it is searched
 FEWER = 5  # share of a travel's attempts: each is tried several times
 
-Works = Callable[[Setup], set[int]]
-
 
 @dataclass(frozen=True)
 class _Layers:
@@ -73,15 +71,14 @@ def with_lockouts(job: Job, setup: Setup, plan: PartPlan) -> PartPlan:
         failed = _collided(bead)
         if failed and left:
             left -= 1
-            works = _bead_works(bead.first, bead.stop, failed)
-            target = min(failed)
-            found, known = _blame(job, setup, layers, target, int(setup.stage[target]), works, known)
+            trial, target = _bead_trial(bead, failed), min(failed)
+            found, known = _blame(job, setup, layers, target, int(setup.stage[target]), trial, known)
             beads[k] = _noted(bead, found, layers.words(known))
     for target in sorted(plan.stuck):
         if left and stuck[target]["on_the_way"] == "collision":
             left -= 1
             stage = int(setup.laid[stuck[target]["from_target"]])
-            found, known = _blame(job, setup, layers, target, stage, _travel_works(plan, target), known)
+            found, known = _blame(job, setup, layers, target, stage, _travel_trial(plan, target), known)
             if found:
                 stuck[target] = {**stuck[target], "blocked_by_layers": layers.words(known)}
     return PartPlan(tuple(beads), plan.travels, stuck)
@@ -99,17 +96,23 @@ def _noted(bead: BeadPlan, targets: set[int], words: list[dict[str, Any]]) -> Be
     return replace(bead, missing=missing, cuts=cuts)
 
 
-def _bead_works(first: int, stop: int, failed: set[int]) -> Works:
-    """Which of the failed targets of a bead can be welded in a setup."""
-    probes = sorted(failed)[:: max(len(failed) // PROBES, 1)]
+@dataclass(frozen=True)
+class _Trial:
+    """How to try a failed thing again in a setup: which of its targets come out, and a quick look whether they may."""
+
+    works: Callable[[Setup], set[int]]
+    may_work: Callable[[Setup], bool]
+
+
+def _bead_trial(bead: BeadPlan, failed: set[int]) -> _Trial:
+    # a bead is dear to search in vain: a few targets by themselves say most of it
+    probes = sorted(failed)[:: max(len(failed) // PROBES, 1)][:PROBES]
 
     def works(setup: Setup) -> set[int]:
-        if not any(_has_configuration(setup, i) for i in probes):
-            return set()  # a bead is dear to search in vain
-        bead = plan_bead(setup, first, stop, None)
-        return failed - bead.missing.keys() - bead.cuts.keys()
+        again = plan_bead(setup, bead.first, bead.stop, None)
+        return failed - again.missing.keys() - again.cuts.keys()
 
-    return works
+    return _Trial(works, lambda setup: all(_has_configuration(setup, i) for i in probes))
 
 
 def _has_configuration(setup: Setup, i: int) -> bool:
@@ -122,8 +125,7 @@ def _has_configuration(setup: Setup, i: int) -> bool:
     return bool((found.distance >= setup.settings.clearance).any())
 
 
-def _travel_works(plan: PartPlan, target: int) -> Works:
-    """The target, if a travel leads to it in a setup."""
+def _travel_trial(plan: PartPlan, target: int) -> _Trial:
     start = next(s for s in plan.stretches if s.first == target)
     end = next(s for s in plan.stretches if s.stop - 1 == plan.stuck[target]["from_target"])
 
@@ -132,11 +134,11 @@ def _travel_works(plan: PartPlan, target: int) -> Works:
         way = travel(replace(setup, settings=few), end, start, int(setup.laid[end.stop - 1]))
         return set() if isinstance(way, dict) else {target}
 
-    return works
+    return _Trial(works, lambda setup: bool(works(setup)))
 
 
 def _blame(
-    job: Job, setup: Setup, layers: _Layers, target: int, stage: int, works: Works, known: list[int]
+    job: Job, setup: Setup, layers: _Layers, target: int, stage: int, trial: _Trial, known: list[int]
 ) -> tuple[set[int], list[int]]:
     """What works without some layers, and those layers; what is known of others is tried first, and kept where not."""
     own = int(job.targets.sub_volume_index[target])
@@ -144,16 +146,17 @@ def _blame(
     together = sorted(d for some in others for d in some)
     for some in (known, *others, together, list(range(stage))):
         laid = [d for d in some if d < stage]
-        found = works(setup.without(laid)) if laid else set()
-        if not found:
+        if not laid or not trial.may_work(setup.without(laid)):
             continue
         # of the last as few as are enough: how many of the first can stay is found by halving
         keep, drop = 0, len(laid)
         while drop - keep > 1 and some is not known:
             middle = (keep + drop) // 2
-            enough = works(setup.without(laid[middle:])) >= found
-            keep, drop = (middle, drop) if enough else (keep, middle)
-        return found, laid[keep:]
+            keep, drop = (middle, drop) if trial.may_work(setup.without(laid[middle:])) else (keep, middle)
+        for without in (laid[keep:], laid):
+            found = trial.works(setup.without(without))
+            if found:
+                return found, without
     return set(), known
 
 

@@ -26,6 +26,7 @@ from .collision import Ints
 
 BATCH = 12  # samples a round: enough that asking costs little beside looking
 SPREADS = np.array([0.1, 0.3, 1.0])  # of the joints' ranges, about the line between the ends
+ANYWHERE = 4  # every so many samples is anywhere
 REACHED = 1.0 - 1e-9
 STRIDE = 0.4  # m, weighed: further apart than this nodes are not, so that near ones can be found
 LEAST = 0.02  # m, weighed: shorter ways are not worth a node
@@ -147,13 +148,17 @@ def _sizes(a: _Tree, b: _Tree, turned: bool) -> tuple[int, int]:
 
 
 def _samples(rng: np.random.Generator, space: Space, trees: Trees, count: int) -> Floats:
-    """Configurations about the lines between starts and goals, near ones and far ones."""
+    """Configurations about the lines between starts and goals, near ones and far ones, and some anywhere.
+
+    Far ones end on joint limits more often than not: a folded arm is what gets past things.
+    """
     start = trees.starts[rng.integers(len(trees.starts), size=count)]
     goal = trees.goals[rng.integers(len(trees.goals), size=count)]
     about = start + rng.random((count, 1)) * (goal - start)
     spread = SPREADS[rng.integers(len(SPREADS), size=count)][:, None]
-    wide = rng.uniform(-1, 1, about.shape) * spread * (space.upper - space.lower) / 2
-    return np.clip(about + wide, space.lower, space.upper)
+    near = about + rng.uniform(-1, 1, about.shape) * spread * (space.upper - space.lower) / 2
+    anywhere = rng.uniform(space.lower, space.upper, about.shape)
+    return np.where(np.arange(count)[:, None] % ANYWHERE, np.clip(near, space.lower, space.upper), anywhere)
 
 
 def _round(space: Space, a: _Tree, b: _Tree, samples: Floats, free: Free) -> tuple[int, int] | None:

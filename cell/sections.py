@@ -289,7 +289,7 @@ class Process(Section):
     arc_on_s: NotNegative = Field(0.0, description="wait at the start of a bead while the arc is struck")
     arc_off_s: NotNegative = Field(0.0, description="wait at the end of a bead while the crater is filled")
     travel_attempts: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
-        1000, description="configurations tried for a way between two beads where the simple ones are not free"
+        3000, description="configurations tried for a way between two beads where the simple ones are not free"
     )
     speed_by_thickness: list[tuple[NotNegative, Positive]] | None = Field(
         None,

@@ -45,7 +45,7 @@ class Settings:
     retract: float
     roll_step: float
     steps: Steps = field(default_factory=Steps)
-    travel_attempts: int = 1000
+    travel_attempts: int = 3000
 
 
 @dataclass(frozen=True, eq=False)
