@@ -18,6 +18,7 @@ Vec2 = tuple[float, float]
 Vec3 = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+RightAngle = Annotated[float, Field(ge=0, le=90)]  # an angle from a line: more than 90 would exclude everything
 
 
 class Section(BaseModel):
@@ -129,7 +130,7 @@ class Robot(Section):
     model: str = "kr70_r2100"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
     rotation_deg: Vec3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
-    joints: list[str] = ["A1", "A2", "A3", "A4", "A5", "A6"]
+    joints: Annotated[list[str], Field(min_length=1)] = ["A1", "A2", "A3", "A4", "A5", "A6"]
     flange: str = "flange"
     base: str = Field("base_link", description="body whose frame the report's base_* columns are given in")
     max_speed_deg_s: list[Positive] | None = Field(None, description="where the MJCF does not carry them")
@@ -190,8 +191,8 @@ class Checks(Section):
     """What a target has to keep."""
 
     clearance_mm: NotNegative = 5.0
-    wrist_deg: NotNegative = 5.0
-    elbow_deg: NotNegative = 5.0
+    wrist_deg: RightAngle = 5.0
+    elbow_deg: RightAngle = 5.0
     shoulder_mm: NotNegative = 50.0
     sigma: NotNegative = Field(0.02, description="smallest singular value; arms without a spherical wrist only")
     gravity_max_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
