@@ -86,7 +86,7 @@ class Nodes:
             detail["beyond_reach_mm" if beyond > 0 else "inside_reach_mm"] = round(abs(beyond) * 1e3, 3)
             detail["roll_deg"] = _deg(self.rolls[best])
         else:
-            detail["search"] = f"not found from {self.solver.seeds} seeds at {len(self.rolls)} rolls"
+            detail["search"] = f"not found from {self.solver.seeds} seeds at {len(self.rolls)} roll(s)"
         return detail
 
     def singular(self, i: int, among: NDArray[np.bool_]) -> tuple[dict[str, Any], Floats]:

@@ -22,6 +22,7 @@ Vec3 = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Values = Annotated[list[float], BeforeValidator(values_of)]  # 5, "LO:HI:STEP" or a list of them
+RightAngle = Annotated[float, Field(ge=0, le=90)]  # an angle from a line: more than 90 would exclude everything
 
 
 class Section(BaseModel):
@@ -182,7 +183,7 @@ class Robot(Section):
     model: str = "kr70_r2100"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
     rotation_deg: Vec3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
-    joints: list[str] = ["A1", "A2", "A3", "A4", "A5", "A6"]
+    joints: Annotated[list[str], Field(min_length=1)] = ["A1", "A2", "A3", "A4", "A5", "A6"]
     flange: str = "flange"
     base: str = Field("base_link", description="body whose frame the report's base_* columns are given in")
     max_speed_deg_s: list[Positive] | None = Field(None, description="where the MJCF does not carry them")
@@ -252,8 +253,8 @@ class Checks(Section):
     """What a target has to keep."""
 
     clearance_mm: NotNegative = 5.0
-    wrist_deg: NotNegative = 5.0
-    elbow_deg: NotNegative = 5.0
+    wrist_deg: RightAngle = 5.0
+    elbow_deg: RightAngle = 5.0
     shoulder_mm: NotNegative = 50.0
     sigma: NotNegative = Field(0.02, description="smallest singular value; arms without a spherical wrist only")
     off_bead_mm: NotNegative = Field(
