@@ -150,7 +150,12 @@ def colour_of(row: Row) -> Colour:
 
 def main_reason(row: Row) -> str:
     """The reason that most of a pose's infeasible targets have; the first of equals."""
-    return max(REASON_COLOUR, key=lambda reason: int(row["reasons"].get(reason, 0)))
+    reasons: dict[str, Any] = row["reasons"]
+
+    def count(reason: str) -> int:
+        return int(reasons.get(reason) or 0)
+
+    return max(REASON_COLOUR, key=count)
 
 
 def _titles(poses: list[Pose]) -> list[list[str]]:
