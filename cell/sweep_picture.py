@@ -142,7 +142,7 @@ def colour_of(row: Row) -> Colour:
     if row["verdict"] == "feasible":
         return FEASIBLE
     reason = main_reason(row)
-    share = row["infeasible"] / max(row.get("looked_at", row["infeasible"]), 1)
+    share = row["infeasible"] / max(int(row.get("looked_at") or row["infeasible"]), 1)
     strength = PALEST + (1 - PALEST) * math.sqrt(min(share, 1.0))
     r, g, b = (round(255 - strength * (255 - c)) for c in REASON_COLOUR[reason])
     return r, g, b
