@@ -32,8 +32,11 @@ from .progress import Bar
 from .scene import compose
 from .sections import REASONS, Case
 from .sweep_grid import Pose
-from .sweep_log import Log, fingerprint
+from .sweep_log import Log
+from .sweep_log import fingerprint as fingerprint
 from .sweep_pool import completed, processes
+from .sweep_rank import SCHEMA as SCHEMA
+from .sweep_rank import sweep_document as sweep_document
 from .sweep_screen import screen
 
 MOST_JOBS = 8  # cells a worker keeps ready

@@ -142,7 +142,7 @@ def colour_of(row: Row) -> Colour:
     if row["verdict"] == "feasible":
         return FEASIBLE
     reason = main_reason(row)
-    share = row["infeasible"] / max(row.get("looked_at", row["infeasible"]), 1)
+    share = row["infeasible"] / max(int(row.get("looked_at") or row["infeasible"]), 1)
     strength = PALEST + (1 - PALEST) * math.sqrt(min(share, 1.0))
     r, g, b = (round(255 - strength * (255 - c)) for c in REASON_COLOUR[reason])
     return r, g, b
@@ -150,7 +150,12 @@ def colour_of(row: Row) -> Colour:
 
 def main_reason(row: Row) -> str:
     """The reason that most of a pose's infeasible targets have; the first of equals."""
-    return max(REASON_COLOUR, key=lambda reason: int(row["reasons"].get(reason, 0)))
+    reasons: dict[str, Any] = row["reasons"]
+
+    def count(reason: str) -> int:
+        return int(reasons.get(reason) or 0)
+
+    return max(REASON_COLOUR, key=count)
 
 
 def _titles(poses: list[Pose]) -> list[list[str]]:
