@@ -167,7 +167,7 @@ def _check(args: argparse.Namespace) -> int:
 
 
 def _slice(args: argparse.Namespace) -> int:
-    _outputs(args.json, args.targets)
+    _outputs(args.json, args.targets, args.picture)
     from slicing.document import slices_document, targets_rows
     from slicing.indices import indices
     from slicing.part import PartError
@@ -191,6 +191,11 @@ def _slice(args: argparse.Namespace) -> int:
         from .files import write_csv
 
         write_csv(args.targets, *targets_rows(targets))
+    if args.picture:
+        from .files import write_bytes
+        from .slice_picture import body_of, slice_picture
+
+        write_bytes(args.picture, slice_picture(sliced, body_of(part), title=case.title, colour=args.colour))
     _say(slice_lines(sliced, found, part.warnings), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE
 
