@@ -94,6 +94,10 @@ def build_parser() -> argparse.ArgumentParser:
     cut.add_argument("--width", type=float, metavar="MM", help="of a bead instead of the case's")
     cut.add_argument("--json", metavar="F", help="write the layers, rbam-slices/1 (- for stdout)")
     cut.add_argument("--targets", metavar="F.csv", help="write the targets, and the ways between beads")
+    cut.add_argument("--picture", metavar="F.png", help="draw the layers, to look at and to print")
+    cut.add_argument(
+        "--colour", choices=("thickness", "layer"), default="thickness", help="what colours mean in the picture"
+    )
 
     compare = command("compare", "hold the slicing strategies against one another", COMPARE_TEXT)
     compare.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")

@@ -208,7 +208,7 @@ def _check_motion(args: argparse.Namespace) -> int:
 
 
 def _slice(args: argparse.Namespace) -> int:
-    _outputs(args.json, args.targets)
+    _outputs(args.json, args.targets, args.picture)
     from slicing.document import slices_document, targets_rows
     from slicing.indices import indices
     from slicing.travels import travels
@@ -229,6 +229,11 @@ def _slice(args: argparse.Namespace) -> int:
 
         ways = travels(targets, case.process.retract_mm, sliced[0].body.surface.axis_point)
         write_csv(args.targets, *targets_rows(targets, ways, case.process.travel_speed_mm_s))
+    if args.picture:
+        from .files import write_bytes
+        from .slice_picture import body_of, slice_picture
+
+        write_bytes(args.picture, slice_picture(sliced, body_of(part), title=case.title, colour=args.colour))
     _say(slice_lines(sliced, found, part.warnings, told), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE
 

@@ -78,7 +78,7 @@ def part_shape(
         axis = body.axis_xy_mm
         bands = [(low, high) for low, high in pairwise(profile) if high[1] > low[1]]
         hulls.update((f"body/{i}", _band(axis, *band)) for i, band in enumerate(bands))
-        visual["body_visual"] = body_mesh or _turned(axis, profile)
+        visual["body_visual"] = body_mesh or turned(axis, profile)
     elif body_mesh is not None:
         visual["body_visual"] = body_mesh
         hulls["body/0"] = _thinned_hull(body_mesh.vertices)
@@ -209,7 +209,7 @@ def _band(axis: tuple[float, float], low: Point, high: Point) -> Floats:
     return np.concatenate([_ring(axis, low, covering), _ring(axis, high, covering)])
 
 
-def _turned(axis: tuple[float, float], profile: Sequence[Point]) -> Mesh:
+def turned(axis: tuple[float, float], profile: Sequence[Point]) -> Mesh:
     """The profile turned about its axis, as a closed mesh."""
     rings = [_ring(axis, point, 1.0) for point in profile]
     ends = [[*axis, profile[0][1]], [*axis, profile[-1][1]]]

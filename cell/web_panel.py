@@ -49,7 +49,7 @@ class Panel(plugin.ViewerPlugin):
     @messages.handler
     def on_build_gui(self, _: messages.BuildGuiEvent) -> None:
         """Lay the window out."""
-        if not imgui.GetIO().WantCaptureKeyboard:
+        if not imgui.IsAnyItemActive():  # a slider that is typed into
             for key, code in self._keys:
                 if imgui.IsKeyPressed(key):
                     self._player.key(code)
@@ -62,13 +62,15 @@ class Panel(plugin.ViewerPlugin):
         imgui.End()
 
     def _words(self) -> None:
-        if imgui.BeginTable("said", 2, imgui.TableFlags.SizingFixedFit.value):
+        if imgui.BeginTable("said", 2):
+            imgui.TableSetupColumn("name", imgui.TableColumnFlags.WidthFixed.value)
+            imgui.TableSetupColumn("value", imgui.TableColumnFlags.WidthStretch.value)
             for name, value in self._player.texts():
                 imgui.TableNextRow()
                 imgui.TableNextColumn()
                 imgui.TextUnformatted(name)
                 imgui.TableNextColumn()
-                imgui.TextUnformatted(value)
+                imgui.TextWrapped(value.replace("%", "%%"))
             imgui.EndTable()
 
     def _leading(self) -> None:

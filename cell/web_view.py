@@ -113,7 +113,7 @@ def _bind(sock: socket.socket, host: str, ports: Any) -> None:
 def replay_in_browser(
     result: Result, place: Place, *, speed: float = 1.0, loop: bool = False, colour: Colouring = "layer"
 ) -> None:
-    """Serve a result to browsers until Ctrl-C is pressed; time passes while one is watching.
+    """Serve a result to browsers until Ctrl-C is pressed.
 
     Args:
         result: from ``cell.check.check``.
@@ -136,7 +136,6 @@ def replay_in_browser(
                 sys.stderr.write(WARNING.format(address=place.address, port=place.port))
             sys.stderr.flush()
             while not stop.is_set():
-                # no frame: nobody is watching
                 if not viewer.prepare_next_frame():
                     stop.wait(RESTING)
                     continue
