@@ -23,6 +23,7 @@ from slicing.intersect import intersect_offsets
 from slicing.layers import Layer, SlicedSubVolume, SlicingParameters
 from slicing.part import Floats, Mesh, PartError, mesh_from_arrays
 from slicing.surfaces import Plane
+from slicing.volume import MOST
 
 BODY_NAME = "BODY"
 ON_AXIS_MM = 1e-9
@@ -55,9 +56,31 @@ def slice_body(mesh: Mesh, body: RoundBody, parameters: SlicingParameters) -> Sl
             layers.append(Layer(len(layers), base.offset(height), tuple(curves), area, (step, step)))
     if not layers:
         raise PartError(f"{BODY_NAME}: thinner than one layer ({step} mm) along its axis")
+    laid = step * sum(layer.area_mm2 for layer in layers)
     return SlicedSubVolume(
-        BODY_NAME, "planar", mesh, body, tuple(layers), mesh.warnings, parameters, stands_on_plate=True
+        BODY_NAME,
+        "planar",
+        mesh,
+        body,
+        tuple(layers),
+        (*mesh.warnings, *_volume_line(mesh, base, layers)),
+        parameters,
+        stands_on_plate=True,
+        volume_mm3=mesh.volume,
+        laid_volume_mm3=laid,
+        end_mm=float(heights[-1]) + step - (high - low),
     )
+
+
+def _volume_line(mesh: Mesh, base: Plane, layers: list[Layer]) -> list[str]:
+    """A line where the sections, joined by the trapezoidal rule, do not make the body's volume."""
+    area = np.array([layer.area_mm2 for layer in layers])
+    height = np.array([(np.asarray(layer.surface.point) - base.point)[2] for layer in layers])  # type: ignore[union-attr]
+    top = float(np.ptp(mesh.bounds[:, 2]))
+    held = float(np.trapezoid(area, height) + area[-1] * (top - height[-1]))
+    if abs(held - mesh.volume) <= MOST * mesh.volume:
+        return []
+    return [f"{BODY_NAME}: its sections hold {held:.1f} mm³, its mesh {mesh.volume:.1f} mm³"]
 
 
 def turned_solid(profile: Sequence[tuple[float, float]], axis_xy_mm: tuple[float, float], tolerance_mm: float) -> Mesh:

@@ -48,6 +48,9 @@ def slices_document(
                 "strategy": one.strategy,
                 "layers": [_layer(layer) for layer in one.layers],
                 "indices": some.to_dict(),
+                "volume_mm3": float(one.volume_mm3),
+                "laid_volume_mm3": float(one.laid_volume_mm3),
+                "end_mm": float(one.end_mm),
                 **(_beads(laid[k]) if laid else {}),
             }
             for k, (one, some) in enumerate(zip(sliced, found, strict=True))

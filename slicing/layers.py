@@ -104,6 +104,9 @@ class SlicedSubVolume:
             the like.
         parameters: what was asked for.
         stands_on_plate: it is the body itself, laid on the plate or the support, not on a body.
+        volume_mm3: of the sub-volume outside its body; NaN where it was not held against its layers.
+        laid_volume_mm3: area times thickness over all layers (see `slicing.volume`).
+        end_mm: how far the last layer stands out above the sub-volume's top; below 0 what is left above it.
     """
 
     name: str
@@ -114,6 +117,9 @@ class SlicedSubVolume:
     warnings: tuple[str, ...] = ()
     parameters: SlicingParameters = field(default_factory=SlicingParameters)
     stands_on_plate: bool = False
+    volume_mm3: float = math.nan
+    laid_volume_mm3: float = math.nan
+    end_mm: float = math.nan
 
     def thickness_at(self, layer: int, points: Floats) -> Floats:
         """Thickness (n,) of the bead at points (n, 3) of a layer, mm. See `slicing.thickness`."""

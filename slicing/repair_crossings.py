@@ -22,7 +22,7 @@ from slicing.part import Bools, Floats, Ints
 
 Numbers = npt.NDArray[Any]  # of boxes (int32), and their sides (float32)
 
-BATCH = 100_000  # pairs of boxes looked at together
+BATCH = 200_000  # pairs of boxes looked at together
 GRID = 2**16  # steps of the space-filling curve along an axis
 
 
@@ -59,7 +59,7 @@ def crossings(vertices: Floats, faces: Ints, reach_mm: float) -> Crossings:
     sorted_faces = faces[order]
     levels = _tree(vertices, sorted_faces)
     hits: list[_Hits] = []
-    root: Numbers = np.zeros(1, dtype=np.int32)
+    root: Numbers = np.zeros(1, dtype=np.intp)
     todo: list[tuple[int, Numbers, Numbers]] = [(len(levels) - 1, root, root)]
     while todo:
         level, i, j = todo.pop()
@@ -110,8 +110,10 @@ def _tree(vertices: Floats, faces: Ints) -> list[tuple[Numbers, Numbers]]:
 def _overlapping(low: Numbers, high: Numbers, i: Numbers, j: Numbers) -> tuple[Numbers, Numbers]:
     """Pairs of boxes that overlap; a box and itself always do."""
     for k in range(3):
-        meet = (low[k][i] <= high[k][j]) & (low[k][j] <= high[k][i])
-        i, j = i[meet], j[meet]
+        meet = low[k].take(i) <= high[k].take(j)
+        meet &= low[k].take(j) <= high[k].take(i)
+        rows = np.flatnonzero(meet)
+        i, j = i.take(rows), j.take(rows)
     return i, j
 
 

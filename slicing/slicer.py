@@ -19,6 +19,7 @@ from slicing.part import Floats, Mesh, PartError
 from slicing.planar import planar_layers
 from slicing.surfaces import Surface
 from slicing.thickness import resampled
+from slicing.volume import hold_volume
 
 THIN_SPACING_MM = 0.25  # at which beads are looked at for thin places
 GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it
@@ -51,7 +52,14 @@ def slice_sub_volume(mesh: Mesh, body: RoundBody, parameters: SlicingParameters)
     sliced = SlicedSubVolume(mesh.name, parameters.strategy, mesh, body, layers, (), parameters)
     # where thin beads are dealt with, `slicing.policy` tells of them
     thin = _thin_beads(sliced) if parameters.thickness == "report" else []
-    return replace(sliced, warnings=(*mesh.warnings, *warnings, *thin))
+    held = hold_volume(sliced)
+    return replace(
+        sliced,
+        warnings=(*mesh.warnings, *warnings, *thin, *held.lines),
+        volume_mm3=held.volume_mm3,
+        laid_volume_mm3=held.laid_mm3,
+        end_mm=held.end_mm,
+    )
 
 
 def _layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
