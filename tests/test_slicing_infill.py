@@ -8,6 +8,8 @@ import manifold3d
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from shapely import affinity
 from test_slicing_solids import BODY, blade, box, box_solid, from_manifold, ring
 
@@ -138,6 +140,30 @@ def test_beads_lie_on_their_surface_and_in_their_layer(name):
             ends = np.roll(bead.points, -1, axis=0) if bead.closed else bead.points[1:]
             middle = 0.5 * (bead.points[: len(ends)] + ends)
             assert np.abs(layer.surface.distance(middle)).max() < 0.0101
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(8.0, 30.0), st.floats(1.5, 6.0), st.floats(0.0, 0.5), st.floats(0, 180))
+def test_wobbly_regions_with_holes_are_covered(seed, size, width, overlap, angle):
+    rng = np.random.default_rng(seed)
+    t = 2 * np.pi * np.arange(160) / 160
+
+    def blob(radius: float) -> np.ndarray:
+        wobble = 1 + 0.3 * sum(rng.normal() / k * np.cos(k * t + rng.uniform(0, 6)) for k in range(2, 6))
+        return radius * np.maximum(wobble, 0.4)[:, None] * np.stack([np.cos(t), np.sin(t)], axis=1)
+
+    layer = planar_layer(blob(size), blob(0.15 * size)[::-1])
+    for pattern in FILLS:
+        parameters = BeadParameters(pattern, width_mm=width, overlap=overlap, angle_deg=angle)
+        strokes = [_strokes(island, parameters, 0) for island in islands(layer)]
+        assert all(strokes)
+        for island, some in zip(islands(layer), strokes, strict=True):
+            wide = [stroke for stroke in some if not stroke.thin]
+            reach = island.region.buffer(-0.5 * width).buffer(0.5 * width, quad_segs=64)
+            if wide and reach.area > width**2:
+                covered = laid_area(island, wide, width)
+                assert reach.intersection(laid_area(island, some, width)).area >= 0.98 * reach.area
+                assert covered.difference(island.region.buffer(5e-3)).area < 1e-3 * island.region.area
 
 
 def test_charts_keep_lengths_areas_and_places():
