@@ -268,7 +268,7 @@ def _strokes(island: Island, p: BeadParameters, layer: int) -> list[Stroke]:
         found += zigzag(island, p.first_mm + p.contours * p.pitch_mm, over, p.pitch_mm, p.width_mm, angle)
     else:
         rounds = 1 if p.pattern == "contour" else None
-        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, rounds)
+        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, rounds, fills=rounds is None)
     if p.first_mm > 0.0:
         found += narrow_places(island, p.first_mm, p.width_mm)
     return found

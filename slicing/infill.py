@@ -62,7 +62,7 @@ class Stroke:
 
 
 def contour_rounds(
-    island: Island, first_mm: float, pitch_mm: float, width_mm: float, rounds: int | None
+    island: Island, first_mm: float, pitch_mm: float, width_mm: float, rounds: int | None, fills: bool = True
 ) -> Iterator[Stroke]:
     """Rounds along the border of an island, from the outside inward.
 
@@ -72,6 +72,8 @@ def contour_rounds(
         pitch_mm: distance of the next from it.
         width_mm: of the beads.
         rounds: how many; None fills the whole island.
+        fills: whether what the rounds leave uncovered of each other, or of what fills the rest a pitch inside the last
+            one, gets a round of its own.
 
     Yields:
         The outermost round as contours, the others as infill (all as contours where rounds is given).
@@ -84,7 +86,7 @@ def contour_rounds(
         yield from _loops(inset, island, kind)
         k += 1
         after = _inset(island.region, first_mm + k * pitch_mm)
-        if rounds is None:
+        if fills:
             yield from _core(island, inset, after, pitch_mm, width_mm)
         inset = after
 

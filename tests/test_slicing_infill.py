@@ -142,7 +142,7 @@ def test_beads_lie_on_their_surface_and_in_their_layer(name):
             assert np.abs(layer.surface.distance(middle)).max() < 0.0101
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(8.0, 30.0), st.floats(1.5, 6.0), st.floats(0.0, 0.5), st.floats(0, 180))
 def test_wobbly_regions_with_holes_are_covered(seed, size, width, overlap, angle):
     rng = np.random.default_rng(seed)
@@ -174,7 +174,7 @@ def test_charts_keep_lengths_areas_and_places():
         for island in islands(layer):
             chart = island.chart
             outline = np.asarray(island.region.exterior.coords)[:-1]
-            at = outline[rng.integers(0, len(outline), 40)]
+            at = outline[rng.integers(0, len(outline), 12)]
             points = chart.lift(at)
             assert np.abs(layer.surface.distance(points)).max() < 1e-9
             step = 1e-4
@@ -215,7 +215,7 @@ def test_rounds_of_a_rectangle_and_a_disc_have_the_lengths_of_their_offsets():
 
 def test_rounds_of_an_annulus_run_round_its_hole_as_well():
     layer = planar_layer(circle(20.0, 3600), circle(7.0, 1800, hole=True))
-    first = list(contour_rounds(islands(layer)[0], 2.5, 3.75, W, 1))
+    first = list(contour_rounds(islands(layer)[0], 2.5, 3.75, W, 1, fills=False))
     assert sorted(s.hole for s in first) == [False, True]
     for stroke in first:
         ring_ = shapely.LinearRing(stroke.line)
