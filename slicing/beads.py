@@ -262,11 +262,13 @@ def _strokes(island: Island, p: BeadParameters, layer: int) -> list[Stroke]:
     if p.pattern == "zigzag":
         angle = p.angle_deg + layer * p.angle_step_deg
         found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, p.contours)
-        over = OVER * p.width_mm if p.contours else 0.0
+        # so far that between the round ends of two lines the round about them covers
+        over = p.pitch_mm - (0.5 - OVER) * p.width_mm if p.contours else 0.0
+        over = min(max(over, 0.0), p.pitch_mm)
         found += zigzag(island, p.first_mm + p.contours * p.pitch_mm, over, p.pitch_mm, p.width_mm, angle)
     else:
         rounds = 1 if p.pattern == "contour" else None
-        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, rounds)
+        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, rounds, fills=rounds is None)
     if p.first_mm > 0.0:
         found += narrow_places(island, p.first_mm, p.width_mm)
     return found

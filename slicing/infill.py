@@ -33,7 +33,7 @@ ROUND_MM = 0.002  # sagitta of the rounds about inner corners
 SMOOTH_MM = 0.002  # rounds are simplified to this
 NUDGE = 1e-3  # outermost lines run this share of a width inside the border
 LONGEST_JOINT = 3.0  # times the pitch
-OVER = 0.2  # lines run this share of a width further into the rounds about them
+OVER = 0.1  # lines run this share of a width further into the rounds about them than they must
 NARROW = 0.2  # short places with less room than this share of a width are left
 LEAST_GAP = 0.02  # uncovered areas below this share of width² are left as they are
 
@@ -62,7 +62,7 @@ class Stroke:
 
 
 def contour_rounds(
-    island: Island, first_mm: float, pitch_mm: float, width_mm: float, rounds: int | None
+    island: Island, first_mm: float, pitch_mm: float, width_mm: float, rounds: int | None, fills: bool = True
 ) -> Iterator[Stroke]:
     """Rounds along the border of an island, from the outside inward.
 
@@ -72,6 +72,8 @@ def contour_rounds(
         pitch_mm: distance of the next from it.
         width_mm: of the beads.
         rounds: how many; None fills the whole island.
+        fills: whether what the rounds leave uncovered of each other, or of what fills the rest a pitch inside the last
+            one, gets a round of its own.
 
     Yields:
         The outermost round as contours, the others as infill (all as contours where rounds is given).
@@ -84,7 +86,7 @@ def contour_rounds(
         yield from _loops(inset, island, kind)
         k += 1
         after = _inset(island.region, first_mm + k * pitch_mm)
-        if rounds is None:
+        if fills:
             yield from _core(island, inset, after, pitch_mm, width_mm)
         inset = after
 
@@ -97,7 +99,15 @@ def _inset(region: Any, by_mm: float) -> Any:
         return region
     quarter = max(math.ceil(0.25 * math.pi / math.acos(max(1.0 - ROUND_MM / by_mm, 0.5))), 4)
     inner = region.buffer(-by_mm, quad_segs=quarter)
-    return shapely.simplify(inner, SMOOTH_MM)
+    return _areas(shapely.simplify(inner, SMOOTH_MM))
+
+
+def _areas(geometry: Any) -> Any:
+    """A geometry without its parts that are no polygons."""
+    import shapely
+
+    parts = shapely.get_parts(geometry)
+    return shapely.union_all([part for part in parts if part.geom_type == "Polygon" and part.area > 1e-9])
 
 
 def _core(island: Island, inset: Any, after: Any, pitch_mm: float, width_mm: float) -> Iterator[Stroke]:
@@ -115,9 +125,10 @@ def _core(island: Island, inset: Any, after: Any, pitch_mm: float, width_mm: flo
         if near.covers(line):
             yield stroke
             continue
-        kept = shapely.line_merge(line.intersection(near))
-        for part in shapely.get_parts(kept):
-            if part.geom_type == "LineString" and part.length > 0.25 * width_mm:
+        pieces = [p for p in shapely.get_parts(line.intersection(near)) if p.geom_type == "LineString"]
+        pieces = [piece for piece in pieces if not piece.is_empty]
+        for part in shapely.get_parts(shapely.line_merge(shapely.MultiLineString(pieces))):
+            if part.length > 0.25 * width_mm:
                 yield Stroke(np.asarray(part.coords), False, False, "infill")
 
 
@@ -200,7 +211,7 @@ def zigzag(
         for part in shapely.get_parts(_inset(island.region, inside_mm)):
             if part.geom_type == "Polygon" and part.area > 1e-9:
                 room = part.buffer(over_mm, join_style="mitre")
-                room = room.intersection(_inset(island.region, inside_mm - over_mm))
+                room = _areas(room.intersection(_inset(island.region, inside_mm - over_mm)))
                 yield from _to_and_fro(room, _levels(part, angle, pitch_mm, width_mm), angle, pitch_mm)
         return
     rise = period * math.sin(angle)

@@ -9,7 +9,6 @@ the layer below ended. Open beads may be laid from either end, unless directions
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,6 +18,7 @@ from slicing.part import Floats
 
 EXACT = 7  # beads whose best order is searched for among all
 MOST = 250  # beads whose order is bettered
+SWEEPS = 20
 
 
 def ordered(layers: Sequence[Sequence[Bead]], parameters: BeadParameters) -> list[list[Bead]]:
@@ -67,90 +67,82 @@ def shortest(beads: Sequence[Bead], start: Floats | None, may_turn: bool) -> lis
     n = len(beads)
     if n == 0:
         return []
-    first = np.array([[bead.points[0], bead.end] for bead in beads])  # [bead, turned]: where it starts
-    last = first[:, ::-1]
+    # ends numbered 2 * bead + (1 if turned): where it is entered, and where it is left
+    enter = np.array([at for bead in beads for at in (bead.points[0], bead.end)])
+    leave = enter.reshape(n, 2, 3)[:, ::-1].reshape(2 * n, 3)
+    gaps = np.sqrt(((leave[:, None] - enter[None]) ** 2).sum(axis=2))
+    begin = np.zeros(2 * n) if start is None else np.sqrt(((enter - start) ** 2).sum(axis=1))
     free = [may_turn and not bead.closed for bead in beads]
     if n <= EXACT:
-        return _exact(first, last, free, start)
-    way = _greedy(first, last, free, start)
-    return _bettered(way, first, last, free, start) if n <= MOST else way
+        way = _exact(gaps.tolist(), begin.tolist(), free)
+    else:
+        way = _greedy(gaps, begin, free)
+        if n <= MOST:
+            same = [bool(np.array_equal(bead.points[0], bead.end)) for bead in beads]
+            way = _bettered(way, gaps.tolist(), begin.tolist(), free, same)
+    return [(e // 2, bool(e % 2)) for e in way]
 
 
-def _gap(a: Floats | None, b: Floats) -> float:
-    return 0.0 if a is None else float(np.sqrt(((a - b) ** 2).sum()))
-
-
-def _exact(first: Floats, last: Floats, free: list[bool], start: Floats | None) -> list[tuple[int, bool]]:
+def _exact(gaps: list[list[float]], begin: list[float], free: list[bool]) -> list[int]:
     """The shortest way of all: by sets of beads that are done and the one done last."""
-    n = len(first)
-    sides = [(0, 1) if f else (0,) for f in free]
-    best: dict[tuple[int, int, int], tuple[float, tuple[int, int] | None]] = {}
-    every = [(bead, side) for bead in range(n) for side in sides[bead]]
-    for k, s in every:
-        best[1 << k, k, s] = (_gap(start, first[k, s]), None)
+    n = len(free)
+    every = [2 * k + s for k in range(n) for s in ((0, 1) if free[k] else (0,))]
+    best: dict[tuple[int, int], tuple[float, int]] = {(1 << (e // 2), e): (begin[e], -1) for e in every}
     for done in range(1, 1 << n):
-        for k, s in (e for e in every if (done, e[0], e[1]) in best):
-            cost = best[done, k, s][0]
-            for j in (j for j in range(n) if not done >> j & 1):
-                for t in sides[j]:
-                    key = (done | 1 << j, j, t)
-                    total = cost + _gap(last[k, s], first[j, t])
-                    if key not in best or total < best[key][0] - 1e-12:
-                        best[key] = (total, (k, s))
+        for e in every:
+            if (done, e) not in best:
+                continue
+            cost = best[done, e][0]
+            for f in every:
+                if done >> (f // 2) & 1:
+                    continue
+                key, total = (done | 1 << (f // 2), f), cost + gaps[e][f]
+                if key not in best or total < best[key][0] - 1e-12:
+                    best[key] = (total, e)
     done = (1 << n) - 1
-    at = min(every, key=lambda e: best[done, e[0], e[1]][0])
-    way = [(at[0], bool(at[1]))]
-    before = best[done, at[0], at[1]][1]
-    while before is not None:
-        done &= ~(1 << at[0])
-        at = before
-        way.append((at[0], bool(at[1])))
-        before = best[done, at[0], at[1]][1]
+    way = [min(every, key=lambda e: best[done, e][0])]
+    for _ in range(n - 1):
+        before = best[done, way[-1]][1]
+        done &= ~(1 << (way[-1] // 2))
+        way.append(before)
     return way[::-1]
 
 
-def _greedy(first: Floats, last: Floats, free: list[bool], start: Floats | None) -> list[tuple[int, bool]]:
-    """Always on to the nearest start."""
-    left, at, way = list(range(len(first))), start, []
-    while left:
-        if at is None:
-            k, turned = left[0], False
-        else:
-            away = np.sqrt(((first[left] - at) ** 2).sum(axis=2))
-            away[[not free[k] for k in left], 1] = np.inf
-            row, side = np.unravel_index(int(np.argmin(away)), away.shape)
-            k, turned = left[int(row)], bool(side)
-        left.remove(k)
-        way.append((k, turned))
-        at = last[k, int(turned)]
+def _greedy(gaps: Floats, begin: Floats, free: list[bool]) -> list[int]:
+    """Always on to the nearest end."""
+    barred = np.array([False, True] * len(free)) & ~np.repeat(free, 2)
+    away, way = begin, []
+    for _ in range(len(free)):
+        e = int(np.argmin(np.where(barred, np.inf, away)))
+        way.append(e)
+        barred[[2 * (e // 2), 2 * (e // 2) + 1]] = True
+        away = gaps[e]
     return way
 
 
 def _bettered(
-    way: list[tuple[int, bool]], first: Floats, last: Floats, free: list[bool], start: Floats | None
-) -> list[tuple[int, bool]]:
+    way: list[int], gaps: list[list[float]], begin: list[float], free: list[bool], same: list[bool]
+) -> list[int]:
     """2-opt: stretches turned round as long as that shortens the way."""
 
-    def begin(e: tuple[int, bool]) -> Floats:
-        return first[e[0], int(e[1])]
+    def turned(e: int) -> int:
+        return e ^ 1 if free[e // 2] else e
 
-    def finish(e: tuple[int, bool]) -> Floats:
-        return last[e[0], int(e[1])]
-
-    for _ in range(20):
+    n = len(way)
+    for _ in range(SWEEPS):
         shorter = False
-        for i, j in itertools.combinations(range(len(way) + 1), 2):
-            stretch = way[i:j]
-            if not all(free[k] or np.array_equal(first[k, 0], first[k, 1]) for k, _ in stretch):
-                continue
-            before = finish(way[i - 1]) if i else start
-            now, then = _gap(before, begin(stretch[0])), _gap(before, finish(stretch[-1]))
-            if j < len(way):
-                now += _gap(finish(stretch[-1]), begin(way[j]))
-                then += _gap(begin(stretch[0]), begin(way[j]))
-            if then < now - 1e-9:
-                way[i:j] = [(k, not turned if free[k] else turned) for k, turned in stretch[::-1]]
-                shorter = True
+        for i in range(n):
+            for j in range(i + 1, n + 1):
+                if not (free[way[j - 1] // 2] or same[way[j - 1] // 2]):
+                    break  # a bead that cannot be laid from its end
+                head, tail = turned(way[j - 1]), turned(way[i])
+                now = gaps[way[i - 1]][way[i]] if i else begin[way[i]]
+                then = gaps[way[i - 1]][head] if i else begin[head]
+                if j < n:
+                    now, then = now + gaps[way[j - 1]][way[j]], then + gaps[tail][way[j]]
+                if then < now - 1e-9:
+                    way[i:j] = [turned(e) for e in reversed(way[i:j])]
+                    shorter = True
         if not shorter:
             break
     return way
