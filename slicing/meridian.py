@@ -19,12 +19,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from slicing.part import Bools, Floats, Ints, PartError
 
 FLAT_RATIO = 1e-6  # a segment that rises less than this share of its run is horizontal
+UPRIGHT_RATIO = 1e-9  # one that runs less than this share of its rise is vertical: an apex so far away is rounding
 ON_PROFILE_MM = 1e-5  # nearer than this the segment tells the normal, not the way to the foot
 CHUNK = 2_000_000
 
@@ -186,6 +188,10 @@ def _checked(given: tuple[tuple[float, float], ...]) -> Profile:
         points, flat = points[::-1].copy(), flat[::-1]
     for k in np.flatnonzero(flat):
         points[k + 1, 1] = points[k, 1]
+    for below, above in pairwise(points):  # rows: they are views
+        run, rise = np.abs(above - below)
+        if run <= UPRIGHT_RATIO * rise:
+            above[0] = below[0]
     inner = points[1:-1, 0]
     if (inner == 0.0).any():
         raise PartError("profile_mm: touches the axis between its ends; only its first and last point may lie there")

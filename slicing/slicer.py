@@ -2,6 +2,19 @@
 
 sliced = slice_sub_volume(mesh, Body(20.0), SlicingParameters("nonuniform"))
 [layer.area_mm2 for layer in sliced.layers], sliced.warnings
+
+What becomes of shapes that the paper does not speak of, in every strategy:
+
+- *180 degrees and more*: non-uniform layers are plain offsets of the body as long as they span so much, and flatten
+  once they span less. Planes are cut as they are, but where the footprint faces away from the build direction the
+  body is not below the beads: that is a warning. So is what hangs lower than the footprint: planes start there.
+- *Full rings*: offsets of the body, each with two loops that wind round the axis; planes refuse them.
+- *Loops with holes, several loops, forks*: all loops of a layer are one region, holes left out, and are laid layer by
+  layer. One build direction, or one arc, serves them all: the smallest that covers them.
+- *Ending on another body*: the other end is a top like any other. The mesh ends at the other body, so no curve runs
+  inside that; the last bead may reach up to a layer too far, as at any top.
+- *Already flat* (narrow against the body's radius): the first layer above the body is a plane.
+- The stack ends where the next offset meets nothing. Planes go on to the highest point: what floats is cut as well.
 """
 
 from __future__ import annotations
@@ -11,13 +24,13 @@ from dataclasses import replace
 import numpy as np
 
 from slicing.bodies import require_fit
-from slicing.cylindrical import cylindrical_layers
+from slicing.cylindrical import cylindrical_layers, span
 from slicing.intersect import NUDGE_MM, Curve, intersect
 from slicing.layers import Body, Layer, RoundBody, SlicedSubVolume, SlicingParameters
 from slicing.nonuniform import nonuniform_layers
 from slicing.part import Floats, Mesh, PartError
 from slicing.planar import planar_layers
-from slicing.surfaces import Surface
+from slicing.surfaces import Plane, Surface
 from slicing.thickness import resampled
 from slicing.volume import hold_volume
 
@@ -55,7 +68,7 @@ def slice_sub_volume(mesh: Mesh, body: RoundBody, parameters: SlicingParameters)
     held = hold_volume(sliced)
     return replace(
         sliced,
-        warnings=(*mesh.warnings, *warnings, *thin, *held.lines),
+        warnings=(*mesh.warnings, *warnings, *_hanging_beads(sliced, root), *thin, *held.lines),
         volume_mm3=held.volume_mm3,
         laid_volume_mm3=held.laid_mm3,
         end_mm=held.end_mm,
@@ -164,6 +177,30 @@ def _least_by_spheres(mesh: Mesh, surface: Surface) -> float:
         parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
         triangles = np.concatenate([np.stack(part, axis=1) for part in parts])
     return max(least, 0.0)
+
+
+def _hanging_beads(sliced: SlicedSubVolume, root: list[Curve]) -> list[str]:
+    """Lines if planes are to be laid where the body is not below them, or would have to be."""
+    if sliced.strategy != "planar":
+        return []
+    surface, vertices, lines = sliced.body.surface, sliced.mesh.vertices, []
+    _, width = span(root, surface.axis_point)
+    if width > np.pi + 1e-9:
+        lines.append(
+            f"{sliced.name}: its footprint spans {np.degrees(width):.0f} degrees of the body; beyond 90 degrees from"
+            " the build direction planar beads have no body below them: cylindrical or nonuniform have"
+        )
+    first = sliced.layers[0].surface
+    assert isinstance(first, Plane)
+    lowest = min(float(first.distance(curve.points).min()) for curve in root)
+    outside = vertices[surface.distance(vertices) > GREATEST_GAP_MM]
+    below = lowest - float(first.distance(outside).min()) if len(outside) else 0.0
+    if below > sliced.parameters.h_layer_mm:
+        lines.append(
+            f"{sliced.name}: reaches {below:.2f} mm lower than its footprint along the build direction; planes start"
+            " at the footprint, and what hangs lower is left out"
+        )
+    return lines
 
 
 def _thin_beads(sliced: SlicedSubVolume) -> list[str]:

@@ -115,6 +115,26 @@ def test_a_body_with_a_mesh_of_its_own_and_one_found_in_a_whole_part(make_case, 
     assert [layer.area_mm2 for layer in found[0].layers] == pytest.approx([x.area_mm2 for x in body.layers], rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("body", "strategy", "radii"),
+    [
+        ({"radius_mm": 19, "half_angle_deg": 5, "z_mm": [12, 28]}, "conical", (20.05, 21.41)),
+        ({"radius_mm": None, "profile_mm": [[18, 12], [20, 18], [20, 30]], "z_mm": None}, "revolved", (18.0, 20.0)),
+    ],
+)
+def test_bodies_that_are_told_by_angle_or_profile(make_case, body, strategy, radii):
+    part = {"body": body, "position_mm": [0, 0, -12]}
+    case = load_case(make_case(part=part, slicing={"body": "planar", "strategy": strategy}))
+    part_input = read_part(case)
+    printed, boss = slice_part(case, part_input)
+    assert (printed.strategy, boss.strategy) == ("planar", strategy)
+    for layer, radius in ((printed.layers[0], radii[0]), (printed.layers[-1], radii[1])):
+        away = np.hypot(*layer.curves[0].points[:, :2].T)
+        assert away.min() <= radius + 0.02
+        assert away.max() >= radius - 0.02
+    assert not part_input.warnings
+
+
 def test_what_a_case_may_take(make_case):
     with pytest.raises(InputError, match=r"part\.take: BODY is printed only with slicing: \{body: planar\}"):
         read_part(load_case(make_case(part={"take": ["BODY"]})))

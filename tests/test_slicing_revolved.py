@@ -9,7 +9,7 @@ from itertools import pairwise
 import manifold3d
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.spatial import ConvexHull
@@ -58,6 +58,7 @@ def profiles(draw):
 
 
 @settings(max_examples=100, deadline=None)
+@example(((2.0, -10.0), (2.0000000000000004, -9.0)), 1.0)  # vertical but for rounding
 @given(profiles(), st.floats(0.01, 40))
 def test_offset_chains_are_the_true_offsets(points, by):
     profile = Profile.of(points)
