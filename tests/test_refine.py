@@ -63,7 +63,7 @@ def test_rows_are_put_where_straight_joint_motion_leaves_the_bead(setup: Setup, 
         off, askew = off_and_askew(setup, dense, between)
         assert off.max() < 4e-5
         assert np.rad2deg(askew.max()) < 0.04
-    # nothing that was there is gone, and the roll stays what it was
+    # nothing that was there is gone
     old = {tuple(q) for q in bead.q.round(12).tolist()}
     assert old <= {tuple(q) for q in dense.q.round(12).tolist()}
     again, _ = refined(setup, [dense])
