@@ -252,14 +252,25 @@ def _singular_findings(job: Job, way: Way, margin: Floats) -> list[Finding]:
             found.append(
                 Finding("singular", a, b, {**measure, "limit": round(float(least[j]) * factor, 3), "unit": unit})
             )
-    q = way.q[:, : job.scene.chain.n]
-    together = np.diff(way.row) <= 1
+    return [*found, *_changes(job, way)]
+
+
+def _changes(job: Job, way: Way) -> list[Finding]:
+    """Configurations that change inside a bead: a singularity between two samples that no sample need be near to."""
+    chain, geometry = job.scene.chain, job.solver.geometry
+    q = way.q[:, : chain.n]
+    kinds: tuple[str, ...] = KINDS
     if geometry is not None:
         side = sides(geometry, q)
-        for at in np.flatnonzero((side[1:] != side[:-1]).any(axis=1) & together).tolist():
-            crossed = KINDS[int(np.argmax(side[at + 1] != side[at]))]
-            what = {"on_the_way": "configuration change", "singularity": crossed}
-            found.append(Finding("no_path", int(way.row[at]), int(way.row[at + 1]), what))
+    elif chain.n == 6:
+        side, kinds = np.linalg.det(chain.jacobian(q))[:, None] >= 0, ("sigma",)
+    else:
+        return []
+    crossed = side[1:] != side[:-1]
+    found = []
+    for at in np.flatnonzero(crossed.any(axis=1) & (np.diff(way.row) <= 1)).tolist():
+        what = {"on_the_way": "configuration change", "singularity": kinds[int(np.argmax(crossed[at]))]}
+        found.append(Finding("no_path", int(way.row[at]), int(way.row[at + 1]), what))
     return found
 
 

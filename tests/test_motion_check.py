@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 from boss_motion import boss_case, job_of, result_of
@@ -13,7 +14,7 @@ from boss_motion import boss_case, job_of, result_of
 from cell.check import Result
 from cell.job import Job
 from cell.motion import Motion
-from cell.motion_check import MotionResult, check_motion
+from cell.motion_check import MotionResult, check_motion, table_radii
 from cell.motion_file import ReadMotion
 from cell.motion_report import finding_in_words, motion_document, motion_lines
 from ik.singularity import sides
@@ -244,6 +245,38 @@ def test_arm_and_table_may_turn_together(good: Result) -> None:
     found = look(job, replace(m, q=followed.q, table=m.table + np.stack([np.zeros_like(turn), turn], axis=1)))
     assert found.off[0] < 5e-5
     assert reasons(found) <= {"speed"}  # the time law is another's
+
+
+def test_nothing_on_the_table_travels_further_than_its_radius_says(good: Result) -> None:
+    scene = good.job.scene
+    model, data = scene.model, mujoco.MjData(scene.model)
+    radius = table_radii(scene)
+    moves = ~scene.arm_geom & scene.contact_bits.any(axis=0)
+    rng = np.random.default_rng(0)
+    places = []
+    for table in (rng.uniform(*scene.table_range.T, (20, 2)) for _ in range(2)):
+        corners = []
+        for row in table:
+            data.qpos[scene.table_qpos] = row
+            mujoco.mj_kinematics(model, data)
+            # the farthest corner of every geom's own box
+            R = data.geom_xmat.reshape(-1, 3, 3)[moves]
+            signs = np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
+            local = model.geom_aabb[moves, None, :3] + signs * np.minimum(model.geom_aabb[moves, None, 3:], 1.0)
+            corners.append(np.einsum("gij,gkj->gki", R, local) + data.geom_xpos[moves, None])
+        places.append((table, np.array(corners)))
+    (a, p), (b, q) = places
+    travelled = np.linalg.norm(q - p, axis=-1).max(axis=(1, 2))
+    assert (travelled <= (np.abs(b - a) * radius).sum(axis=1) + 1e-9).all()
+    assert travelled.max() > 0.1
+
+
+def test_an_arm_without_a_spherical_wrist_is_looked_at_as_well(good: Result, folder: Path) -> None:
+    job = job_of(boss_case(folder, "dls", ik={"solver": "dls"}))
+    job.__dict__["solver"] = replace(job.solver, geometry=None)  # as of an arm that no closed form fits
+    found = look(job, good.motion)
+    assert found.feasible
+    assert found.singularity[2] == "sigma"
 
 
 def test_waits_are_counted_apart(good: Result, folder: Path) -> None:

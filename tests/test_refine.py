@@ -1,0 +1,85 @@
+"""Rows that are put between others: on the bead, checked, and refused where they do not hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cell.bead import Stretch
+from cell.check import settings_of
+from cell.collision import Checker
+from cell.config import DEFAULT_CASE, load_case
+from cell.job import prepare
+from cell.place import place
+from cell.plan import plan_bead
+from cell.refine import refined
+from cell.scene import table_angles
+from cell.setup import Setup
+
+
+@pytest.fixture(scope="module")
+def setup() -> Setup:
+    case = load_case(DEFAULT_CASE)
+    job = prepare(case)
+    table = table_angles(job.scene, case.table.E1_deg, case.table.E2_deg)
+    placed = place(job.targets, job.scene.T_base_part(*table))
+    checker = Checker(job.scene, table, 0.05)
+    limits = job.singularity_limits
+    return Setup.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings_of(job))
+
+
+@pytest.fixture(scope="module")
+def bead(setup: Setup) -> Stretch:
+    """The first bead, round the hub, where the wire swings most."""
+    stop = int(np.flatnonzero(np.diff(setup.laid))[0]) + 1
+    plan = plan_bead(setup, 0, stop, None)
+    assert plan.whole
+    return plan.stretches[0]
+
+
+def off_and_askew(setup: Setup, stretch: Stretch, between: float) -> tuple[np.ndarray, np.ndarray]:
+    """Of straight joint motion, m and rad, with the direction interpolated between the targets."""
+    q = (1 - between) * stretch.q[:-1] + between * stretch.q[1:]
+    T = setup.solver.chain.forward(q)
+    k = stretch.edge[:-1]
+    a, b = setup.placed.position[k], setup.placed.position[k + 1]
+    s = (((T[:, :3, 3] - a) * (b - a)).sum(1) / ((b - a) ** 2).sum(1))[:, None]
+    na, nb = setup.placed.normal[k], setup.placed.normal[k + 1]
+    swing = np.arccos(np.clip((na * nb).sum(1), -1, 1))[:, None]
+    sine = np.where(swing > 1e-6, np.sin(swing), 1.0)
+    mixed = np.where(swing > 1e-6, (np.sin((1 - s) * swing) * na + np.sin(s * swing) * nb) / sine, na)
+    askew = np.arctan2(np.linalg.norm(np.cross(T[:, :3, 2], mixed), axis=1), -(T[:, :3, 2] * mixed).sum(1))
+    return np.linalg.norm(T[:, :3, 3] - a - s * (b - a), axis=1), askew
+
+
+def test_rows_are_put_where_straight_joint_motion_leaves_the_bead(setup: Setup, bead: Stretch) -> None:
+    assert np.rad2deg(off_and_askew(setup, bead, 0.5)[1].max()) > 0.05
+    (dense,), spoilt = refined(setup, [bead])
+    assert spoilt == {}
+    assert len(dense.q) > len(bead.q)
+    for between in (0.0, 0.3, 0.5, 0.8):
+        off, askew = off_and_askew(setup, dense, between)
+        assert off.max() < 4e-5
+        assert np.rad2deg(askew.max()) < 0.04
+    # nothing that was there is gone
+    old = {tuple(q) for q in bead.q.round(12).tolist()}
+    assert old <= {tuple(q) for q in dense.q.round(12).tolist()}
+    again, _ = refined(setup, [dense])
+    assert len(again[0].q) == len(dense.q)
+
+
+def test_a_new_row_that_is_too_near_to_something_is_refused(setup: Setup, bead: Stretch) -> None:
+    strict = replace(setup, settings=replace(setup.settings, clearance=0.049))
+    _, spoilt = refined(strict, [bead])
+    assert spoilt
+    target, detail = next(iter(spoilt.items()))
+    assert detail["from_target"] == target - 1
+    assert detail["on_the_way"] == "collision"
+    assert detail["required_mm"] == 49.0
+
+
+def test_a_new_row_that_is_near_a_singularity_is_refused(setup: Setup, bead: Stretch) -> None:
+    strict = replace(setup, limits=replace(setup.limits, wrist=np.deg2rad(89.0)))
+    assert {d["on_the_way"] for d in refined(strict, [bead])[1].values()} == {"singular"}
