@@ -33,7 +33,7 @@ from cell.setup import Setup
 from cell.travel import travel
 
 LAYER = 0.3  # mm
-RADIUS, HEIGHT, PITCH, SHAFT = 14.0, 60.0, 40.0, 30.0  # mm
+RADIUS, HEIGHT, PITCH, SHAFT = 14.0, 60.0, 75.0, 30.0  # mm; with room for the torch beside a boss
 AROUND = 58  # targets a layer, about
 
 
