@@ -12,7 +12,7 @@ penetration. Metres.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,10 +22,13 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
+from .poses import ArmPoses
+
 if TYPE_CHECKING:
     from .scene import Scene
 
 Ints = NDArray[np.int64]
+MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +83,8 @@ class Checker:
         # MuJoCo reports a pair out to the sum of its geoms' gaps
         self._geom_gap = np.where(scene.contact_bits.any(axis=0), reach / 2, 0.0)
         self._pair_gap = reach
+        mujoco.mj_kinematics(scene.model, self._data)  # what stands on the table stays there
+        self._poses = ArmPoses(scene) if scene.model.ngeom > MANY else None
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
@@ -99,18 +104,28 @@ class Checker:
         # the model is shared between checkers of different reach
         model.geom_gap[:], model.pair_gap[:] = self._geom_gap, self._pair_gap
         out = Clearances.none(len(q))
-        arm = self.scene.arm_qpos
         for laid in np.unique(stage):
             self._lay(int(laid), arm_alone=True)
-            for i in np.flatnonzero(stage == laid):
-                data.qpos[arm] = q[i]
-                mujoco.mj_kinematics(model, data)
+            rows = np.flatnonzero(stage == laid)
+            for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
                 mujoco.mj_collision(model, data)
                 if data.ncon:
                     contact = data.contact
-                    k = int(np.argmin(contact.dist))
-                    out.distance[i], out.pair[i], out.position[i] = contact.dist[k], contact.geom[k], contact.pos[k]
+                    distance = contact.dist
+                    k = int(distance.argmin())
+                    out.distance[i], out.pair[i], out.position[i] = distance[k], contact.geom[k], contact.pos[k]
         return out
+
+    def _put(self, q: Floats) -> Iterator[None]:
+        """Bring the arm into one configuration after the other."""
+        if self._poses is not None:
+            yield from self._poses.put(self._data, q)
+            return
+        data, arm = self._data, self.scene.arm_qpos
+        for row in q:
+            data.qpos[arm] = row
+            mujoco.mj_kinematics(self._model, data)
+            yield
 
     def _lay(self, stage: int, *, arm_alone: bool) -> None:
         """Let the deposits below a number collide, and no others: what is not there yet costs nothing.
