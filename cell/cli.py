@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .sections import Case
 
 FEASIBLE, INFEASIBLE, INTERRUPTED = 0, 1, 130
-HELP_SECONDS = 10.0  # what the search for remedies may take unless it is asked for
+HELP_SECONDS = 10.0  # of processor time that the search for remedies may take unless it is asked for
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -30,6 +30,7 @@ from .screening import Screening, between
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
 LARGE = 600  # targets from which on parts get fewer of them
+PATIENCE = 4  # times as much where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
 TRIES = 5  # growing sizes of one knob
 GROW = 1.6
@@ -78,7 +79,8 @@ def remedies(result: Result, progress: IO[str] | None = None, seconds: float = n
     Args:
         result: an infeasible verdict; of a feasible one nothing comes.
         progress: where to show a bar, if that is a terminal.
-        seconds: after this time nothing further is tried; what is said has been checked all the same.
+        seconds: of the processor's time, after which nothing further is tried (a busy machine changes no answer);
+            infinite: more is tried before it is given up.
 
     Yields:
         First what helps the part as a whole, then each group's smallest change; each as soon as it is known.
@@ -89,7 +91,7 @@ def remedies(result: Result, progress: IO[str] | None = None, seconds: float = n
     whole = np.sort(np.concatenate([group.targets for group in found]))
     parts = found[:MOST_GROUPS] if len(found) > 1 else []
     with Bar(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as bar:
-        search = _Search(result, parts, bar, time.monotonic() + seconds)
+        search = _Search(result, parts, bar, time.process_time() + seconds)
         reason = found[0].reason if len(found) == 1 else None
         best = search.run(whole, reason, SHOWN, CHECKS_WHOLE)
         yield from best
@@ -137,7 +139,7 @@ class _Search:
             result: the verdict.
             found: its groups.
             bar: advances by one a whole check.
-            deadline: when to stop, by ``time.monotonic``.
+            deadline: when to stop, by ``time.process_time``.
         """
         self.result, self.bar, self.deadline = result, bar, deadline
         self.start = Start(result.job, *result.asked)
@@ -154,7 +156,7 @@ class _Search:
     @property
     def spent(self) -> bool:
         """Whether nothing further is to be tried."""
-        return self.left <= 0 or self.tries <= 0 or time.monotonic() > self.deadline
+        return self.left <= 0 or self.tries <= 0 or time.process_time() > self.deadline
 
     def run(self, wanted: Ints, reason: str | None, want: int, checks: int) -> list[Remedy]:
         """The smallest changes that make some targets feasible.
@@ -169,6 +171,7 @@ class _Search:
             Remedies, those that mend the whole part first, then by effort; one without a change where none was found.
         """
         n = len(self.result.rows)
+        checks *= 1 if np.isfinite(self.deadline) else PATIENCE
         self.left = checks if n <= LARGE else max(checks * LARGE // n, 2)
         self.tries = TRIALS * self.left
         entire = len(wanted) == len(self.bad)
@@ -252,7 +255,7 @@ class _Search:
     def _refined(self, knob: Knob, fails: float, holds: float, wanted: Ints, entire: bool, probes: list[int]) -> float:
         if knob.unit == "pose":
             return holds
-        while holds - fails > knob.resolution * 1.001 and time.monotonic() < self.deadline:
+        while holds - fails > knob.resolution * 1.001 and time.process_time() < self.deadline:
             middle = between(knob, fails, holds)
             if self._promises(knob, middle, wanted, entire, probes):
                 holds = middle
@@ -297,7 +300,7 @@ class _Search:
     def _nothing(self, wanted: Ints, reason: str | None, entire: bool) -> Remedy:
         bounds = "; ".join(dict.fromkeys(_bounds(self.start, knob, self.knobs) for knob in self.knobs))
         what = "the whole part" if entire else f"these {len(wanted)} targets"
-        cut = " (cut off before all were tried)" if self.spent else ""
+        cut = " before the search was cut off (--remedies searches longer)" if self.spent else ""
         sentence = f"no single change found that mends {what}{cut}; searched: {bounds}"
         return Remedy(wanted, reason, None, None, len(self.bad), sentence)
 
