@@ -192,9 +192,9 @@ def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Re
     try:
         for remedy in remedies(result, sys.stderr, float("inf") if asked else HELP_SECONDS):
             found.append(remedy)
-            _say(remedy_lines(result, [remedy]), to)
     except KeyboardInterrupt:
         sys.stderr.write("rbam: the search for what would help was interrupted\n")
+    _say(remedy_lines(result, found), to)  # after the bar, which has the terminal until then
     return found
 
 
