@@ -33,7 +33,7 @@ LARGE = 600  # targets from which on parts get fewer of them
 PATIENCE = 4  # times as much where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
 TRIES = 5  # growing sizes of one knob
-GROW = 1.6
+GROW = 1.9
 SHOWN = 3  # remedies for the part as a whole
 PROBES = 3  # beads that are tried before the whole part
 _WIDER = {"low": "wider", "high": "wider"}  # of these one is enough
@@ -176,6 +176,8 @@ class _Search:
         self.tries = TRIALS * self.left
         entire = len(wanted) == len(self.bad)
         found = self._best(self.knobs, wanted, entire, reason, want)
+        if entire and not found:
+            found = self._freed(wanted, reason)
         pair = pair_knob(self.start)
         if entire and not found and pair is not None:
             self.screening.add([pair])
@@ -208,6 +210,13 @@ class _Search:
             elif np.isfinite(trial.size):
                 heapq.heappush(queue, (trial.knob.effort(trial.size), n, trial))
         return list(found.values())
+
+    def _freed(self, wanted: Ints, reason: str | None) -> list[Remedy]:
+        """The greatest change of the roll, should the search have ended before it: a free one."""
+        free = next((knob for knob in self.knobs if knob.how == "free"), None)
+        if free is None or not self.screening.allowed(free, None) or self._blame(free, free.steps[0], wanted, True):
+            return []
+        return [self._remedy(free, free.steps[0], wanted, reason)]
 
     def _try(self, trial: _Trial, wanted: Ints, entire: bool, probes: list[int]) -> float | None:
         """The smallest size that the checker agrees to, if the trial's size is large enough; else it is made larger.
@@ -290,19 +299,20 @@ class _Search:
     def _remedy(self, knob: Knob, size: float, wanted: Ints, reason: str | None) -> Remedy:
         bad = self.checked[knob, size]
         change = self.start.describe(knob, size)
-        if not bad:
-            said = "whole part feasible"
-        else:
-            said = f"these {len(wanted)} targets feasible, {len(bad)} of the part are not"
+        said = "whole part feasible" if not bad else f"{_these(wanted)} feasible, {len(bad)} of the part not"
         sentence = f"{in_words(change)} (checked: {said})"
         return Remedy(wanted, reason, change, "group" if bad else "part", len(bad), sentence, knob.effort(size))
 
     def _nothing(self, wanted: Ints, reason: str | None, entire: bool) -> Remedy:
         bounds = "; ".join(dict.fromkeys(_bounds(self.start, knob, self.knobs) for knob in self.knobs))
-        what = "the whole part" if entire else f"these {len(wanted)} targets"
+        what = "the whole part" if entire else _these(wanted)
         cut = " before the search was cut off (--remedies searches longer)" if self.spent else ""
         sentence = f"no single change found that mends {what}{cut}; searched: {bounds}"
         return Remedy(wanted, reason, None, None, len(self.bad), sentence)
+
+
+def _these(targets: Ints) -> str:
+    return "this target" if len(targets) == 1 else f"these {len(targets)} targets"
 
 
 def _bounds(start: Start, knob: Knob, every: list[Knob]) -> str:
