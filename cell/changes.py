@@ -207,7 +207,7 @@ def _growing(steps: tuple[float, ...]) -> tuple[float, ...]:
 def _roll_knobs(window: RollWindow) -> Iterator[Knob]:
     if window.is_full:
         return
-    deg = SCALE["deg"]
+    deg = 2 * SCALE["deg"]  # the roll is the easiest to change
     for sign, how in ((-1, "low"), (1, "high")):
         if window.is_fixed:
             yield Knob("roll", "shift", sign, _angles(180.0), 1.0, "deg", deg)

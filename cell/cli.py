@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .sections import Case
 
 FEASIBLE, INFEASIBLE, INTERRUPTED = 0, 1, 130
-HELP_SECONDS = 10.0  # what the search for remedies may take unless it is asked for
+HELP_SECONDS = 10.0  # of processor time that the search for remedies may take unless it is asked for
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -181,9 +181,9 @@ def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Re
     try:
         for remedy in remedies(result, sys.stderr, float("inf") if asked else HELP_SECONDS):
             found.append(remedy)
-            _say(remedy_lines(result, [remedy]), to)
     except KeyboardInterrupt:
         sys.stderr.write("rbam: the search for what would help was interrupted\n")
+    _say(remedy_lines(result, found), to)  # after the bar, which has the terminal until then
     return found
 
 

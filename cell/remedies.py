@@ -30,9 +30,10 @@ from .screening import Screening, between
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
 LARGE = 600  # targets from which on parts get fewer of them
+PATIENCE = 4  # times as much where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
 TRIES = 5  # growing sizes of one knob
-GROW = 1.6
+GROW = 1.9
 SHOWN = 3  # remedies for the part as a whole
 PROBES = 3  # beads that are tried before the whole part
 _WIDER = {"low": "wider", "high": "wider"}  # of these one is enough
@@ -78,7 +79,8 @@ def remedies(result: Result, progress: IO[str] | None = None, seconds: float = n
     Args:
         result: an infeasible verdict; of a feasible one nothing comes.
         progress: where to show a bar, if that is a terminal.
-        seconds: after this time nothing further is tried; what is said has been checked all the same.
+        seconds: of the processor's time, after which nothing further is tried (a busy machine changes no answer);
+            infinite: more is tried before it is given up.
 
     Yields:
         First what helps the part as a whole, then each group's smallest change; each as soon as it is known.
@@ -89,7 +91,7 @@ def remedies(result: Result, progress: IO[str] | None = None, seconds: float = n
     whole = np.sort(np.concatenate([group.targets for group in found]))
     parts = found[:MOST_GROUPS] if len(found) > 1 else []
     with Bar(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as bar:
-        search = _Search(result, parts, bar, time.monotonic() + seconds)
+        search = _Search(result, parts, bar, time.process_time() + seconds)
         reason = found[0].reason if len(found) == 1 else None
         best = search.run(whole, reason, SHOWN, CHECKS_WHOLE)
         yield from best
@@ -137,7 +139,7 @@ class _Search:
             result: the verdict.
             found: its groups.
             bar: advances by one a whole check.
-            deadline: when to stop, by ``time.monotonic``.
+            deadline: when to stop, by ``time.process_time``.
         """
         self.result, self.bar, self.deadline = result, bar, deadline
         self.start = Start(result.job, *result.asked)
@@ -154,7 +156,7 @@ class _Search:
     @property
     def spent(self) -> bool:
         """Whether nothing further is to be tried."""
-        return self.left <= 0 or self.tries <= 0 or time.monotonic() > self.deadline
+        return self.left <= 0 or self.tries <= 0 or time.process_time() > self.deadline
 
     def run(self, wanted: Ints, reason: str | None, want: int, checks: int) -> list[Remedy]:
         """The smallest changes that make some targets feasible.
@@ -169,10 +171,13 @@ class _Search:
             Remedies, those that mend the whole part first, then by effort; one without a change where none was found.
         """
         n = len(self.result.rows)
+        checks *= 1 if np.isfinite(self.deadline) else PATIENCE
         self.left = checks if n <= LARGE else max(checks * LARGE // n, 2)
         self.tries = TRIALS * self.left
         entire = len(wanted) == len(self.bad)
         found = self._best(self.knobs, wanted, entire, reason, want)
+        if entire and not found:
+            found = self._freed(wanted, reason)
         pair = pair_knob(self.start)
         if entire and not found and pair is not None:
             self.screening.add([pair])
@@ -205,6 +210,13 @@ class _Search:
             elif np.isfinite(trial.size):
                 heapq.heappush(queue, (trial.knob.effort(trial.size), n, trial))
         return list(found.values())
+
+    def _freed(self, wanted: Ints, reason: str | None) -> list[Remedy]:
+        """The greatest change of the roll, should the search have ended before it: a free one."""
+        free = next((knob for knob in self.knobs if knob.how == "free"), None)
+        if free is None or not self.screening.allowed(free, None) or self._blame(free, free.steps[0], wanted, True):
+            return []
+        return [self._remedy(free, free.steps[0], wanted, reason)]
 
     def _try(self, trial: _Trial, wanted: Ints, entire: bool, probes: list[int]) -> float | None:
         """The smallest size that the checker agrees to, if the trial's size is large enough; else it is made larger.
@@ -252,7 +264,7 @@ class _Search:
     def _refined(self, knob: Knob, fails: float, holds: float, wanted: Ints, entire: bool, probes: list[int]) -> float:
         if knob.unit == "pose":
             return holds
-        while holds - fails > knob.resolution * 1.001 and time.monotonic() < self.deadline:
+        while holds - fails > knob.resolution * 1.001 and time.process_time() < self.deadline:
             middle = between(knob, fails, holds)
             if self._promises(knob, middle, wanted, entire, probes):
                 holds = middle
@@ -287,19 +299,20 @@ class _Search:
     def _remedy(self, knob: Knob, size: float, wanted: Ints, reason: str | None) -> Remedy:
         bad = self.checked[knob, size]
         change = self.start.describe(knob, size)
-        if not bad:
-            said = "whole part feasible"
-        else:
-            said = f"these {len(wanted)} targets feasible, {len(bad)} of the part are not"
+        said = "whole part feasible" if not bad else f"{_these(wanted)} feasible, {len(bad)} of the part not"
         sentence = f"{in_words(change)} (checked: {said})"
         return Remedy(wanted, reason, change, "group" if bad else "part", len(bad), sentence, knob.effort(size))
 
     def _nothing(self, wanted: Ints, reason: str | None, entire: bool) -> Remedy:
         bounds = "; ".join(dict.fromkeys(_bounds(self.start, knob, self.knobs) for knob in self.knobs))
-        what = "the whole part" if entire else f"these {len(wanted)} targets"
-        cut = " (cut off before all were tried)" if self.spent else ""
+        what = "the whole part" if entire else _these(wanted)
+        cut = " before the search was cut off (--remedies searches longer)" if self.spent else ""
         sentence = f"no single change found that mends {what}{cut}; searched: {bounds}"
         return Remedy(wanted, reason, None, None, len(self.bad), sentence)
+
+
+def _these(targets: Ints) -> str:
+    return "this target" if len(targets) == 1 else f"these {len(targets)} targets"
 
 
 def _bounds(start: Start, knob: Knob, every: list[Knob]) -> str:

@@ -31,7 +31,8 @@ def remedy_lines(result: Result, remedies: Iterable[Remedy]) -> Iterator[Rendera
         whose = ""
         if len(remedy.targets) < result.infeasible:
             reason = str(remedy.reason).replace("_", " ")
-            whose = f" {len(remedy.targets)} targets ({reason}, {_where(result, remedy.targets)})"
+            some = "1 target" if len(remedy.targets) == 1 else f"{len(remedy.targets)} targets"
+            whose = f" {some} ({reason}, {_where(result, remedy.targets)})"
         yield f"what would help{whose}: {remedy.sentence}"
 
 
