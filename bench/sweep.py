@@ -5,6 +5,7 @@
 
 Runs with one and with two workers take turns, so that both suffer alike from whatever else the machine does; starting
 processes and preparing the case is left out by a first run of each. The two have to give the same rows, bit by bit.
+CPU time tells what is left where other programs have the cores: it shows what two workers do beyond the work of one.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ import statistics
 import sys
 import time
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -22,17 +25,31 @@ from cell.check import check
 from cell.config import DEFAULT_CASE, load_case
 from cell.job import prepare
 from cell.sections import Case
-from cell.sweep import sweep
+from cell.sweep import Unit, fingerprint
 from cell.sweep_grid import Pose, grid
-from cell.sweep_pool import processes
+from cell.sweep_pool import completed, processes
 from cell.sweep_screen import screen
 
 
-def seconds(case: Case, poses: list[Pose], pool: Executor) -> tuple[float, list[dict[str, object]]]:
-    """Wall time of a sweep, and its rows."""
+@dataclass(frozen=True)
+class Timed:
+    """A unit of a sweep with the CPU time it takes."""
+
+    unit: Unit
+
+    def __call__(self) -> tuple[dict[str, Any], float]:
+        start = time.process_time()
+        row = self.unit()
+        return row, time.process_time() - start
+
+
+def seconds(units: list[Timed], pool: Executor) -> tuple[float, float, list[dict[str, Any]]]:
+    """Wall time, CPU time and rows of a sweep."""
     start = time.perf_counter()
-    rows = sweep(case, poses, executor=pool)
-    return time.perf_counter() - start, rows
+    found = list(completed(pool, units))
+    wall = time.perf_counter() - start
+    rows = sorted((row for row, _ in found), key=lambda row: (row["E1_deg"], row["E2_deg"]))
+    return wall, sum(cpu for _, cpu in found), rows
 
 
 def screening(case: Case, poses: list[Pose]) -> None:
@@ -62,22 +79,22 @@ def screening(case: Case, poses: list[Pose]) -> None:
 
 def scaling(case: Case, poses: list[Pose], runs: int) -> None:
     """Print what a second worker gives, once both have prepared."""
-    ratios, one, two = [], [], []
+    units = [Timed(Unit(fingerprint(case), case, pose)) for pose in poses]
+    found: list[tuple[float, float, float, float]] = []
     with processes(1) as alone, processes(2) as pair:
-        start = time.perf_counter()
         for pool in (alone, pair):
-            sweep(case, poses, executor=pool)
-        print(f"first runs            {time.perf_counter() - start:.2f} s, with the start of three processes")
+            seconds(units, pool)
         for _ in range(runs):
-            (a, rows), (b, same) = seconds(case, poses, alone), seconds(case, poses, pair)
+            (wall, cpu, rows), (wall2, cpu2, same) = seconds(units, alone), seconds(units, pair)
             if rows != same:
                 raise SystemExit("two workers give other rows than one")
-            one.append(a)
-            two.append(b)
-            ratios.append(a / b)
-    print(f"one worker            {statistics.median(one):.2f} s for {len(poses)} poses (median of {runs})")
-    print(f"two workers           {statistics.median(two):.2f} s")
-    print(f"ratio                 {statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})")
+            found.append((wall, wall2, cpu, cpu2))
+    wall, wall2, cpu, cpu2 = (statistics.median(column) for column in zip(*found, strict=True))
+    ratios = sorted(a / b for a, b, _, _ in found)
+    print(f"one worker            {wall:.2f} s for {len(poses)} poses, {cpu:.2f} s of CPU (median of {runs})")
+    print(f"two workers           {wall2:.2f} s, {cpu2:.2f} s of CPU")
+    print(f"ratio                 {statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f})")
+    print(f"by CPU time           {2 * cpu / cpu2:.2f} with a core for each")
 
 
 def main() -> None:
