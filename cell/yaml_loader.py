@@ -16,7 +16,7 @@ _Base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _COLONS = "tag:yaml.org,2002:str", re.compile(r"^[-+]?[\d.]+(:[-+]?[\d.]+)+$")
 
 
-class Loader(_Base):  # type: ignore[misc]
+class Loader(_Base):
     """PyYAML's safe loader, without numbers to the base of 60."""
 
     yaml_implicit_resolvers = {  # noqa: RUF012 (PyYAML's own name and kind)
