@@ -20,6 +20,7 @@ from pydantic import BaseModel, ValidationError
 
 from .errors import InputError
 from .sections import Case
+from .yaml_loader import Loader
 
 MODELS_DIR = Path(__file__).resolve().parents[1] / "models"
 DEFAULT_CASE = MODELS_DIR / "cases" / "propeller.case.yaml"
@@ -49,7 +50,7 @@ def _read(path: Path, within: tuple[Path, ...]) -> object:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as text ({error})") from None
     try:
-        content = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+        content = yaml.load(text, Loader=Loader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f", line {mark.line + 1}" if mark else ""

@@ -2,7 +2,7 @@
 
     python docs/make_sweep_map.py --log map.jsonl     # some ten minutes on one core; goes on from the log
 
-Writes docs/pictures/sweep_map_propeller.png and prints the rows of the page's table.
+Writes docs/pictures/sweep_map_propeller.png and the measured table of the page.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+
+import numpy as np
 
 from cell.check import Result, check
 from cell.config import DEFAULT_CASE, load_case
@@ -21,22 +23,22 @@ from cell.sweep_grid import grid
 from cell.sweep_picture import sweep_picture
 from cell.sweep_rank import sweep_document
 
+START, END = "<!-- measured -->", "<!-- end -->"
 E1, E2 = "-135:135:7.5", "-180:135:7.5"
-PICTURE = Path(__file__).resolve().parent / "pictures" / "sweep_map_propeller.png"
+PAGE = Path(__file__).with_name("sweep_map.md")
+PICTURE = PAGE.parent / "pictures" / "sweep_map_propeller.png"
 ISLANDS = {  # inside first, then over its edges
-    "upper left": ((105, -180), (105, -150), (75, -180), (120, -180)),
-    "lower right": ((-97.5, 75), (-97.5, 60), (-75, 75), (-97.5, 90)),
+    "of pose A": {"inside": (105, -180), "right of it": (105, -150), "above it": (120, -180)},
+    "at -97.5 / 75": {"inside": (-97.5, 75), "left of it": (-97.5, 60), "right of it": (-97.5, 90)},
 }
 
 
 def words(result: Result) -> str:
     """A pose's verdict with the measure of its gravest target, or of its tightest place."""
     if result.motion is not None:
-        chain = result.job.scene.chain
-        room = (result.motion.q - chain.lower).min(axis=0), (chain.upper - result.motion.q).min(axis=0)
-        least = [(min(a, b), name) for a, b, name in zip(*room, chain.names, strict=True)]
-        tightest, name = min(least)
-        return f"feasible; {name} keeps {tightest * 57.29577951308232:.1f} deg"
+        chain, q = result.job.scene.chain, result.motion.q
+        room = np.rad2deg(np.minimum(q - chain.lower, chain.upper - q).min(axis=0))
+        return f"feasible; {chain.names[int(room.argmin())]} keeps {room.min():.1f} deg to its limit"
     reason = max(result.reasons, key=lambda r: result.reasons[r])
     bad = [(i, row) for i, row in enumerate(result.rows) if row.reason == reason]
     key = {"joint_limit": "over_deg", "unreachable": "beyond_reach_mm"}.get(reason)
@@ -49,12 +51,13 @@ def words(result: Result) -> str:
     return f"{reason.replace('_', ' ')} {result.reasons[reason]} of {len(result.rows)}; target {i}: {in_words(row)}"
 
 
-def table(job: Job) -> None:
-    """Print what is measured in and around the islands."""
-    print("| island | E1 | E2 | what `rbam check` says |\n| --- | --: | --: | --- |")
+def table(job: Job) -> str:
+    """What is measured in and around the islands."""
+    lines = ["| island | | E1 | E2 | what `rbam check` says |", "| --- | --- | --: | --: | --- |"]
     for name, poses in ISLANDS.items():
-        for tilt, turn in poses:
-            print(f"| {name} | {tilt:g} | {turn:g} | {words(check(job, tilt, turn))} |", flush=True)
+        for where, (tilt, turn) in poses.items():
+            lines.append(f"| {name} | {where} | {tilt:g} | {turn:g} | {words(check(job, tilt, turn))} |")
+    return "\n".join(lines)
 
 
 def main() -> None:
@@ -66,7 +69,9 @@ def main() -> None:
     case = load_case(DEFAULT_CASE)
     rows = sweep(case, grid(case, E1, E2), workers=args.workers, log=args.log, progress=sys.stderr)
     write_bytes(PICTURE, sweep_picture(sweep_document(case, rows)))
-    table(prepare(case))
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
+    text = f"{before}{START}\n{table(prepare(case))}\n{END}{rest.partition(END)[2]}"
+    PAGE.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

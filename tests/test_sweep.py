@@ -142,6 +142,14 @@ def test_a_grid_may_stand_in_the_case_and_options_go_before_it(make_case):
     assert fingerprint(case) == fingerprint(plain)  # rows say their own pose
 
 
+@pytest.mark.parametrize("written", ["10:50:20", '"10:50:20"', "[10, 30, 50]", "[10:30:20, 50]"])
+def test_a_grid_in_yaml_is_not_a_number_to_the_base_of_60(make_case, written):
+    path = make_case()
+    path.write_text(path.read_text() + f"\nsweep:\n  E1_deg: {written}\n  height_mm: 5\n")
+    assert load_case(path).sweep.E1_deg == [10.0, 30.0, 50.0]
+    assert load_case(path).sweep.height_mm == [5.0]
+
+
 def test_a_pose_changes_the_cell_and_nothing_else(make_case):
     job = prepare(load_case(make_case()))
     moved = variant_of(job, Pose(90, 180, "fixed:-60", (1400.0, 10.0, 20.0, 0.0), 150.0))
