@@ -19,6 +19,7 @@ from slicing.part import Mesh, PartError, load_mesh
 from .errors import InputError
 from .sections import Body as BodySection
 from .sections import Case
+from .terminal import stage
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,7 @@ class PartInput:
     warnings: tuple[str, ...] = ()
 
 
+@stage("reading the part")
 def read_part(case: Case) -> PartInput:
     """Load a case's meshes, and take the part apart if it comes in one.
 

@@ -25,6 +25,7 @@ from ik.chain import Floats
 from .colours import Colouring
 from .errors import InputError
 from .staging import FOVY, MARKS, VISIBLE, Frame, Staging
+from .terminal import stage
 
 if TYPE_CHECKING:
     from .check import Result
@@ -150,6 +151,7 @@ def _score(staging: Staging, view: View, eye: Floats, looks: Floats, focus: Floa
     return score
 
 
+@stage("rendering")
 def picture(
     result: Result,
     *,

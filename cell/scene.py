@@ -32,6 +32,7 @@ from .pieces import (
 )
 from .robot import chain_of, inverse, pose, require
 from .sections import Case
+from .terminal import stage
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +138,7 @@ def table_angles(scene: Scene, E1_deg: float, E2_deg: float) -> tuple[float, flo
     return float(E1), float(E2)
 
 
+@stage("composing the cell")
 def compose(case: Case, part: PartShape) -> Scene:
     """Build the cell.
 
