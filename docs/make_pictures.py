@@ -3,8 +3,8 @@
     python docs/make_pictures.py                     # writes docs/pictures/*.png
     python docs/make_pictures.py propeller layers    # some: propeller, collision, support, boiler, valve, layers
 
-Needs no display (Debian: libegl1, libgl1-mesa-dri). Colours are reduced to 256, so that a picture stays small. A part
-is shown by its case in models/cases; where it has none, by the one below.
+Needs no display (Debian: libegl1, libgl1-mesa-dri). Colours are reduced where a picture would be large. A part is
+shown by its case in models/cases; where it has none, by the one below.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ PROPELLER_POSES = ((90, 180), (-45, 0))  # E1, E2, deg
 WIDE_SUPPORT_MM = 30.0  # the propeller's nozzle has no room beside it
 WIDTH, HEIGHT = 1400, 900
 LAYERS_WIDTH, LAYERS_HEIGHT = 1000, 720
-LARGEST = 250_000  # bytes
+SMALL, LARGEST = 120_000, 250_000  # bytes: up to here nothing is done, beyond here nothing is taken
 COLOURS = (256, 128, 64)
 STANDING = {
     "positioner": {"position_mm": [1550, 0, 0], "rotation_deg": [0, 0, -90]},
@@ -58,6 +58,8 @@ def small(png: bytes) -> bytes:
     Returns:
         A smaller one.
     """
+    if len(png) <= SMALL:
+        return png
     full = Image.open(io.BytesIO(png)).convert("RGB")
     for colours in COLOURS:
         out = io.BytesIO()
