@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from cell.config import load_case
 from cell.job import prepare
 from cell.robot import chain_of, inverse
-from ik import closed_form
+from ik import closed_form, dls
 from ik.certificate import certify
 from ik.chain import Chain, Floats
 from ik.limits import excess
@@ -51,6 +51,7 @@ class Row:
     """One line of the table: a way to settle targets, and what it makes of them."""
 
     name: str
+    count: int  # targets it is given
     run: Callable[[], tuple[float, float]]  # -> shares found and proven out
     best: float = np.inf
     found: float = np.nan
@@ -94,9 +95,9 @@ def ours(chain: Chain, limits: SingularityLimits, Ts: Floats, rolls: Floats) -> 
 
     n = len(rolls)
     return [
-        Row("certificate: any roll, limits, margins", certificate),
-        Row(f"closed form at {n} rolls, limits, margins", lambda: sampled(keep_margins=True)),
-        Row(f"closed form at {n} rolls, limits", lambda: sampled(keep_margins=False)),
+        Row("certificate: any roll, limits, margins", len(Ts), certificate),
+        Row(f"closed form at {n} rolls, limits, margins", len(Ts), lambda: sampled(keep_margins=True)),
+        Row(f"closed form at {n} rolls, limits", len(Ts), lambda: sampled(keep_margins=False)),
     ]
 
 
@@ -121,15 +122,74 @@ def opw_rows(chain: Chain, flange: Chain, Ts: Floats, rolls: Floats) -> list[Row
         inside = np.asarray(result.limit_margin).reshape(len(Ts), -1) >= 0
         return float(inside.any(axis=1).mean()), 0.0
 
-    return [Row(f"py-opw-kinematics reach at {len(rolls)} rolls, limits (Rust)", reach)]
+    return [Row(f"py-opw-kinematics reach at {len(rolls)} rolls, limits (Rust)", len(Ts), reach)]
 
 
-def table(rows: list[Row], count: int) -> str:
+def roboticstoolbox_rows(chain: Chain, Ts: Floats) -> list[Row]:
+    """Its LM on the arm with one joint more: the roll about the wire."""
+    try:
+        import roboticstoolbox as rtb
+        from spatialmath import SE3
+    except ImportError:
+        print("roboticstoolbox-python is not installed: left out", file=sys.stderr)
+        return []
+    links = rtb.ETS()
+    for j in range(chain.n):
+        # a turn about any axis as a turn about z between two fixed frames
+        frame = np.eye(4)
+        x = np.cross(np.eye(3)[int(np.argmin(np.abs(chain.axes[j])))], chain.axes[j])
+        x /= np.linalg.norm(x)
+        frame[:3, :3] = np.column_stack([x, np.cross(chain.axes[j], x), chain.axes[j]])
+        limits = [chain.lower[j], chain.upper[j]]
+        links *= rtb.ET.SE3(SE3(chain.origins[j] @ frame, check=False)) * rtb.ET.Rz(jindex=j, qlim=limits)
+        links *= rtb.ET.SE3(SE3(frame.T, check=False))
+    links *= rtb.ET.SE3(SE3(chain.T_last_tcp, check=False)) * rtb.ET.Rz(jindex=chain.n, qlim=[-np.pi, np.pi])
+    links = links.compile()  # fixed frames in a row become one
+
+    def levenberg_marquardt() -> tuple[float, float]:
+        return float(np.mean([bool(links.ik_LM(T, slimit=16).success) for T in Ts])), 0.0
+
+    return [
+        Row("roboticstoolbox ik_LM with the roll as a joint, 16 starts (C++), limits", len(Ts), levenberg_marquardt)
+    ]
+
+
+def mujoco_rows(chain: Chain, model: mujoco.MjModel, T_flange_tcp: Floats, Ts: Floats) -> list[Row]:
+    """A loop as one writes it: damped least squares of position and wire direction on MuJoCo's Jacobian."""
+    data = mujoco.MjData(model)
+    site, seeds = model.site("flange").id, dls.spread(chain, 16)
+    jp, jr = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+
+    def descend(T: Floats, q: Floats) -> bool:
+        for _ in range(80):
+            data.qpos[:6] = q
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            R = data.site_xmat[site].reshape(3, 3)
+            tcp, z = data.site_xpos[site] + R @ T_flange_tcp[:3, 3], R @ T_flange_tcp[:3, 2]
+            e = np.concatenate([T[:3, 3] - tcp, np.cross(z, T[:3, 2])])
+            if np.abs(e).max() < 1e-7 and z @ T[:3, 2] > 0:
+                return True
+            mujoco.mj_jac(model, data, jp, jr, tcp, model.site_bodyid[site])
+            # the turn about the wire is free
+            J = np.vstack([jp[:, :6], jr[:, :6] - np.outer(z, z @ jr[:, :6])])
+            damping = 0.025 * min(float(e @ e), 1.0) + 1e-12
+            q = np.clip(q + J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), e), chain.lower, chain.upper)
+        return False
+
+    def loop() -> tuple[float, float]:
+        return float(np.mean([any(descend(T, q) for q in seeds) for T in Ts])), 0.0
+
+    return [Row("Python loop of DLS on MuJoCo's Jacobian, 16 seeds, first found, limits", len(Ts), loop)]
+
+
+def table(rows: list[Row]) -> str:
     """The rows as Markdown, with the time of each as a multiple of the first."""
     lines = ["| way | us a target | ratio | found | proven out |", "|---|--:|--:|--:|--:|"]
+    each = [row.best / row.count for row in rows]
     lines += [
-        f"| {r.name} | {r.best / count * 1e6:.1f} | {r.best / rows[0].best:.1f} | {r.found:.1%} | {r.proven:.1%} |"
-        for r in rows
+        f"| {r.name} | {t * 1e6:.1f} | {t / each[0]:.1f} | {r.found:.1%} | {r.proven:.1%} |"
+        for r, t in zip(rows, each, strict=True)
     ]
     return "\n".join(lines)
 
@@ -137,6 +197,7 @@ def table(rows: list[Row], count: int) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--targets", type=int, default=2000, help="hard targets (default 2000)")
+    parser.add_argument("--few", type=int, default=60, help="of them for the slow ways (default 60)")
     parser.add_argument("--rolls", type=int, default=36, help="rolls that sampling tries (default 36)")
     parser.add_argument("--repeat", type=int, default=5, help="rounds; the fastest counts (default 5)")
     parser.add_argument("--seed", type=int, default=0, help="of the targets (default 0)")
@@ -147,10 +208,12 @@ def main() -> None:
     Ts = hard_targets(args.targets, args.seed)
     rolls = RollWindow.free().samples(2 * np.pi / args.rolls)
     rows = ours(chain, job.singularity_limits, Ts, rolls) + opw_rows(chain, flange, Ts, rolls)
+    T_flange_tcp = inverse(flange.T_last_tcp) @ chain.T_last_tcp
+    rows += roboticstoolbox_rows(chain, Ts[: args.few]) + mujoco_rows(chain, arm, T_flange_tcp, Ts[: args.few])
     for _ in range(args.repeat):
         for row in rows:
             row.measure()
-    print(table(rows, args.targets))
+    print(table(rows))
 
 
 if __name__ == "__main__":

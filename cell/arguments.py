@@ -11,6 +11,7 @@ from typing import NoReturn
 
 BAD_INPUT = 2
 STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
+PATTERNS = ("contour", "contour_parallel", "zigzag")
 
 DESCRIPTION = """Can the robot build the part?
 
@@ -23,6 +24,7 @@ EXAMPLES = """examples:
   rbam check my.case.yaml --e1 -45 --e2 0        another table pose
   rbam check --html report.html                  the same in 3D, with the joints over time
   rbam check --roll fixed:90 --json report.json  the wire's roll held at 90 deg; every target as data
+  rbam check my.case.yaml --motion-in their.csv  does a motion from another planner hold in this cell?
   rbam slice my.case.yaml --targets targets.csv  the layers' targets
   rbam compare --paper                           the slicing strategies on the paper's four parts
   rbam sweep my.case.yaml --e1 -90:90:15         which table angles work
@@ -67,7 +69,20 @@ def build_parser() -> argparse.ArgumentParser:
     _case_arguments(check)
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
     check.add_argument("--html", metavar="F.html", help="write a report to look at and to send: one file, no network")
-    check.add_argument("--motion", metavar="F.csv", help="write the checked motion (feasible cases)")
+    check.add_argument(
+        "--all-reasons", action="store_true", help="of infeasible targets, how many candidates each reason excludes"
+    )
+    check.add_argument(
+        "--remedies",
+        action=argparse.BooleanOptionalAction,
+        help="search what would make an infeasible case feasible (default: 10 s, up to 600 targets; Ctrl-C ends it)",
+    )
+    check.add_argument("--motion", metavar="F.csv|F.npz", help="write the checked motion (feasible cases)")
+    check.add_argument(
+        "--motion-in",
+        metavar="F.csv|F.npz",
+        help="check this motion, from whatever planner, against the case's cell instead of searching one",
+    )
 
     cut = command("slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
     cut.add_argument("input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)")
@@ -80,8 +95,10 @@ def build_parser() -> argparse.ArgumentParser:
     cut.add_argument("--units", choices=("mm", "cm", "m", "inch"), default="mm", help="of a mesh (default mm)")
     cut.add_argument("--strategy", choices=STRATEGIES, help="instead of the case's")
     cut.add_argument("--h-layer", type=float, metavar="MM", help="layer height instead of the case's")
+    cut.add_argument("--pattern", choices=PATTERNS, help="of the beads in a layer instead of the case's")
+    cut.add_argument("--width", type=float, metavar="MM", help="of a bead instead of the case's")
     cut.add_argument("--json", metavar="F", help="write the layers, rbam-slices/1 (- for stdout)")
-    cut.add_argument("--targets", metavar="F.csv", help="write the targets")
+    cut.add_argument("--targets", metavar="F.csv", help="write the targets, and the ways between beads")
     cut.add_argument("--picture", metavar="F.png", help="draw the layers, to look at and to print")
     cut.add_argument(
         "--colour", choices=("thickness", "layer"), default="thickness", help="what colours mean in the picture"
@@ -93,17 +110,37 @@ def build_parser() -> argparse.ArgumentParser:
         "--paper", action="store_true", help="the paper's four parts, with its own figures beside ours"
     )
     compare.add_argument("--json", metavar="F", help="write the comparison, rbam-compare/1 (- for stdout)")
+    compare.add_argument("--html", metavar="F.html", help="write the tables and bars as one page, no network")
 
     sweep = command("sweep", "try a grid of table angles and map which work", SWEEP_TEXT)
     sweep.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
     sweep.add_argument("--e1", metavar="LO:HI:STEP", help="tilts, deg (default: the axis' range by 45)")
     sweep.add_argument("--e2", metavar="LO:HI:STEP", help="turns, deg (default: the axis' range by 45)")
-    sweep.add_argument("--roll", metavar="ROLL", help="free | fixed:DEG | range:LO:HI instead of the case's")
+    sweep.add_argument(
+        "--roll",
+        dest="rolls",
+        action="append",
+        metavar="ROLL",
+        help="free | fixed:DEG | range:LO:HI instead of the case's; several times: a map for each",
+    )
+    sweep.add_argument(
+        "--positioner",
+        action="append",
+        metavar="X,Y,Z[,RZ]",
+        help="place of the positioner, mm and deg, instead of the case's; several times: a map for each",
+    )
+    sweep.add_argument(
+        "--height", metavar="LO:HI:STEP", help="heights of the support (of the part, without one), mm: a map for each"
+    )
     sweep.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    sweep.add_argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster, such as tcp://HOST:8786")
     sweep.add_argument(
         "--out", metavar="F.jsonl", help="keep finished poses here; an interrupted sweep goes on from it"
     )
     sweep.add_argument("--json", metavar="F", help="write the map, rbam-sweep/1 (- for stdout)")
+    sweep.add_argument("--csv", metavar="F.csv", help="write the poses as a table")
+    sweep.add_argument("--picture", metavar="F.png", help="draw the map")
+    sweep.add_argument("--html", metavar="F.html", help="write the map to click on as one page, no network")
 
     replay = command("replay", "show the checked motion: window, browser, picture or film", REPLAY_TEXT)
     _case_arguments(replay)
@@ -127,23 +164,40 @@ that was followed; every infeasible target carries a reason:
   unreachable   the wrist cannot get there            joint_limit   an axis would leave its range
   singular      a margin is too small                 collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
-  speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)"""
+  speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
+Of what is infeasible, the smallest changes that help are searched and checked: of the roll, E1,
+E2, the place of positioner or part, the stick-out, the deposition speed.
+
+--motion writes rows of t_s, A1_deg .. A6_deg, E1_deg, E2_deg, arc, bead, layer, target; --motion-in takes the same
+columns and holds them against joint limits, speeds and accelerations, singularities, collisions with the
+part growing as the rows say, and the beads themselves. Its verdict, --json and exit codes are those of a check."""
 
 SLICE_TEXT = """\
 Strategies: planar (planes across the sub-volume's own direction), cylindrical (offsets of the
 body), nonuniform (from the body's curvature to planes within h_min .. h_max; Lettori et al. 2024).
+In a case, slicing: {body: planar} slices the body as well, across its axis, as BODY.
 A mesh is a whole part, whose round body and sub-volumes are found; with --body-radius it is one
 sub-volume on a cylinder about the z axis. Prints the paper's indices: layers NL, adhesion area A,
-targets NV, top angle R."""
+targets NV, top angle R. Every border of a layer is one bead, or --pattern fills it: rounds
+along the border (contour_parallel), or lines to and fro (zigzag); the case's beads section says
+how wide, from where, in which direction and order."""
 
 COMPARE_TEXT = """\
-Slices every sub-volume by each strategy and prints the paper's indices (layers NL, adhesion area
-A, targets NV, top angle R) with their normalised scores I1..I4 and the total F; higher is better."""
+Slices every sub-volume by each strategy that suits what it stands on and prints the paper's indices
+(layers NL, adhesion area A, targets NV, top angle R) with their normalised scores I1..I4 and the
+total F; higher is better."""
 
 SWEEP_TEXT = """\
-Every pose gets the verdict of rbam check at those angles. Poses at which some target has no
-configuration at all are not searched further and are counted as they stand. The best pose is the
-feasible one that deposits closest to upright and, among equals, with the most clearance."""
+Every pose gets the verdict of rbam check at those angles. Poses that cannot be feasible, since the
+table is in the way or some target by itself has no free configuration, are settled without a
+search; they count such targets only ("12+": 12 of those looked at). Feasible poses are ranked by
+how far off upright they deposit (in steps of 5 deg), then by clearance (1 mm), singularity margin,
+room to the joint limits, and time. Grids may stand in the case's section sweep as well.
+
+examples:
+  rbam sweep --e1 -135:135:15 --e2 -180:180:15 --picture map.png
+  rbam sweep --roll free --roll fixed:-60 --roll fixed:-90 --html map.html
+  rbam sweep my.case.yaml --positioner 1400,0,0 --positioner 1550,0,0 --height 80:160:40 --out map.jsonl"""
 
 REPLAY_TEXT = """\
 Opens MuJoCo's viewer; without a display there are --web, --picture and --video. Space plays and

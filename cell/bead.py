@@ -17,7 +17,7 @@ import numpy as np
 
 from ik.certificate import certify
 from ik.chain import Floats
-from ik.path import Edge, Run, best_runs
+from ik.path import LARGEST_STEP, Edge, Run, best_runs
 
 from .between import unproved
 from .collision import Clearances, Ints
@@ -28,6 +28,7 @@ from .setup import Setup
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
+STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: joints turning faster along a bead are taken for a flip
 UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
 
 
@@ -85,11 +86,15 @@ class BeadPlan:
     """What became of a bead.
 
     Attributes:
+        first: its first target.
+        stop: one past its last.
         stretches: what can be run through.
         cuts: targets that cannot be reached from the one before, with why.
         missing: targets without any configuration, with why.
     """
 
+    first: int
+    stop: int
     stretches: tuple[Stretch, ...]
     cuts: dict[int, dict[str, Any]]
     missing: dict[int, Missing]
@@ -133,6 +138,8 @@ class BeadSearch:
         self._causes: dict[int, list[dict[str, Any]]] = {}
         self._done: dict[tuple[int, Edge], Stretch] = {}
         length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
+        # neighbours far apart may stand far apart: what moves without a jump is found by following it
+        self._largest = np.clip(length * STEP_PER_METRE, LARGEST_STEP, np.pi)
         self._times = np.where(length > 0, length / setup.settings.speed, np.inf)
         speed = nodes.solver.chain.max_speed
         self._speed = np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
@@ -155,7 +162,8 @@ class BeadSearch:
         reached = {run.start + i for run in runs for i in range(len(run.nodes))}
         lost = [i for i in range(len(self.stage)) if i not in reached]
         missing = {self.first + i: m for i, m in self._missing(lost).items()}
-        return BeadPlan(tuple(self._stretch(run) for run in runs), self._cuts(runs), missing)
+        stop = self.first + len(self.stage)
+        return BeadPlan(self.first, stop, tuple(self._stretch(run) for run in runs), self._cuts(runs), missing)
 
     def _runs(self, q_before: Floats | None) -> list[Run]:
         start = None
@@ -167,6 +175,7 @@ class BeadSearch:
             self.cost,
             self._times,
             self._speed,
+            largest_step=self._largest,
             circular=self.nodes.window.is_full,
             blocked=self._blocked,
             start_cost=start,
@@ -298,16 +307,31 @@ class BeadSearch:
                 continue  # a target without configurations lies between, and says why itself
             i = after.start
             known = self._causes.get(i - 1)
-            why = known[-1] if known else {"on_the_way": self._without_edge(i - 1)}
+            why = known[-1] if known else self._without_edge(i - 1)
             cuts[self.first + i] = {"from_target": self.first + i - 1, **why}
         return cuts
 
-    def _without_edge(self, i: int) -> str:
-        """Why no edge joins two targets: they share no configuration, or the joints are too slow."""
+    def _without_edge(self, i: int) -> dict[str, Any]:
+        """Why no edge joins two targets: they share no configuration, or a joint is too slow."""
         pair = slice(i, i + 2)
-        circular = self.nodes.window.is_full
-        slow = best_runs(self.nodes.q[pair], self.cost[pair], np.array([np.inf]), self._speed, circular=circular)
-        return "speed" if len(slow) == 1 else "configuration change"
+        q, cost = self.nodes.q[pair], np.where(np.isfinite(self.cost[pair]), 0.0, np.inf)
+        circular, largest = self.nodes.window.is_full, float(self._largest[i])
+        slow, fast = (
+            best_runs(q, cost, np.array([time]), self._speed, largest_step=largest, circular=circular)
+            for time in (np.inf, self._times[i])
+        )
+        if len(slow) != 1 or len(fast) == 1:
+            # even where two of their configurations are joined: not those that the bead arrives in
+            return {"on_the_way": "configuration change"}
+        a, b = (q[k][tuple(node)] for k, node in enumerate(slow[0].nodes.tolist()))
+        needed = np.abs(b - a) / self._times[i]
+        j = int(np.argmax(needed / self._speed))
+        return {
+            "on_the_way": "speed",
+            "axis": self.nodes.solver.chain.names[j],
+            "needed_deg_s": round(float(np.rad2deg(needed[j])), 3),
+            "allowed_deg_s": round(float(np.rad2deg(self._speed[j])), 3),
+        }
 
     def _missing(self, lost: list[int]) -> dict[int, Missing]:
         """Why targets have no node that could be used."""

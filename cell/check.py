@@ -22,9 +22,12 @@ from ik.singularity import KINDS, smallest_singular_value
 from .bead import Stretch
 from .collision import Checker
 from .job import Job
+from .lockout import with_lockouts
 from .motion import Motion, assemble
+from .pace import too_slow
 from .place import METRES_PER_MM, Placed, place
 from .plan import PartPlan, plan_part
+from .refine import refined
 from .scene import table_angles
 from .sections import REASONS
 from .setup import Settings, Setup
@@ -115,6 +118,7 @@ def settings_of(job: Job) -> Settings:
         travel_speed=case.process.travel_speed_mm_s * METRES_PER_MM,
         retract=case.process.retract_mm * METRES_PER_MM,
         roll_step=float(np.deg2rad(case.ik.roll_step_deg)),
+        travel_attempts=case.process.travel_attempts,
     )
 
 
@@ -151,19 +155,24 @@ def check(
         return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
     limits = job.singularity_limits
     setup = Setup.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
-    plan = plan_part(setup, job.targets.path, progress)
+    plan = with_lockouts(job, setup, plan_part(setup, job.targets.path, progress))
     rows = _rows(job, plan, gravity)
     stretches = plan.stretches
     motion = None
     if all(row.reason is None for row in rows):
+        stretches, spoilt = refined(setup, stretches)
         motion = assemble(job, table, stretches, plan.travels)
+        if motion.pace is not None:
+            spoilt.update(too_slow(motion.pace, job.case.process.least_speed_share))
+        if spoilt:
+            rows, motion = _with(rows, spoilt), None
     return Result(
         job=job,
         asked=asked,
         table=table,
         placed=placed,
         rows=rows,
-        clearance=_least_clearance(job, plan),
+        clearance=_least_clearance(job, plan, stretches),
         singularity=_least_margin(setup, stretches),
         sigma=_least_sigma(setup, stretches),
         gravity=gravity,
@@ -207,10 +216,18 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> tuple[Row, ...]:
     return tuple(rows[i] for i in range(len(job.targets)))
 
 
-def _least_clearance(job: Job, plan: PartPlan) -> Least | None:
+def _with(rows: tuple[Row, ...], spoilt: dict[int, dict[str, Any]]) -> tuple[Row, ...]:
+    """Rows of which some turn out not to be feasible when they are run in time."""
+    out = list(rows)
+    for i, detail in spoilt.items():
+        out[i] = Row("speed" if detail["on_the_way"] == "speed" else "no_path", detail, False, None, rows[i].q)
+    return tuple(out)
+
+
+def _least_clearance(job: Job, plan: PartPlan, stretches: list[Stretch]) -> Least | None:
     """The nearest anything comes, on the beads and, named by the target they lead to, on the travels."""
-    found = [(s.clearances, s.edge) for s in plan.stretches]
-    leads_to = [s.first for s in plan.stretches[1:]]
+    found = [(s.clearances, s.edge) for s in stretches]
+    leads_to = [s.first for s in stretches[1:]]
     if len(plan.travels) == len(leads_to):
         found += [(c, np.full(len(c), first)) for (_, _, c), first in zip(plan.travels, leads_to, strict=True)]
     if not found:

@@ -23,9 +23,12 @@ from .terminal import is_quiet, speaking
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from .check import Result
+    from .remedies import Remedy
     from .sections import Case
 
 FEASIBLE, INFEASIBLE, INTERRUPTED = 0, 1, 130
+HELP_SECONDS = 10.0  # what the search for remedies may take unless it is asked for
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -57,7 +60,7 @@ def _joined_negatives(argv: Sequence[str]) -> list[str]:
     """``--e1 -90:90:15`` as ``--e1=-90:90:15``: argparse takes what starts with a minus for an option."""
     out: list[str] = []
     for arg in argv:
-        if out and out[-1] in ("--e1", "--e2") and re.match(r"-[\d.]", arg):
+        if out and out[-1] in ("--e1", "--e2", "--positioner", "--height") and re.match(r"-[\d.]", arg):
             out[-1] += "=" + arg
         else:
             out.append(arg)
@@ -85,27 +88,10 @@ def _finite(name: str, value: float) -> float:
 
 
 def parse_roll(text: str) -> Any:
-    """A roll as the command line writes it.
+    """A roll as the command line writes it; see ``cell.rolls``."""
+    from .rolls import parse_roll as parsed
 
-    Raises:
-        InputError: it is none of free, fixed:DEG, range:LO:HI.
-    """
-    from pydantic import ValidationError
-
-    from .sections import Roll
-
-    kind, *numbers = text.split(":")
-    try:
-        values = [float(v) for v in numbers]
-        if kind == "free" and not values:
-            return "free"
-        if kind == "fixed" and len(values) == 1:
-            return Roll(fixed_deg=values[0])
-        if kind == "range" and len(values) == 2:
-            return Roll(range_deg=(values[0], values[1]))
-    except (ValueError, ValidationError):
-        pass
-    raise InputError(f"--roll: {text!r} is none of free, fixed:DEG, range:LO:HI (LO <= HI, at most 360 apart)")
+    return parsed(text)
 
 
 def _console(stream: IO[str]) -> Console:
@@ -145,15 +131,19 @@ def _outputs(*paths: str | None) -> None:
 
 
 def _check(args: argparse.Namespace) -> int:
+    if args.motion_in:
+        return _check_motion(args)
     _outputs(args.json, args.motion, args.html)
+    if args.motion:
+        from .motion_file import check_suffix
+
+        check_suffix(args.motion)
     from .check import check
     from .job import prepare
     from .report import report_document, report_lines
 
     case = _load(args)
     result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
-    if args.json:
-        _put_json(args.json, report_document(result))
     if args.html:
         from .files import write_bytes
         from .html import html_report
@@ -163,10 +153,61 @@ def _check(args: argparse.Namespace) -> int:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")
         else:
-            from .files import write_csv
+            from .motion_file import write_motion
 
-            write_csv(args.motion, result.motion.columns(), result.motion.rows_deg())
-    _say(report_lines(result), sys.stderr if args.json == "-" else sys.stdout)
+            write_motion(args.motion, result.motion)
+    to = sys.stderr if args.json == "-" else sys.stdout
+    _say(report_lines(result), to)
+    reasons = None
+    if args.all_reasons:
+        from .all_reasons import all_reasons
+        from .report_help import all_reasons_lines
+
+        reasons = all_reasons(result)
+        _say(all_reasons_lines(result, reasons), to)
+    remedies = _what_would_help(result, args.remedies, to)
+    if args.json:
+        _put_json(args.json, report_document(result, remedies, reasons))
+    return FEASIBLE if result.feasible else INFEASIBLE
+
+
+def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Remedy]:
+    """Search and say what would help an infeasible case; Ctrl-C ends the search, and the verdict stands."""
+    from .remedies import LARGE, remedies
+    from .report_help import remedy_lines
+
+    if result.feasible or asked is False:
+        return []
+    if asked is None and len(result.rows) > LARGE:
+        _say([f"what would help: not searched, since {len(result.rows)} targets take long; --remedies does"], to)
+        return []
+    found: list[Remedy] = []
+    try:
+        for remedy in remedies(result, sys.stderr, float("inf") if asked else HELP_SECONDS):
+            found.append(remedy)
+            _say(remedy_lines(result, [remedy]), to)
+    except KeyboardInterrupt:
+        sys.stderr.write("rbam: the search for what would help was interrupted\n")
+    return found
+
+
+def _check_motion(args: argparse.Namespace) -> int:
+    """A motion from outside against the cell."""
+    for name, value in (("--motion", args.motion), ("--html", args.html), ("--e1", args.e1), ("--e2", args.e2)):
+        if value is not None:
+            raise InputError(f"{name}: does not go with --motion-in, which checks a motion as it is")
+    _outputs(args.json)
+    from .job import prepare
+    from .motion_check import check_motion
+    from .motion_file import check_suffix, read_motion
+    from .motion_report import motion_document, motion_lines
+
+    check_suffix(args.motion_in)
+    job = prepare(_load(args))
+    result = check_motion(job, read_motion(args.motion_in, job))
+    if args.json:
+        _put_json(args.json, motion_document(result, args.motion_in))
+    _say(motion_lines(result, args.motion_in), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE if result.feasible else INFEASIBLE
 
 
@@ -174,33 +215,30 @@ def _slice(args: argparse.Namespace) -> int:
     _outputs(args.json, args.targets, args.picture)
     from slicing.document import slices_document, targets_rows
     from slicing.indices import indices
-    from slicing.part import PartError
-    from slicing.targets import sample_targets
+    from slicing.travels import travels
 
-    from .job import slice_part
+    from .job import sample_part, slice_part
     from .parts import read_part
     from .report import slice_lines
 
     case = _slice_input(args)
     part = read_part(case)
     sliced = slice_part(case, part)
-    try:
-        targets = sample_targets(sliced, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm)
-    except PartError as error:
-        raise InputError(str(error)) from None
+    laid, targets, told = sample_part(case, sliced)
     found = [indices(s, targets) for s in sliced]
     if args.json:
-        _put_json(args.json, slices_document(sliced, found, part.warnings))
+        _put_json(args.json, slices_document(sliced, found, part.warnings, laid))
     if args.targets:
         from .files import write_csv
 
-        write_csv(args.targets, *targets_rows(targets))
+        ways = travels(targets, case.process.retract_mm, sliced[0].body.surface.axis_point)
+        write_csv(args.targets, *targets_rows(targets, ways, case.process.travel_speed_mm_s))
     if args.picture:
         from .files import write_bytes
         from .slice_picture import body_of, slice_picture
 
         write_bytes(args.picture, slice_picture(sliced, body_of(part), title=case.title, colour=args.colour))
-    _say(slice_lines(sliced, found, part.warnings), sys.stderr if args.json == "-" else sys.stdout)
+    _say(slice_lines(sliced, found, part.warnings, told), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE
 
 
@@ -219,7 +257,9 @@ def _slice_input(args: argparse.Namespace) -> Case:
         case = parse_case({"part": part}, path.parent / "command line")
     changes = {"strategy": args.strategy, "h_layer_mm": args.h_layer}
     changes = {key: value for key, value in changes.items() if value is not None}
-    if not changes:
+    beads = {"pattern": args.pattern, "width_mm": args.width}
+    beads = {key: value for key, value in beads.items() if value is not None}
+    if not changes and not beads:
         return case
     merged = {**case.slicing.model_dump(), **changes}
     if args.h_layer is not None:
@@ -227,11 +267,13 @@ def _slice_input(args: argparse.Namespace) -> Case:
         for key in ("h_min_mm", "h_max_mm"):
             merged[key] *= args.h_layer / case.slicing.h_layer_mm
     content = {**case.model_dump(exclude_none=True), "slicing": merged}
-    return with_changes(case, slicing=parse_case(content, case.path).slicing)
+    content["beads"] = {**content.get("beads", {}), **beads}
+    asked = parse_case(content, case.path)
+    return with_changes(case, slicing=asked.slicing, beads=asked.beads)
 
 
 def _compare(args: argparse.Namespace) -> int:
-    _outputs(args.json)
+    _outputs(args.json, args.html)
     from .compare import compare_case, compare_document, compare_lines, compare_paper
 
     if args.paper and args.case:
@@ -243,25 +285,68 @@ def _compare(args: argparse.Namespace) -> int:
         title, found = case.title, compare_case(case)
     if args.json:
         _put_json(args.json, compare_document(title, found))
+    if args.html:
+        from .files import write_bytes
+        from .html_compare import html_compare
+
+        write_bytes(args.html, html_compare(compare_document(title, found)).encode())
     _say(compare_lines(title, found), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE
 
 
 def _sweep(args: argparse.Namespace) -> int:
-    _outputs(args.json, args.out)
-    from .report import sweep_lines
-    from .sweep import parse_grid, sweep, sweep_document
+    _outputs(args.json, args.out, args.csv, args.picture, args.html)
+    from .config import with_changes
+    from .sweep import sweep
+    from .sweep_grid import grid
+    from .sweep_lines import sweep_lines
+    from .sweep_rank import sweep_document
 
     case = _load(args)
-    poses = parse_grid(case, args.e1, args.e2)
+    rolls = list(dict.fromkeys(args.rolls or ()))
+    if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one
+        case = with_changes(case, roll=parse_roll(rolls.pop()))
+        case = with_changes(case, sweep=case.sweep.model_copy(update={"roll": []}))
+    poses = grid(case, args.e1, args.e2, rolls=rolls, placements=args.positioner or (), height=args.height)
     if args.workers is not None and args.workers < 1:
         raise InputError(f"--workers: {args.workers} is not a number of processes")
-    found = sweep(case, poses, workers=args.workers, log=args.out, progress=sys.stderr)
+    if args.dask is not None and args.workers is not None:
+        raise InputError("--workers: the Dask cluster has workers of its own; give either it or --dask")
+    with _executor(args.dask) as executor:
+        found = sweep(case, poses, workers=args.workers, log=args.out, progress=sys.stderr, executor=executor)
     document = sweep_document(case, found)
-    if args.json:
-        _put_json(args.json, document)
+    _put_sweep(args, case, document)
     _say(sweep_lines(document), sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE if document["best"] else INFEASIBLE
+
+
+def _executor(dask: str | None) -> Any:
+    from contextlib import nullcontext
+
+    if dask is None:
+        return nullcontext()
+    from .sweep_pool import dask_cluster
+
+    return dask_cluster(dask)
+
+
+def _put_sweep(args: argparse.Namespace, case: Case, document: dict[str, Any]) -> None:
+    from .files import write_bytes, write_csv
+
+    if args.json:
+        _put_json(args.json, document)
+    if args.csv:
+        from .sweep_rank import sweep_columns
+
+        write_csv(args.csv, *sweep_columns(document))
+    if args.picture:
+        from .sweep_picture import sweep_picture
+
+        write_bytes(args.picture, sweep_picture(document))
+    if args.html:
+        from .html_sweep import html_sweep
+
+        write_bytes(args.html, html_sweep(case, document).encode())
 
 
 def _replay(args: argparse.Namespace) -> int:

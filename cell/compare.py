@@ -1,19 +1,20 @@
-"""The three strategies side by side, by the paper's indices and scores: the data behind ``rbam compare``.
+"""The strategies side by side, by the paper's indices and scores: the data behind ``rbam compare``.
 
     found = compare_case(load_case("blade.case.yaml"))       # one Comparison a sub-volume
     found = compare_paper()                                  # the shipped parts, with the paper's own figures
     document = compare_document("blade", found)              # "rbam-compare/1"
     for line in compare_lines("blade", found): ...           # rich renderables
 
-A strategy that cannot slice a sub-volume (planes, where it runs right round the body) is left out of its scores and
-says why; only where none can is that an error.
+The paper's three strategies are compared, and conical and revolved layers where a sub-volume stands on a cone or on
+a told profile. A strategy that cannot slice a sub-volume (planes, where it runs right round the body) is left out of
+its scores and says why; only where none can is that an error.
 
 Source: Lettori et al. 2024, section 5.1 and tables 2 to 9.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
-from slicing.bodies import Body, RoundBody
+from slicing.bodies import Body, RoundBody, fits
 from slicing.indices import Indices, indices
 from slicing.layers import SlicingParameters
 from slicing.part import Mesh, PartError, load_mesh
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 PAPER_TABLES = MODELS_DIR / "parts" / "paper_tables.yaml"
 STRATEGIES = ("planar", "cylindrical", "nonuniform")  # those of the paper, in its order
-TITLES = {"planar": "planar", "cylindrical": "cylindrical", "nonuniform": "non-uniform"}
+TITLES = {"nonuniform": "non-uniform"}  # where they differ from the strategy's key
 SAME_AREA = 1e-3  # relative: cylinders a nudge apart have areas this close
 
 
@@ -49,7 +50,7 @@ class Row:
     """What one strategy gives, or why it gives nothing.
 
     Attributes:
-        strategy: planar, cylindrical or nonuniform.
+        strategy: planar, cylindrical, nonuniform, conical or revolved.
         indices: None where it cannot slice the sub-volume.
         problem: why not; None where it can.
         thin_layers: layers with beads thinner than h_min somewhere.
@@ -67,7 +68,7 @@ class Comparison:
 
     Attributes:
         name: of the sub-volume.
-        rows: one a strategy, in the order of :data:`STRATEGIES`.
+        rows: one a strategy, those of :data:`STRATEGIES` first.
         parameters: thicknesses it was sliced with; the strategy in them says nothing.
         sampling: how curves became targets.
         paper: the paper's own figures; None where there are none.
@@ -82,31 +83,28 @@ class Comparison:
     printed_F: tuple[float, ...] | None = None
 
 
-def compare_meshes(
-    meshes: Sequence[Mesh], body: RoundBody, parameters: SlicingParameters, sampling: Sampling | None = None
-) -> list[Comparison]:
-    """Slice sub-volumes by every strategy.
+def compare_mesh(
+    mesh: Mesh, bodies: Mapping[str, RoundBody], parameters: SlicingParameters, sampling: Sampling | None = None
+) -> Comparison:
+    """Slice a sub-volume by several strategies.
 
     Args:
-        meshes: the sub-volumes, part frame, mm.
-        body: what they stand on.
+        mesh: the sub-volume, part frame, mm.
+        bodies: by strategy, what it stands on.
         parameters: thicknesses; the strategy is replaced by each in turn.
         sampling: how curves become targets.
 
     Returns:
-        One comparison a sub-volume.
+        The comparison.
 
     Raises:
-        InputError: a sub-volume that no strategy can slice; one line.
+        InputError: no strategy can slice the sub-volume; one line.
     """
     chosen = sampling or Sampling()
-    found = []
-    for mesh in meshes:
-        rows = tuple(_row(mesh, body, replace(parameters, strategy=s), chosen) for s in STRATEGIES)
-        if all(row.indices is None for row in rows):
-            raise InputError(str(rows[0].problem))
-        found.append(Comparison(mesh.name, rows, parameters, chosen))
-    return found
+    rows = tuple(_row(mesh, body, replace(parameters, strategy=s), chosen) for s, body in bodies.items())
+    if all(row.indices is None for row in rows):
+        raise InputError(str(rows[0].problem))
+    return Comparison(mesh.name, rows, parameters, chosen)
 
 
 def _row(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, sampling: Sampling) -> Row:
@@ -121,7 +119,7 @@ def _row(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, sampling: S
 
 @stage("comparing")
 def compare_case(case: Case) -> list[Comparison]:
-    """Slice the sub-volumes of a case by every strategy, whichever its own is.
+    """Slice the sub-volumes of a case by every strategy that suits them, whichever its own is.
 
     Args:
         case: the case; its thicknesses and sampling are used.
@@ -135,8 +133,11 @@ def compare_case(case: Case) -> list[Comparison]:
     part, s = read_part(case), case.slicing
     parameters = SlicingParameters(STRATEGIES[0], s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
     found = []
-    for mesh, body in zip(part.meshes, part.bodies, strict=True):
-        found += compare_meshes([mesh], body, parameters, case.sampling)
+    for k, mesh in enumerate(part.meshes):
+        bodies = {strategy: of[k] for strategy, of in part.others.items() if fits(strategy, of[k])}
+        if bodies["planar"].kind == "cylinder":
+            bodies.pop("revolved", None)  # offsets of a cylinder are what "cylindrical" gives
+        found.append(compare_mesh(mesh, bodies, parameters, case.sampling))
     return found
 
 
@@ -167,7 +168,8 @@ def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLE
             meshes = [load_mesh(tables.parent / f, "mm", f"{part}/{sv}") for sv, f in shipped["meshes"].items()]
         except PartError as error:
             raise InputError(str(error)) from None
-        for ours in compare_meshes(meshes, Body(shipped["body_radius_mm"]), parameters, sampling):
+        bodies = dict.fromkeys(STRATEGIES, Body(shipped["body_radius_mm"]))
+        for ours in (compare_mesh(mesh, bodies, parameters, sampling) for mesh in meshes):
             row = data["rows"][ours.name]
             printed = None if row["F"] is None else tuple(float(v) for v in row["F"])
             found.append(replace(ours, paper=_paper_rows(row), printed_F=printed))
@@ -246,7 +248,7 @@ def compare_document(title: str, found: Sequence[Comparison]) -> dict[str, Any]:
     return {
         "schema": "rbam-compare/1",
         "case": title,
-        "strategies": list(STRATEGIES),
+        "strategies": list(dict.fromkeys(row.strategy for one in found for row in one.rows)),
         "sub_volumes": [_sub_volume(one) for one in found],
     }
 
@@ -315,7 +317,7 @@ def _table(one: Comparison) -> RenderableType:
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column(one.name, style="dim", min_width=16)
     for row in one.rows:
-        table.add_column(TITLES[row.strategy], justify="right", min_width=18)
+        table.add_column(TITLES.get(row.strategy, row.strategy), justify="right", min_width=18)
     ours, best = _cells(one.rows), best_strategy(one.rows)
     paper = {} if one.paper is None else _cells(one.paper)
     for title, key, digits in CRITERIA:

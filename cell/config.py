@@ -179,6 +179,7 @@ def _first_problem(error: ValidationError, content: dict[str, Any]) -> str:
 _IN_WORDS = {
     "missing": "has too few values",
     "too_long": "has too many values",
+    "too_short": "has too few values",
     "model_type": "is a section of keys and values",
     "list_type": "is a list",
     "tuple_type": "is a list of numbers",

@@ -67,12 +67,14 @@ def part_shape(
         The shapes.
 
     Raises:
-        ValueError: neither body_mesh nor profile is given.
+        ValueError: neither body_mesh nor profile is given, and the body is not among what is printed.
     """
     body = sliced[0].body
     hulls: dict[str, Floats] = {}
     visual = {f"{s.name}_visual": s.mesh for s in sliced}
-    if profile is not None:
+    if any(s.stands_on_plate for s in sliced):
+        pass  # the body grows like everything else: nothing of it is there before
+    elif profile is not None:
         axis = body.axis_xy_mm
         bands = [(low, high) for low, high in pairwise(profile) if high[1] > low[1]]
         hulls.update((f"body/{i}", _band(axis, *band)) for i, band in enumerate(bands))

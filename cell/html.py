@@ -9,16 +9,13 @@ policy forbids it to. The same result gives the same page.
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import re
-from importlib import resources
 from typing import Any
 
 import numpy as np
 
 from .check import Result
 from .html_pack import Pack
+from .html_page import page, script_of, template
 from .html_scene import scene_json
 from .html_series import path_json
 from .html_words import ORDER, REASON_WORDS, Words, severity, what_went_wrong, worst
@@ -42,12 +39,10 @@ def html_report(result: Result) -> str:
         The whole file; UTF-8.
     """
     words = Words(result)
-    script = _script()
     good = result.feasible
     fill = {
-        "policy": _policy(script),
         "title": words.title(),
-        "css": _template("report.css"),
+        "css": template("report.css"),
         "mark": "feasible" if good else "infeasible",
         "sentence": words.verdict(),
         "worst": words.worst(),
@@ -59,10 +54,8 @@ def html_report(result: Result) -> str:
         "table_hidden": "hidden" if good else "",
         "x_name": "Time" if result.motion is not None else "Target",
         "data": packed(result),
-        "script": script,
     }
-    # one pass, so that nothing filled in is filled in again
-    return re.sub(r"\{\{(\w+)\}\}", lambda m: fill[m.group(1)], _template("report.html"))
+    return page("report.html", script_of(SCRIPTS), fill)
 
 
 def packed(result: Result) -> str:
@@ -119,20 +112,3 @@ def _start(result: Result) -> int:
     if result.feasible:
         return len(result.rows) - 1
     return worst(result) or 0
-
-
-def _template(name: str) -> str:
-    return resources.files("cell").joinpath("web", name).read_text(encoding="utf-8")
-
-
-def _script() -> str:
-    """The page's modules as one: a page of one file has nothing to import from."""
-    whole = "\n".join(_template(f"{name}.js") for name in SCRIPTS)
-    whole = re.sub(r'^import [^;]*? from "\./\w+\.js";\n', "", whole, flags=re.MULTILINE)
-    return re.sub(r"^export ", "", whole, flags=re.MULTILINE)
-
-
-def _policy(script: str) -> str:
-    """Content policy: nothing is loaded, and no script runs but the page's own."""
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data: blob:"

@@ -90,7 +90,8 @@ class Words:
         yield "Part", f"{parts}, {layers} layers, {beads} beads, sliced {escape(job.case.slicing.strategy)}"
         if self.result.motion is not None:
             motion = d["motion"]
-            yield "Cycle time", f"{_duration(motion['time_s'])}, arc on {_duration(motion['arc_on_s'])}"
+            waits = f", waiting {_duration(motion['dwell_s'])}" if motion["dwell_s"] else ""
+            yield "Cycle time", f"{_duration(motion['time_s'])}, arc on {_duration(motion['arc_on_s'])}{waits}"
         yield "Least clearance", self._clearance(d["least_clearance"])
         if d["least_singularity_margin"] is not None:
             s = d["least_singularity_margin"]

@@ -16,13 +16,17 @@ import numpy as np
 from ik.candidates import Solver
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
+from slicing.beads import BeadParameters, LaidSubVolume, lay_beads
+from slicing.body import slice_body
 from slicing.layers import SlicedSubVolume, SlicingParameters
 from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
-from slicing.targets import Targets, sample_targets
+from slicing.speeds import BeadSpeed
+from slicing.targets import Targets, sample_beads
 
 from .collision import Ints
 from .deposit import PartShape, part_shape
+from .drives import Drives, drives
 from .errors import InputError
 from .parts import PartInput, read_part
 from .place import METRES_PER_MM
@@ -59,6 +63,11 @@ class Job:
         except ValueError as error:
             raise InputError(f"{self.case.path}: ik.solver: {error}") from None
         return Solver(solver.chain, solver.form, solver.geometry, self.case.ik.seeds)
+
+    @cached_property
+    def drives(self) -> Drives:
+        """What the axes can do."""
+        return drives(self.scene)
 
     @property
     def window(self) -> RollWindow:
@@ -110,20 +119,48 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
         part: from ``cell.parts.read_part``.
 
     Returns:
-        The sliced sub-volumes, in their order.
+        The sliced sub-volumes, in their order; before them the body, where it is printed as well.
 
     Raises:
         InputError: a sub-volume cannot be sliced; one line.
     """
     s = case.slicing
-    parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
+    parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm, s.thickness)
+    first: tuple[SlicedSubVolume, ...] = ()
     try:
-        return tuple(
+        if part.body_solid is not None and part.round_body is not None:
+            first = (slice_body(part.body_solid, part.round_body, parameters),)
+        return first + tuple(
             slice_sub_volume(mesh, body, parameters) for mesh, body in zip(part.meshes, part.bodies, strict=True)
         )
     except PartError as error:
         hints = "".join(f"; {line}" for mesh in part.meshes for line in mesh.warnings)
         raise InputError(f"{error}{hints}") from None
+
+
+def sample_part(
+    case: Case, sliced: tuple[SlicedSubVolume, ...]
+) -> tuple[tuple[LaidSubVolume, ...], Targets, tuple[str, ...]]:
+    """Lay and sample the beads of sliced sub-volumes.
+
+    Args:
+        case: says how.
+        sliced: from :func:`slice_part`.
+
+    Returns:
+        The beads, their targets, and warnings, one line each.
+
+    Raises:
+        InputError: a layer cannot be laid as asked; one line.
+    """
+    process = case.process
+    try:
+        speed = BeadSpeed(process.deposition_speed_mm_s, tuple(process.speed_by_thickness or ()))
+        laid = lay_beads(sliced, BeadParameters(**case.beads.model_dump()))
+        targets = sample_beads(laid, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm, speed)
+    except PartError as error:
+        raise InputError(f"{case.path}: {error}") from None
+    return laid, targets, tuple(line for one in laid for line in one.warnings)
 
 
 def prepare(case: Case) -> Job:
@@ -140,14 +177,13 @@ def prepare(case: Case) -> Job:
     """
     part = read_part(case)
     sliced = slice_part(case, part)
-    try:
-        targets = sample_targets(sliced, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm)
-    except PartError as error:
-        raise InputError(str(error)) from None
+    _, targets, told = sample_part(case, sliced)
     if len(targets) == 0:
         raise InputError(
             f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
         )
     shape = part_shape(sliced, part.body_mesh, part.profile)
-    warnings = (*part.warnings, *(line for s in sliced for line in s.warnings))
-    return Job(case, sliced, shape, targets, compose(case, shape), warnings)
+    warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
+    job = Job(case, sliced, shape, targets, compose(case, shape), warnings)
+    _ = job.drives  # what is wrong with them is to be said before any search
+    return job

@@ -3,25 +3,32 @@
     motion.t_s, motion.q, motion.arc, motion.target       # one row a sample
     motion.columns(), motion.rows_deg()                   # the contract of --motion
 
-Times come from the deposition speed while the arc burns and from joint speeds on travels. Radians and seconds.
+Times are the fastest that the axes' speeds and accelerations allow, on beads under the deposition speed; every bead and
+every travel starts and ends at rest (see ``cell.timing``). Radians and seconds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 
 from .collision import Clearances, Ints
+from .pace import HELD, Pace, speeds
 from .place import METRES_PER_MM
+from .timing import time_path, time_travel
 
 if TYPE_CHECKING:
     from .bead import Stretch
     from .job import Job
+
+STANDING = 1e-9  # m or rad: less is no way
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +44,7 @@ class Motion:
         layer: layer number within its sub-volume, (m,).
         target: the target last passed, of a travel the one it leads to, (m,).
         names: columns of q.
+        pace: how far the deposition speed is held; None where that is not known.
     """
 
     t_s: Floats
@@ -47,6 +55,7 @@ class Motion:
     layer: Ints
     target: Ints
     names: tuple[str, ...]
+    pace: Pace | None = None
 
     def columns(self) -> list[str]:
         """Names of :meth:`rows_deg`'s columns."""
@@ -63,16 +72,42 @@ class Motion:
         """The motion with angles in degrees, one row a sample."""
         angles = np.rad2deg(np.concatenate([self.q, self.table], axis=1))
         return [
-            [f"{t:.4f}", *(f"{a:.6f}" for a in row), int(arc), int(bead), int(layer), int(target)]
+            [f"{t:.6f}", *(f"{a:.6f}" for a in row), int(arc), int(bead), int(layer), int(target)]
             for t, row, arc, bead, layer, target in zip(
                 self.t_s, angles, self.arc, self.bead, self.layer, self.target, strict=True
             )
         ]
 
     @property
+    def welding(self) -> NDArray[np.bool_]:
+        """Whether the arc burns from each row to the next, (m - 1,)."""
+        return (self.arc[:-1] & self.arc[1:]).astype(bool)
+
+    @property
     def arc_time(self) -> float:
         """Seconds of welding."""
-        return float(np.diff(self.t_s)[(self.arc[:-1] & self.arc[1:]).astype(bool)].sum())
+        return float(np.diff(self.t_s)[self.welding].sum())
+
+    @property
+    def dwell_time(self) -> float:
+        """Seconds of waiting with the arc off."""
+        still = ~(np.diff(self.q, axis=0).any(axis=1) | np.diff(self.table, axis=0).any(axis=1))
+        return float(np.diff(self.t_s)[still & ~self.welding].sum())
+
+    @property
+    def travel_time(self) -> float:
+        """Seconds of moving with the arc off."""
+        return float(self.t_s[-1] - self.t_s[0]) - self.arc_time - self.dwell_time
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """Rows of a bead or a travel, with their times from the row before on."""
+
+    q: Floats
+    dt: Floats
+    arc: int
+    target: Ints
 
 
 def assemble(
@@ -81,40 +116,108 @@ def assemble(
     stretches: Sequence[Stretch],
     travels: Sequence[tuple[Floats, Floats, Clearances]],
 ) -> Motion:
-    """Put beads and travels together.
+    """Put beads and travels together, and give them their times.
 
     Args:
         job: the job.
         table: E1, E2, rad.
         stretches: one a bead, in order.
-        travels: from each bead to the next.
+        travels: from each bead to the next; their own times are not used.
 
     Returns:
         The motion.
     """
-    speed = job.case.process.deposition_speed_mm_s * METRES_PER_MM
-    q, dt, arc, target = [], [], [], []
+    pace = Pace.unknown(len(job.targets))
+    pieces: list[_Piece] = []
     for i, stretch in enumerate(stretches):
+        last = 0.0
         if i:
-            way, times, _ = travels[i - 1]
-            # its ends are the beads' own samples
-            q.append(way[1:-1])
-            dt.append(times)
-            arc.append(np.zeros(len(way) - 2, dtype=np.int64))
-            target.append(np.full(len(way) - 2, stretch.first))
-        q.append(stretch.q)
-        dt.append(np.linalg.norm(np.diff(stretch.position, axis=0), axis=1) / speed)
-        arc.append(np.ones(len(stretch.q), dtype=np.int64))
-        target.append(stretch.edge + (stretch.fraction >= 1.0))
-    where = np.concatenate(target)
-    rows = np.concatenate(q)
+            wait = _dwell(job, stretches[i - 1].first, stretch.first)
+            travel, last = _travel(job, travels[i - 1][0], wait, stretch.first)
+            pieces.append(travel)
+        pieces.append(_bead(job, stretch, last, pace))
+    where = np.concatenate([piece.target for piece in pieces])
+    rows = np.concatenate([piece.q for piece in pieces])
     return Motion(
-        t_s=np.concatenate([[0.0], np.cumsum(np.concatenate(dt))]),
+        t_s=np.cumsum(np.concatenate([piece.dt for piece in pieces])),
         q=rows,
         table=np.tile(table, (len(rows), 1)),
-        arc=np.concatenate(arc),
+        arc=np.concatenate([np.full(len(piece.q), piece.arc) for piece in pieces]),
         bead=job.targets.path[where],
         layer=job.targets.layer[where],
         target=where,
         names=job.scene.chain.names,
+        pace=pace,
     )
+
+
+def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
+    """A bead's rows; notes in ``pace`` how fast it is."""
+    process = job.case.process
+    q, target = stretch.q, stretch.edge + (stretch.fraction >= 1.0)
+    dt = np.array([dt_before])
+    if len(q) > 1:
+        way = np.linalg.norm(np.diff(stretch.position, axis=0), axis=1)
+        s = np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))])
+        edge, cap = stretch.edge[:-1], speeds(job)
+        limits = job.drives.arm_speed, job.drives.arm_acceleration
+        law = time_path(q, s, *limits, cap=cap[edge], zone=process.blend_mm * METRES_PER_MM)
+        dt = np.append(dt, np.diff(law.t))
+        at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
+        for a, b in pairwise(at.tolist()):
+            i = int(stretch.edge[a])
+            pace.asked_s[i], pace.held_s[i] = (s[b] - s[a]) / cap[i], law.t[b] - law.t[a]
+            if pace.asked_s[i] < HELD * pace.held_s[i]:
+                joint, pace.by[i] = law.cause(s[a], s[b])
+                pace.axis[i] = job.scene.chain.names[joint]
+    for wait, k in ((process.arc_on_s, 0), (process.arc_off_s, -1)):
+        if wait > 0:
+            q = np.insert(q, k % len(q), q[k], axis=0)
+            target = np.insert(target, k % len(target), target[k])
+            dt = np.insert(dt, 1 if k == 0 else len(dt), wait)
+    return _Piece(q, dt, 1, target)
+
+
+def _dwell(job: Job, before: int, after: int) -> float:
+    """Wait between two targets' beads, s."""
+    t = job.targets
+    same = t.sub_volume_index[before] == t.sub_volume_index[after]
+    return job.case.process.dwell_s if same and t.layer[before] != t.layer[after] else 0.0
+
+
+def _travel(job: Job, way: Floats, wait: float, leads_to: int) -> tuple[_Piece, float]:
+    """A travel's rows between its ends, which are the beads' own, and the time of its last step."""
+    limits = job.drives.arm_speed, job.drives.arm_acceleration
+    moves = np.abs(np.diff(way, axis=0)).max(axis=1) > STANDING
+    moves[-1] |= not moves.any()
+    way = np.concatenate([way[:1], way[1:-1][moves[:-1]], way[-1:]])
+    if len(way) == 2:
+        way = np.insert(way, 1, way.mean(axis=0), axis=0)  # a row with the arc off
+    p = job.scene.chain.forward(way)[:, :3, 3]
+    cap = _near_the_part(job, way, p)
+    if wait > 0:
+        k = _retracted(job, p)
+        leave = time_travel(way[: k + 1], *limits, cap=cap[:k])
+        arrive = time_travel(way[k:], *limits, cap=cap[k:])
+        way, dt = np.insert(way, k, way[k], axis=0), np.concatenate([leave, [wait], arrive])
+    else:
+        dt = time_travel(way, *limits, cap=cap)
+    return _Piece(way[1:-1], dt[:-1], 0, np.full(len(way) - 2, leads_to)), float(dt[-1])
+
+
+def _near_the_part(job: Job, way: Floats, p: Floats) -> Floats:
+    """Caps on the joints' speed where a travel retracts and approaches at the speed of the TCP asked for, (m - 1,)."""
+    process = job.case.process
+    near = process.retract_mm * METRES_PER_MM + STANDING
+    leaving = np.logical_and.accumulate(np.linalg.norm(p[1:] - p[0], axis=1) <= near)
+    arriving = np.logical_and.accumulate(np.linalg.norm(p[:-1] - p[-1], axis=1)[::-1] <= near)[::-1]
+    step = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1), STANDING)
+    speed = process.travel_speed_mm_s * METRES_PER_MM * np.linalg.norm(np.diff(way, axis=0), axis=1) / step
+    return np.where(leaving | arriving, np.maximum(speed, STANDING), np.inf)
+
+
+def _retracted(job: Job, p: Floats) -> int:
+    """The first sample of a travel that is off the part by the retraction, or else the farthest off."""
+    off = np.linalg.norm(p - p[0], axis=1)[1:-1]
+    far = np.flatnonzero(off >= job.case.process.retract_mm * METRES_PER_MM - STANDING)
+    return 1 + (int(far[0]) if len(far) else int(np.argmax(off)))

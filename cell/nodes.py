@@ -71,24 +71,38 @@ class Nodes:
             The reason ("singular", "joint_limit" or "unreachable"), its measure, and the best attempt (j,) or None.
         """
         if self.within_limits[i].any():
-            return self._singular(i)
-        if np.isfinite(self.over[i]).any():
-            return self._joint_limit(i)
+            return ("singular", *self.singular(i, self.within_limits[i]))
+        outside = np.isfinite(self.over[i]).all(axis=-1)
+        if outside.any():
+            return ("joint_limit", *self.joint_limit(i, outside))
+        return "unreachable", self.reach(i, np.ones(len(self.rolls), dtype=bool)), None
+
+    def reach(self, i: int, among: NDArray[np.bool_]) -> dict[str, Any]:
+        """How far a target is out of reach at the best of some rolls (r,)."""
         detail: dict[str, Any] = {}
         if np.isfinite(self.reach_excess[i]).any():
-            best = int(np.nanargmin(np.abs(self.reach_excess[i])))
+            best = int(np.nanargmin(np.where(among, np.abs(self.reach_excess[i]), np.inf)))
             beyond = float(self.reach_excess[i, best])
             detail["beyond_reach_mm" if beyond > 0 else "inside_reach_mm"] = round(abs(beyond) * 1e3, 3)
             detail["roll_deg"] = _deg(self.rolls[best])
         else:
-            detail["search"] = f"not found from {self.solver.seeds} seeds at {len(self.rolls)} rolls"
-        return "unreachable", detail, None
+            detail["search"] = f"not found from {self.solver.seeds} seeds at {len(self.rolls)} roll(s)"
+        return detail
 
-    def _singular(self, i: int) -> tuple[str, dict[str, Any], Floats]:
+    def singular(self, i: int, among: NDArray[np.bool_]) -> tuple[dict[str, Any], Floats]:
+        """The margin of a target's best node.
+
+        Args:
+            i: the target.
+            among: which of its nodes, (r, g, k).
+
+        Returns:
+            The measure, and the configuration (j,).
+        """
         limits = self.limits.values(self.solver.geometry is not None)
         with np.errstate(divide="ignore", invalid="ignore"):
             short = np.where(limits > 0, self.margin[i] / limits, np.inf)
-        share = np.where(self.within_limits[i], short.min(axis=-1), -1.0)
+        share = np.where(among, short.min(axis=-1), -1.0)
         node = np.unravel_index(int(np.argmax(share)), share.shape)
         kind = int(np.argmin(short[node]))
         q = self.q[i][node]
@@ -101,10 +115,19 @@ class Nodes:
             "smallest_singular_value": round(float(smallest_singular_value(self.solver.chain, q[None])[0]), 5),
             "roll_deg": _deg(self.rolls[node[0]]),
         }
-        return "singular", detail, q
+        return detail, q
 
-    def _joint_limit(self, i: int) -> tuple[str, dict[str, Any], Floats]:
-        total = np.where(np.isfinite(self.over[i]).all(axis=-1), self.over[i].max(axis=-1), np.inf)
+    def joint_limit(self, i: int, among: NDArray[np.bool_]) -> tuple[dict[str, Any], Floats]:
+        """How far a target's best configuration is outside the joint limits.
+
+        Args:
+            i: the target.
+            among: which of its rolls and groups, (r, g).
+
+        Returns:
+            The measure, and the configuration (j,).
+        """
+        total = np.where(among, self.over[i].max(axis=-1), np.inf)
         node = np.unravel_index(int(np.argmin(total)), total.shape)
         joint = int(np.argmax(self.over[i][node]))
         detail = {
@@ -112,7 +135,7 @@ class Nodes:
             "over_deg": round(float(np.rad2deg(self.over[i][node][joint])), 3),
             "roll_deg": _deg(self.rolls[node[0]]),
         }
-        return "joint_limit", detail, self.raw[i][node]
+        return detail, self.raw[i][node]
 
 
 def _deg(angle: float) -> float:

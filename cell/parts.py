@@ -9,17 +9,20 @@ The part frame is that of the meshes, with z along the body's axis; a mesh whose
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slicing.bodies import Body, ConicalBody, RevolvedBody, RoundBody
+from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody, fits
+from slicing.body import BODY_NAME, turned_solid
 from slicing.part import Mesh, PartError, load_mesh
 
 from .errors import InputError
 from .sections import Body as BodySection
 from .sections import Case
 from .terminal import stage
+
+OFF_PLATE_MM = 0.5  # a body printed this far above or below the plate gets a warning
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +31,14 @@ class PartInput:
 
     Attributes:
         meshes: the sub-volumes, part frame, mm.
-        bodies: what each of them stands on.
+        bodies: what each of them stands on, as the case's strategy sees it.
         body_mesh: the body's own shape, to look at; None where it is only told.
         profile: the body as (r, z) points about its axis, mm, lowest first, which collides; None where the hull of
             body_mesh does.
         warnings: one line each.
+        others: the same for every strategy that is made for what they stand on.
+        body_solid: the body as a solid to be sliced; None where it is there from the start.
+        round_body: its surface, where body_solid is given.
     """
 
     meshes: tuple[Mesh, ...]
@@ -40,6 +46,9 @@ class PartInput:
     body_mesh: Mesh | None
     profile: tuple[tuple[float, float], ...] | None
     warnings: tuple[str, ...] = ()
+    others: dict[str, tuple[RoundBody, ...]] = field(default_factory=dict)
+    body_solid: Mesh | None = None
+    round_body: RoundBody | None = None
 
 
 @stage("reading the part")
@@ -58,6 +67,8 @@ def read_part(case: Case) -> PartInput:
     meshes: list[Mesh] = []
     try:
         found = _whole(case, meshes) if case.part.mesh is not None else _pieces(case, meshes)
+        if case.slicing.body is not None:
+            found = _with_body(case, found)
     except PartError as error:
         # what looked odd about the meshes, a wrong unit above all, is often why
         hints = "".join(f"; {line}" for mesh in meshes for line in mesh.warnings)
@@ -72,11 +83,12 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
     for i, name in enumerate(part.sub_volumes):
         loaded.append(load_mesh(case.path_of(name), part.units, f"SV{i + 1}"))
     body = _told(part.body)
-    bodies = (body,) * len(loaded)
+    bodies: tuple[RoundBody, ...] = (body,) * len(loaded)
+    others = {strategy: bodies for strategy in STRATEGIES if fits(strategy, body)}
     if part.body.mesh is not None:
         own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
-        return PartInput(tuple(loaded), bodies, own, None)
-    return PartInput(tuple(loaded), bodies, None, _profile(body, part.body.z_mm, loaded))
+        return PartInput(tuple(loaded), bodies, own, None, own.warnings, others)
+    return PartInput(tuple(loaded), bodies, None, _profile(body, part.body.z_mm, loaded), others=others)
 
 
 def _told(body: BodySection) -> RoundBody:
@@ -113,7 +125,24 @@ def _whole(case: Case, loaded: list[Mesh]) -> PartInput:
             raise InputError(f"{case.path}: part.body: as a hint for part.mesh it takes radius_mm and axis_xy_mm")
         hint = BodyHint((*part.body.axis_xy_mm, 0.0), (0.0, 0.0, 1.0), part.body.radius_mm)
     found = decompose(loaded[0], hint)
-    return PartInput(found.sub_volumes, found.bodies, found.body_mesh, found.outline.points, found.warnings)
+    bodies = found.bodies_for(case.slicing.strategy)
+    others = {strategy: found.bodies_for(strategy) for strategy in STRATEGIES}
+    return PartInput(found.sub_volumes, bodies, found.body_mesh, found.outline.points, found.warnings, others)
+
+
+def _with_body(case: Case, found: PartInput) -> PartInput:
+    """The part with its body as a solid to be printed as well."""
+    solid, body, warnings = found.body_mesh, found.bodies[0], found.warnings
+    if solid is None:
+        profile = found.profile or ()
+        solid = turned_solid(profile, body.axis_xy_mm, case.slicing.tolerance_mm)
+        if case.part.body is not None and case.part.body.profile_mm is None and case.part.body.z_mm is None:
+            ends = f"{profile[0][1]:g} .. {profile[-1][1]:g}"
+            warnings += (f"{BODY_NAME}: no part.body.z_mm; taken to end where its sub-volumes do, z = {ends} mm",)
+    gap = float(solid.bounds[0, 2]) + case.part.position_mm[2]
+    if abs(gap) > OFF_PLATE_MM:
+        warnings += (f"{BODY_NAME}: its lower end is {gap:.3f} mm off what the part stands on (part.position_mm)",)
+    return replace(found, warnings=warnings, body_solid=replace(solid, name=BODY_NAME), round_body=body)
 
 
 def _taken(case: Case, found: PartInput) -> PartInput:
@@ -121,7 +150,14 @@ def _taken(case: Case, found: PartInput) -> PartInput:
         return found
     names = [mesh.name for mesh in found.meshes]
     for name in case.part.take:
-        if name not in names:
+        if name == BODY_NAME and case.slicing.body is None:
+            raise InputError(f"{case.path}: part.take: {name} is printed only with slicing: {{body: planar}}")
+        if name not in [*names, BODY_NAME]:
             raise InputError(f"{case.path}: part.take: no sub-volume {name!r}; there are {', '.join(names)}")
-    keep = [names.index(name) for name in case.part.take]
-    return replace(found, meshes=tuple(found.meshes[i] for i in keep), bodies=tuple(found.bodies[i] for i in keep))
+    keep = [names.index(name) for name in case.part.take if name != BODY_NAME]
+    return replace(
+        found,
+        meshes=tuple(found.meshes[i] for i in keep),
+        bodies=tuple(found.bodies[i] for i in keep),
+        others={strategy: tuple(bodies[i] for i in keep) for strategy, bodies in found.others.items()},
+    )

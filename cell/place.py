@@ -18,7 +18,10 @@ import numpy as np
 from ik.chain import Floats
 from slicing.targets import Targets
 
+from .errors import InputError
+
 METRES_PER_MM = 1e-3
+UNIT_LENGTH = 1e-3  # what a normal's length may be off one
 PARALLEL = 1e-6  # sine below which the wire counts as parallel to the part's z axis
 
 
@@ -51,13 +54,34 @@ def place(targets: Targets, T_base_part: Floats) -> Placed:
 
     Returns:
         Placed targets.
+
+    Raises:
+        InputError: a target is not finite or has no normal.
     """
+    check_targets(targets)
     R, p = T_base_part[:3, :3], T_base_part[:3, 3]
     return Placed(
         position=targets.position * METRES_PER_MM @ R.T + p,
         normal=targets.normal @ R.T,
         reference=(R[:, 2], R[:, 0]),
     )
+
+
+def check_targets(targets: Targets) -> None:
+    """Refuse targets that no pose can be made of.
+
+    Raises:
+        InputError: which, and what it lacks.
+    """
+    bad = ~np.isfinite(targets.position).all(axis=1)
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise InputError(f"target {i}: position {np.array2string(targets.position[i])} is not finite")
+    length = np.linalg.norm(targets.normal, axis=1)
+    bad = ~(np.abs(length - 1.0) < UNIT_LENGTH)  # written so that NaN is refused as well
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise InputError(f"target {i}: has no normal: a unit vector is needed, its length is {length[i]:g}")
 
 
 def frames(position: Floats, normal: Floats, reference: tuple[Floats, Floats]) -> Floats:

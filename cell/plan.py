@@ -4,26 +4,32 @@
     plan.beads[0].stretches                   # what can be run through; cuts and missing say what cannot
     plan.travels, plan.stuck                  # between the beads
 
-A bead that does not come out whole is searched once more with the roll sampled finer. Metres, radians, seconds.
+A bead that does not come out whole is searched once more with the roll sampled finer; one to which no travel leads,
+with its beginning elsewhere: in another configuration or at another roll. Metres, radians, seconds.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import IO, Any
 
 import numpy as np
 
 from ik.chain import Floats
+from ik.roll import wrap
 
 from .bead import BeadPlan, BeadSearch, Stretch
 from .collision import Ints
 from .nodes import evaluate
 from .progress import Bar
 from .setup import Setup
-from .travel import Way, travel
+from .travel import Way, can_leave, travel, turned
 
 FINER = 3  # times as many rolls where a bead does not come out whole
+BEGINNINGS = 4  # of a bead that no travel leads to
+ELSEWHERE = np.deg2rad(40.0)  # a beginning is another one where some joint is further away
+HURRIED = 10  # share of a travel's attempts once the part is lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,17 +71,61 @@ def plan_part(setup: Setup, path: Ints, progress: IO[str] | None = None) -> Part
     with Bar(progress, "beads", len(firsts)) as bar:
         for first, stop in zip(firsts, [*firsts[1:], len(path)], strict=True):
             bead = plan_bead(setup, first, stop, None if last is None else last.q_targets[-1])
-            beads.append(bead)
+            if bead.whole and stop < len(path):
+                bead, _ = _that_can_leave(setup, bead)
             if last is not None and bead.whole:
-                # the layer under the torch counts as laid
-                way = travel(setup, last, bead.stretches[0], int(setup.laid[last.stop - 1]))
+                # where the part is lost, what is still searched for is what to report
+                whole = not stuck and all(bead.whole for bead in beads)
+                bead, way = _travel_to(setup if whole else _hurried(setup), last, bead)
                 if isinstance(way, dict):
-                    stuck[first] = {"from_target": last.stop - 1, "travel": True, **way}
+                    stuck[first] = {"from_target": last.stop - 1, "travel": True, "to_target": first, **way}
                 else:
                     travels.append(way)
+            beads.append(bead)
             last = bead.stretches[-1] if bead.stretches else last
             bar.advance()
     return PartPlan(tuple(beads), tuple(travels), stuck)
+
+
+def _hurried(setup: Setup) -> Setup:
+    """The same, with fewer attempts at a travel."""
+    attempts = max(setup.settings.travel_attempts // HURRIED, 1)
+    return replace(setup, settings=replace(setup.settings, travel_attempts=attempts))
+
+
+def _that_can_leave(setup: Setup, bead: BeadPlan, avoid: Sequence[Floats] = ()) -> tuple[BeadPlan, bool]:
+    """The bead, ended elsewhere if only so the torch can be drawn back from it; and whether it can."""
+    stage = int(setup.laid[bead.stop - 1])
+    ends: list[Floats] = []
+    tried = bead
+    while tried.whole:
+        if can_leave(setup, tried.stretches[0], stage):
+            return tried, True
+        ends.append(tried.stretches[0].q_targets[-1])
+        if len(ends) == BEGINNINGS:
+            break
+        tried = _search(setup, bead.first, bead.stop, None, setup.settings.roll_step, avoid, ends)
+    return bead, False
+
+
+def _travel_to(setup: Setup, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, Way | dict[str, Any]]:
+    """The travel to a whole bead; the bead begins elsewhere if that is the only way to reach it."""
+    stage = int(setup.laid[last.stop - 1])  # the layer under the torch counts as laid
+    avoid: list[Floats] = []
+    tried = bead
+    failed: dict[str, Any] = {}
+    while tried.whole:
+        start = tried.stretches[0]
+        way = travel(setup, last, start, stage)
+        if not isinstance(way, dict):
+            return replace(tried, stretches=(turned(start, way),)), way
+        failed = failed or way
+        avoid.append(start.q_targets[0])
+        if len(avoid) == BEGINNINGS or (way.get("while") == "leaving" and "attempts" not in way):
+            break
+        tried = _search(setup, bead.first, bead.stop, last.q_targets[-1], setup.settings.roll_step, avoid)
+        tried, _ = _that_can_leave(setup, tried, avoid)
+    return bead, failed
 
 
 def plan_bead(setup: Setup, first: int, stop: int, q_before: Floats | None) -> BeadPlan:
@@ -97,8 +147,21 @@ def plan_bead(setup: Setup, first: int, stop: int, q_before: Floats | None) -> B
     return finer if finer.lost < plan.lost else plan
 
 
-def _search(setup: Setup, first: int, stop: int, q_before: Floats | None, roll_step: float) -> BeadPlan:
+def _search(
+    setup: Setup,
+    first: int,
+    stop: int,
+    q_before: Floats | None,
+    roll_step: float,
+    begin_off: Sequence[Floats] = (),
+    end_off: Sequence[Floats] = (),
+) -> BeadPlan:
+    """Search a bead that begins and ends well off given configurations."""
     here = slice(first, stop)
     placed = replace(setup.placed, position=setup.placed.position[here], normal=setup.placed.normal[here])
     nodes = evaluate(setup.solver, placed, setup.window, roll_step, setup.limits)
+    for at, q in [*((0, q) for q in begin_off), *((-1, q) for q in end_off)]:
+        # whole turns are the travel's own to try
+        off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)
+        nodes.cost[at][off < ELSEWHERE] = np.inf
     return BeadSearch(setup, nodes, placed, setup.stage[here], first).run(q_before)

@@ -6,7 +6,7 @@ for line in report_lines(result): ...             # rich renderables
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,8 @@ import numpy as np
 from ik.chain import Floats
 
 from .check import Result, Row
+from .lockout import in_words as layers_in_words
+from .pace import pace_document
 from .place import METRES_PER_MM
 from .robot import inverse, pose
 from .terminal import is_verbose
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 
     from slicing.indices import Indices
     from slicing.layers import SlicedSubVolume
+
+    from .remedies import Remedy
 
 WORST = 8  # infeasible targets shown on the terminal
 
@@ -39,8 +43,21 @@ def tcp_in_flange(result: Result) -> Floats:
     return inverse(T[0]) @ T[1]
 
 
-def report_document(result: Result) -> dict[str, Any]:
-    """The contract "rbam-report/1": see the README."""
+def report_document(
+    result: Result,
+    remedies: Sequence[Remedy] = (),
+    all_reasons: Mapping[int, list[dict[str, Any]]] | None = None,
+) -> dict[str, Any]:
+    """The contract "rbam-report/1": see docs/formats.md.
+
+    Args:
+        result: the verdict.
+        remedies: what would help, from ``cell.remedies``.
+        all_reasons: by target what excludes its candidates, from ``cell.all_reasons``; None leaves the key out.
+
+    Returns:
+        The document.
+    """
     job, t = result.job, result.job.targets
     T = tcp_in_flange(result)
     rows = [
@@ -61,6 +78,9 @@ def report_document(result: Result) -> dict[str, Any]:
         }
         for i, row in enumerate(result.rows)
     ]
+    if all_reasons is not None:
+        for i, reasons in all_reasons.items():
+            rows[i]["all_reasons"] = reasons
     return {
         "schema": "rbam-report/1",
         "case": job.case.title,
@@ -85,9 +105,13 @@ def report_document(result: Result) -> dict[str, Any]:
             "time_s": round(float(result.motion.t_s[-1]), 3),
             "arc_on_s": round(result.motion.arc_time, 3),
             "samples": len(result.motion.t_s),
+            "travel_s": round(result.motion.travel_time, 3),
+            "dwell_s": round(result.motion.dwell_time, 3),
+            "speed": None if result.motion.pace is None else pace_document(result.motion.pace, t.path),
         },
         "warnings": list(job.warnings),
         "rows": rows,
+        "help": [remedy.document() for remedy in remedies],
     }
 
 
@@ -137,6 +161,10 @@ def in_words(row: Row) -> str:
         return f"{d['singularity']} at {d['margin']:g}{_unit(d['unit'])}, needs {d['limit']:g}"
     if row.reason == "gravity":
         return f"{d['angle_deg']:.1f} deg off up, limit {d['limit_deg']:g}"
+    if row.reason == "speed" and "share" in d:
+        why = f"; {d['axis']}'s {d['by']}" if d["axis"] else ""
+        held = f"{100 * d['share']:.0f} % of the speed held, needs {100 * d['limit']:.0f} %"
+        return f"from target {d['from_target']}: {held}{why}"
     return _way_in_words(d)
 
 
@@ -148,6 +176,8 @@ def _way_in_words(d: dict[str, Any]) -> str:
     hit = ""
     if "pair" in d:
         hit = f"{' - '.join(d['pair'])} {d['distance_mm']:.1f} mm, needs {d['required_mm']:g}"
+    if "blocked_by_layers" in d:
+        hit += f"; locked out by {layers_in_words(d['blocked_by_layers'])}"
     if "from_target" not in d:
         return hit
     way = "travel" if d.get("travel") else "bead"
@@ -210,13 +240,28 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     gravity = np.rad2deg(result.gravity)
     yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"
     if result.motion is not None:
-        total, arc = result.motion.t_s[-1], result.motion.arc_time
+        motion = result.motion
+        dwell = f", {motion.dwell_time:.0f} s waiting" if motion.dwell_time else ""
         yield (
             "motion",
-            f"{total:.0f} s, {arc:.0f} s of them with the arc on; {len(result.motion.t_s)} samples checked",
+            f"{motion.t_s[-1]:.0f} s, {motion.arc_time:.0f} s of them with the arc on, {motion.travel_time:.0f} s "
+            f"travelling{dwell}; {len(motion.t_s)} samples checked",
         )
+        if motion.pace is not None:
+            yield "speed", _speed_in_words(pace_document(motion.pace, job.targets.path))
     for line in job.warnings:
         yield "warning", line
+
+
+def _speed_in_words(d: dict[str, Any]) -> str:
+    """How far the deposition speed is held."""
+    if not d["slowed"]:
+        return "held from target to target"
+    why = f" ({d['axis']}'s {d['by']})" if d["axis"] else ""
+    return (
+        f"held to {100 * d['least_share']:.0f} % or more from target to target, least from target "
+        f"{d['from_target']}{why}; {d['slowed_s']:.0f} s below 98 %"
+    )
 
 
 def _worst(result: Result) -> RenderableType:
@@ -265,7 +310,7 @@ def _severity(row: Row) -> float:
 
 
 def slice_lines(
-    sliced: Sequence[SlicedSubVolume], found: Sequence[Indices], warnings: Sequence[str]
+    sliced: Sequence[SlicedSubVolume], found: Sequence[Indices], warnings: Sequence[str], told: Sequence[str] = ()
 ) -> Iterator[RenderableType]:
     """The terminal report of a slicing: the paper's indices by sub-volume.
 
@@ -273,6 +318,7 @@ def slice_lines(
         sliced: the sub-volumes.
         found: their indices.
         warnings: of the part as a whole, one line each.
+        told: of its beads, one line each.
 
     Yields:
         rich renderables.
@@ -297,55 +343,5 @@ def slice_lines(
         )
         table.add_row(s.name, s.strategy, *numbers)
     yield table
-    for line in (*warnings, *(line for s in sliced for line in s.warnings)):
+    for line in (*warnings, *(line for s in sliced for line in s.warnings), *told):
         yield f"warning: {line}"
-
-
-CELL = 6  # characters of a pose on a wide map
-
-
-def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
-    """The terminal map of a sweep: rows are E1, columns E2.
-
-    Yields:
-        rich renderables.
-    """
-    from rich.text import Text
-
-    poses = document["poses"]
-    e1 = sorted({row["E1_deg"] for row in poses})
-    e2 = sorted({row["E2_deg"] for row in poses})
-    at = {(row["E1_deg"], row["E2_deg"]): row for row in poses}
-    wide = len(e2) <= 16
-    yield Text.assemble((document["case"], "bold"), "  feasible table poses; E1 down, E2 across")
-    if wide:
-        yield Text(" " * 8 + "".join(f"{v:>{CELL}g}" for v in e2), style="dim")
-    for tilt in e1:
-        line = Text(f"{tilt:>7g} ", style="dim")
-        for turn in e2:
-            line.append(*_mark(at.get((tilt, turn)), wide))
-        yield line
-    yield Text(
-        "yes: feasible; numbers: targets that are not" if wide else "#: feasible   + : .: ever more targets are not"
-    )
-    best = document["best"]
-    if best is None:
-        yield "no feasible pose"
-        return
-    clearance = best["least_clearance_mm"]
-    room = "more than 50 mm" if clearance is None else f"{clearance:.1f} mm"
-    yield (
-        f"best: E1 = {best['E1_deg']:g}, E2 = {best['E2_deg']:g} deg: deposits at most "
-        f"{best['gravity_max_deg']:.0f} deg off upright, least clearance {room}"
-    )
-
-
-def _mark(row: dict[str, Any] | None, wide: bool) -> tuple[str, str]:
-    if row is None:
-        return (" " * CELL if wide else " "), ""
-    if row["verdict"] == "feasible":
-        return (f"{'yes':>{CELL}}" if wide else "#"), "green"
-    k = row["infeasible"]
-    if wide:
-        return f"{k:>{CELL}}", "red"
-    return ("+" if k < 10 else ":" if k < 100 else "."), "red"

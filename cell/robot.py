@@ -82,6 +82,7 @@ def chain_of(
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
     mujoco.mj_kinematics(model, data)
+    check_names(joints)
     ids = [require(model, "joint", name, "robot.joints") for name in joints]
     _check_series(model, ids, require(model, "site", tcp, "tool.tcp"))
     world_base = require(model, "body", base, "robot.base")
@@ -106,12 +107,28 @@ def chain_of(
     )
 
 
+def check_names(joints: Sequence[str]) -> None:
+    """Refuse lists in which a joint is named twice.
+
+    Raises:
+        InputError: which.
+    """
+    twice = next((name for name in joints if list(joints).count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"robot.joints: {twice} is listed twice")
+
+
 def _check_series(model: mujoco.MjModel, ids: Sequence[int], site: int) -> None:
     for j in ids:
         name = model.joint(j).name
         if model.jnt_type[j] != mujoco.mjtJoint.mjJNT_HINGE:
             raise InputError(f"robot.joints: {name} is not a hinge; arms of revolute joints are supported")
-        if not model.jnt_limited[j] or not model.jnt_range[j, 0] < model.jnt_range[j, 1]:
+        low, high = np.rad2deg(model.jnt_range[j])
+        if low > high or (low == high and low != 0.0):
+            raise InputError(
+                f"robot.joints: {name}'s range {low:g} .. {high:g} deg excludes everything; needs low < high"
+            )
+        if not model.jnt_limited[j] or low == high:
             raise InputError(f"robot.joints: {name} has no joint limits (range) in its MJCF")
     bodies = [int(model.jnt_bodyid[j]) for j in ids]
     for child, ancestor in zip([*bodies[1:], int(model.site_bodyid[site])], bodies, strict=True):

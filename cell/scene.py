@@ -30,9 +30,11 @@ from .pieces import (
     one_line,
     surroundings,
 )
-from .robot import chain_of, inverse, pose, require
+from .robot import chain_of, check_names, inverse, pose, require
 from .sections import Case
 from .terminal import stage
+
+WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +53,7 @@ class Scene:
         deposit_of_geom: number of the deposit a geom stands for, -1 for all else, (ngeom,).
         n_deposits: how many deposits the part has.
         contact_bits: contype and conaffinity of every geom, (2, ngeom); the model's own are changed by checks.
+        body_contype: the bodies' own, (nbody,); as the geoms'.
         arm_geom: whether a geom belongs to the arm or its tool, (ngeom,).
     """
 
@@ -65,6 +68,7 @@ class Scene:
     deposit_of_geom: NDArray[np.int64]
     n_deposits: int
     contact_bits: NDArray[np.int32]
+    body_contype: NDArray[np.int32]
     arm_geom: NDArray[np.bool_]
 
     def T_base_part(self, E1: float, E2: float) -> Floats:
@@ -168,8 +172,11 @@ def compose(case: Case, part: PartShape) -> Scene:
 
 
 def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartShape, home: dict[str, float]) -> Scene:
+    check_names(case.robot.joints)
     arm_joints = [require(model, "joint", name, "robot.joints") for name in case.robot.joints]
     table_joints = [require(model, "joint", name, "positioner.joints") for name in case.positioner.joints]
+    _check_table(model, table_joints, case)
+    _check_wire(model, case)
     tool_root = int(model.jnt_bodyid[arm_joints[0]])
     arm_geom = np.array([_descends(model, int(b), tool_root) for b in model.geom_bodyid], dtype=bool)
     chain = chain_of(model, case.robot.joints, case.tool.tcp, case.robot.base, _speeds(model, case))
@@ -188,8 +195,42 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
         deposit_of_geom=np.array(deposits, dtype=np.int64),
         n_deposits=part.n_deposits,
         contact_bits=np.array([model.geom_contype, model.geom_conaffinity]),
+        body_contype=model.body_contype.copy(),
         arm_geom=arm_geom,
     )
+
+
+def _check_table(model: mujoco.MjModel, joints: list[int], case: Case) -> None:
+    """Refuse positioner joints that do not turn the table, one after the other."""
+    body = int(model.site_bodyid[require(model, "site", case.positioner.table, "positioner.table")])
+    for name, joint in reversed(list(zip(case.positioner.joints, joints, strict=True))):
+        if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
+            raise InputError(f"{case.path}: positioner.joints: {name} is not a hinge")
+        root = int(model.jnt_bodyid[joint])
+        if not _descends(model, body, root):
+            raise InputError(
+                f"{case.path}: positioner.joints: {name} does not turn the table (site {case.positioner.table}); "
+                "tilt first, then turn"
+            )
+        body = int(model.body_parentid[root])
+
+
+def _check_wire(model: mujoco.MjModel, case: Case) -> None:
+    """Refuse a TCP whose z axis is not the wire's."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    site = require(model, "site", case.tool.tcp, "tool.tcp (the wire's end, z along the wire)")
+    z = data.site_xmat[site].reshape(3, 3)[:, 2]
+    for name in case.tool.wire:
+        geom = model.geom(name).id
+        if int(model.geom_type[geom]) not in (int(mujoco.mjtGeom.mjGEOM_CYLINDER), int(mujoco.mjtGeom.mjGEOM_CAPSULE)):
+            continue
+        off = float(np.rad2deg(np.arccos(np.clip(abs(z @ data.geom_xmat[geom].reshape(3, 3)[:, 2]), 0, 1))))
+        if off > WIRE_OFF:
+            raise InputError(
+                f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} is {off:.0f} deg off the wire {name}; "
+                "it must run along it"
+            )
 
 
 def _descends(model: mujoco.MjModel, body: int, root: int) -> bool:

@@ -7,10 +7,13 @@ Lengths in mm and angles in degrees, as every key says. Reading files and wordin
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+
+from .ranges import values_of
 
 REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity")
 
@@ -18,6 +21,8 @@ Vec2 = tuple[float, float]
 Vec3 = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Values = Annotated[list[float], BeforeValidator(values_of)]  # 5, "LO:HI:STEP" or a list of them
+RightAngle = Annotated[float, Field(ge=0, le=90)]  # an angle from a line: more than 90 would exclude everything
 
 
 class Section(BaseModel):
@@ -61,7 +66,10 @@ class Part(Section):
 
     mesh: str | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
     sub_volumes: list[str] = Field(default_factory=list, description="one closed mesh each, on the body below")
-    take: list[str] = Field(default_factory=list, description="names of the sub-volumes to build (SV1, ..); empty: all")
+    take: list[str] = Field(
+        default_factory=list,
+        description="names of the sub-volumes to build (SV1, ..; BODY: the body alone); empty: all",
+    )
     body: Body | None = None
     units: Literal["mm", "cm", "m", "inch"] = "mm"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
@@ -82,10 +90,17 @@ class Slicing(Section):
         "nonuniform",
         description="conical and revolved need such a body; planar takes any, the others a cylinder",
     )
+    body: Literal["planar"] | None = Field(
+        None, description="planar: the body is printed as well, first, as BODY, in planar layers along its axis"
+    )
     h_layer_mm: Positive = 1.73
     h_min_mm: Positive = 1.39
     h_max_mm: Positive = 2.2
     tolerance_mm: Positive = Field(0.01, description="largest distance of a layer's chords from its exact curve")
+    thickness: Literal["report", "trim", "merge"] = Field(
+        "report",
+        description="what becomes of beads outside h_min .. h_max: they stay, end there, or the layer above lays them",
+    )
 
     @model_validator(mode="after")
     def _heights_in_order(self) -> Slicing:
@@ -99,6 +114,45 @@ class Sampling(Section):
 
     chord_tolerance_mm: Positive = 0.3
     min_segment_mm: Positive = 3.0
+
+
+class Beads(Section):
+    """Which beads a layer is laid in, where they start, and in which order."""
+
+    pattern: Literal["contour", "contour_parallel", "zigzag"] = Field(
+        "contour", description="the layers' borders alone (as in the paper), or what fills them too"
+    )
+    width_mm: Positive = Field(5.0, description="of a bead")
+    overlap: Annotated[float, Field(ge=0, le=0.9)] = Field(
+        0.25, description="of neighbouring beads, as a share of the width"
+    )
+    border: Literal["centre", "edge"] | None = Field(
+        None, description="a layer's border is its outer bead's centre line or edge; contour: centre, others: edge"
+    )
+    contours: Annotated[int, Field(ge=0)] = Field(1, description="rounds along the border before zigzag lines")
+    contours_first: bool = Field(True, description="borders before what is within them, or after it")
+    angle_deg: float = Field(0.0, description="of zigzag lines, against the way round the body (planes: across z)")
+    angle_step_deg: float = Field(90.0, description="added to it from layer to layer")
+    seam: Literal["aligned", "spread", "chosen"] = Field(
+        "aligned", description="closed beads start near the seam below, far from it, or at a chosen place"
+    )
+    seam_angle_deg: float | None = Field(None, description="chosen place: angle about the body's axis, or")
+    seam_xyz_mm: Vec3 | None = Field(None, description="a point of the part")
+    alternate: bool = Field(False, description="every other layer runs the other way round")
+    order: Literal["given", "short"] | None = Field(
+        None, description="of a layer's beads: as found, or with little travel; contour: given, others: short"
+    )
+    lead_in_mm: NotNegative = Field(0.0, description="the arc starts so far before the seam (open beads: run back)")
+    lead_out_mm: NotNegative = Field(0.0, description="and runs on so far past it")
+
+    @model_validator(mode="after")
+    def _place_of_seam(self) -> Beads:
+        places = (self.seam_angle_deg is not None) + (self.seam_xyz_mm is not None)
+        if self.seam == "chosen" and places != 1:
+            raise ValueError("seam: chosen needs one of seam_angle_deg, seam_xyz_mm")
+        if self.seam != "chosen" and places:
+            raise ValueError("seam_angle_deg and seam_xyz_mm go with seam: chosen")
+        return self
 
 
 class Roll(Section):
@@ -129,10 +183,13 @@ class Robot(Section):
     model: str = "kr70_r2100"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
     rotation_deg: Vec3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
-    joints: list[str] = ["A1", "A2", "A3", "A4", "A5", "A6"]
+    joints: Annotated[list[str], Field(min_length=1)] = ["A1", "A2", "A3", "A4", "A5", "A6"]
     flange: str = "flange"
     base: str = Field("base_link", description="body whose frame the report's base_* columns are given in")
     max_speed_deg_s: list[Positive] | None = Field(None, description="where the MJCF does not carry them")
+    max_acceleration_deg_s2: list[Positive] | None = Field(
+        None, description="instead of the MJCF's; where that has none, full speed in half a second"
+    )
 
 
 class Torch(Section):
@@ -152,6 +209,12 @@ class Positioner(Section):
     rotation_deg: Vec3 = (0.0, 0.0, 0.0)
     joints: tuple[str, str] = ("E1", "E2")
     table: str = "table"
+    max_speed_deg_s: tuple[Positive, Positive] | None = Field(
+        None, description="instead of the MJCF's, for motions from outside that move the table; none known: no limit"
+    )
+    max_acceleration_deg_s2: tuple[Positive, Positive] | None = Field(
+        None, description="instead of the MJCF's; where that has none, full speed in half a second"
+    )
 
 
 class Box(Section):
@@ -190,10 +253,14 @@ class Checks(Section):
     """What a target has to keep."""
 
     clearance_mm: NotNegative = 5.0
-    wrist_deg: NotNegative = 5.0
-    elbow_deg: NotNegative = 5.0
+    wrist_deg: RightAngle = 5.0
+    elbow_deg: RightAngle = 5.0
     shoulder_mm: NotNegative = 50.0
     sigma: NotNegative = Field(0.02, description="smallest singular value; arms without a spherical wrist only")
+    off_bead_mm: NotNegative = Field(
+        0.05, description="largest distance of the TCP from the bead, of motions from files"
+    )
+    off_wire_deg: NotNegative = Field(0.05, description="largest turn of the wire off its direction, likewise")
     gravity_max_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null does not limit it"
     )
@@ -213,6 +280,59 @@ class Process(Section):
     deposition_speed_mm_s: Positive = 8.0
     travel_speed_mm_s: Positive = 100.0
     retract_mm: Positive = 30.0
+    blend_mm: Positive = Field(
+        1.0, description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS)"
+    )
+    least_speed_share: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.5, description="of the deposition speed, to be held from each target to the next; below it is infeasible"
+    )
+    dwell_s: NotNegative = Field(0.0, description="wait between the layers of a sub-volume, retracted")
+    arc_on_s: NotNegative = Field(0.0, description="wait at the start of a bead while the arc is struck")
+    arc_off_s: NotNegative = Field(0.0, description="wait at the end of a bead while the crater is filled")
+    travel_attempts: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
+        3000, description="configurations tried for a way between two beads where the simple ones are not free"
+    )
+    speed_by_thickness: list[tuple[NotNegative, Positive]] | None = Field(
+        None,
+        description="rows [thickness_mm, speed_mm_s], thickness growing, interpolated; for one deposition speed",
+    )
+
+    @field_validator("speed_by_thickness")
+    @classmethod
+    def _thickness_grows(cls, value: list[tuple[float, float]] | None) -> list[tuple[float, float]] | None:
+        if value is not None and not value:
+            raise ValueError("needs at least one row [thickness_mm, speed_mm_s]")
+        if value is not None and any(a[0] >= b[0] for a, b in pairwise(value)):
+            raise ValueError("thickness must grow from row to row")
+        return value
+
+
+class Placements(Section):
+    """A grid of places of the positioner; what is left out stays as the case has it."""
+
+    x_mm: Values | None = None
+    y_mm: Values | None = None
+    z_mm: Values | None = None
+    rz_deg: Values | None = Field(None, description="turn about the world's z axis")
+
+
+class Mark(Section):
+    """A table pose to point out on a map."""
+
+    E1_deg: float
+    E2_deg: float
+    label: str
+
+
+class Sweep(Section):
+    """What `rbam sweep` tries: each a number, a list, or a text LO:HI:STEP; its options go before this."""
+
+    E1_deg: Values | None = Field(None, description="tilts; the axis' range by 45 where left out")
+    E2_deg: Values | None = Field(None, description="turns; the axis' range by 45 where left out")
+    roll: list[Literal["free"] | Roll] = Field(default_factory=list, description="rolls to try instead of the case's")
+    positioner: Placements | None = None
+    height_mm: Values | None = Field(None, description="of the support, or of the part over the faceplate without one")
+    marks: list[Mark] = Field(default_factory=list, description="poses to point out on maps")
 
 
 class Expect(Section):
@@ -243,6 +363,7 @@ class Case(Section):
     support: Support | None = None
     slicing: Slicing = Slicing()
     sampling: Sampling = Sampling()
+    beads: Beads = Beads()
     roll: Literal["free"] | Roll = "free"
     table: Table = Table()
     robot: Robot = Robot()
@@ -253,6 +374,7 @@ class Case(Section):
     checks: Checks = Checks()
     ik: Ik = Ik()
     process: Process = Process()
+    sweep: Sweep = Sweep()
     expect: Expect | None = None
 
     _path: Path = Path("case.yaml")

@@ -8,7 +8,8 @@ Metres, radians, seconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ik.candidates import Solver
@@ -35,6 +36,7 @@ class Settings:
         retract: way out along the normal before travelling, m.
         roll_step: distance of the roll's samples, rad.
         steps: density of the checks.
+        travel_attempts: configurations tried for a travel that the simple ways do not make.
     """
 
     clearance: float
@@ -43,6 +45,7 @@ class Settings:
     retract: float
     roll_step: float
     steps: Steps = field(default_factory=Steps)
+    travel_attempts: int = 3000
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +91,11 @@ class Setup:
         """The setup of the checker's scene; the attributes say what is what."""
         screen = Checker(checker.scene, checker.table, max(settings.clearance, LEAST_REACH))
         return cls(solver, placed, stage, laid, window, limits, checker, screen, settings, radii(checker.scene))
+
+    def without(self, deposits: Collection[int]) -> Setup:
+        """The same where some deposits do not count."""
+        checker, screen = (Checker(c.scene, c.table, c.reach, deposits) for c in (self.checker, self.screen))
+        return replace(self, checker=checker, screen=screen)
 
     def describe(self, found: Clearances, k: int) -> dict[str, Any]:
         """A collision in words and figures."""

@@ -14,7 +14,8 @@ from typing import Any
 
 from .errors import InputError
 from .sections import Case
-from .sweep import SCHEMA, fingerprint, sweep_document
+from .sweep_log import fingerprint
+from .sweep_rank import SCHEMA, sweep_document
 
 LOG_SCHEMA = "rbam-sweep-log/1"
 

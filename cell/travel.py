@@ -3,27 +3,38 @@
     way = travel(setup, end, start, stage)
     q, dt, clearances = way                  # or a dict: why there is no way
 
-Retracting and approaching are straight lines of the TCP; across, all joints move together. A travel that is not free is
-tried again further out. Metres, radians, seconds.
+Retracting and approaching are straight lines of the TCP. Across, all joints move together; where that is not free it is
+tried further out, and then a way round is searched, which may end a whole turn of a joint from where the next bead was
+to begin, if the bead can be run there as well. Metres, radians, seconds.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from ik import dls
 from ik.chain import Floats
-from ik.roll import RollWindow
+from ik.roll import RollWindow, apply_roll
 
 from .bead import Stretch
 from .between import unproved
 from .collision import Clearances
+from .edges import Edges
 from .follow import JUMP
+from .planner import Space, Trees, connect, rounded, sampled, shortened
 from .setup import Setup
 
-RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract, until the travel is free
+RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
+SEARCH_STEPS = np.deg2rad(
+    [3.0, 1.0]
+)  # between samples of a search; the finer where the way of the coarser did not hold
+SHORTCUTS = 60
+SEED = 20240
+UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
 Way = tuple[Floats, Floats, Clearances]
 
 
@@ -37,52 +48,159 @@ def travel(setup: Setup, end: Stretch, start: Stretch, stage: int) -> Way | dict
         stage: deposits laid by then.
 
     Returns:
-        Samples (m, j), the time of each step (m - 1,), and their clearances; or why there is no way.
+        Samples (m, j), the time of each step (m - 1,), and their clearances; or why there is no way. It ends where
+        ``start`` begins, or whole turns of joints from there by which :func:`turned` can turn all of it.
     """
-    why: dict[str, Any] = {}
-    for times in RETRACTS:
-        retract = setup.settings.retract * times
-        leave = _along_normal(setup, end.stop - 1, end.q_targets[-1], float(end.roll[-1]), retract)
-        arrive = _along_normal(setup, start.first, start.q_targets[0], float(start.roll[0]), retract)
-        if isinstance(leave, str) or isinstance(arrive, str):
-            why = why or {"on_the_way": leave if isinstance(leave, str) else str(arrive)}
-            continue
-        q, dt = _joined(setup, leave, arrive[::-1])
-        found = setup.checker.clearances(q, np.full(len(q), stage))
-        if found.distance.min() < setup.settings.clearance:
-            why = {"on_the_way": "collision", **setup.describe(found, int(np.argmin(found.distance)))}
-            continue
-        step, nearest = unproved(setup.checker, setup.radius, q, np.full(len(q), stage), found)
-        if not len(step):
-            return q, dt, found
-        why = {"on_the_way": "collision", **setup.describe(nearest, 0)}
-    return why
+    return _Travel(setup, end, start, stage).search()
 
 
-def _along_normal(setup: Setup, i: int, q: Floats, roll: float, distance: float) -> Floats | str:
-    """Configurations from a target out along its normal, (m, j), or what stops it."""
+def turned(start: Stretch, way: Way) -> Stretch:
+    """A stretch as it is run after a travel: turned by the whole turns that the travel ends off its beginning."""
+    turn = way[0][-1] - start.q_targets[0]
+    if not turn.any():
+        return start
+    return replace(start, q_targets=start.q_targets + turn, q=start.q + turn)
+
+
+def can_leave(setup: Setup, end: Stretch, stage: int) -> bool:
+    """Whether the torch can be drawn back from the end of a bead as far as the case asks for."""
+    (leg,) = _legs(setup, [(end, -1)], setup.settings.retract)
+    return not isinstance(leg, str) and isinstance(_collision(setup, leg, stage), Clearances)
+
+
+class _Travel:
+    """The search of one travel."""
+
+    def __init__(self, setup: Setup, end: Stretch, start: Stretch, stage: int) -> None:
+        self.setup, self.end, self.start, self.stage = setup, end, start, stage
+        self.why: dict[str, Any] = {}
+
+    def search(self) -> Way | dict[str, Any]:
+        """The first way that is free, of ever dearer ones."""
+        leaves: list[Floats | str] = []
+        arrives: list[Floats | str] = []
+        for times in RETRACTS:
+            retract = self.setup.settings.retract * times
+            leave, arrive = _legs(self.setup, [(self.end, -1), (self.start, 0)], retract)
+            leaves.append(leave)
+            arrives.append(arrive)
+            if isinstance(leave, str) or isinstance(arrive, str):
+                self.why = self.why or {"on_the_way": leave if isinstance(leave, str) else str(arrive)}
+                continue
+            way = self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
+            if way is not None:
+                return way
+        out = self._free(leaves, "leaving")
+        back = self._free(arrives, "arriving") if out else []
+        if not out or not back:
+            return self.why
+        turns = _turns(self.setup, self.start, back)
+        return self._around(out, [arrive + turn for arrive in back for turn in turns])
+
+    def _free(self, legs: list[Floats | str], doing: str) -> list[Floats]:
+        """Those ways out of a bead that are free themselves."""
+        free: list[Floats] = []
+        for leg in legs:
+            found = {"on_the_way": leg} if isinstance(leg, str) else _collision(self.setup, leg, self.stage)
+            if isinstance(found, dict):
+                self.why = self.why if free else {**found, "while": doing}
+            elif not isinstance(leg, str):
+                free.append(leg)
+        return free
+
+    def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> Way | None:
+        """The whole travel, if it is free: out, by the corners across, and in."""
+        settings = self.setup.settings
+        middle = sampled(across, settings.steps.angle)
+        q = np.concatenate([leave, middle[1:], arrive[::-1][1:]])
+        found = _collision(self.setup, q, self.stage)
+        if not isinstance(found, Clearances):
+            self.why = found
+            return None
+        # at half the joints' speed: accelerations are not looked at
+        speed = 0.5 * _speed(self.setup)
+        out = 2 * settings.steps.position / settings.travel_speed
+        legs = [np.full(len(leg) - 1, out) for leg in (leave, arrive)]
+        dt = np.concatenate([legs[0], (np.abs(np.diff(middle, axis=0)) / speed).max(axis=1), legs[1]])
+        return q, dt, found
+
+    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> Way | dict[str, Any]:
+        """Search a way round what is in the way of the straight ones."""
+        setup = self.setup
+        chain = setup.solver.chain
+        space = Space(chain.lower, chain.upper, np.maximum(setup.radius, 1e-3), _speed(setup))
+        starts, goals = (np.array([leg[-1] for leg in legs]) for legs in (leaves, arrives))
+        trees = Trees(starts, goals, self._hints(starts[0], goals[0]))
+        for turn, step in enumerate(SEARCH_STEPS):
+            edges = Edges(setup, self.stage, float(step))
+            found = connect(space, trees, edges, setup.settings.travel_attempts, SEED + turn)
+            if found.way is None:
+                shut_in = "leaving" if found.sizes[0] <= found.sizes[1] else "arriving"
+                tried = {"attempts": setup.settings.travel_attempts, "while": shut_in}
+                return {**self.why, "on_the_way": "collision", **edges.met(), **tried}
+            short = shortened(space, found.way, edges, SHORTCUTS, SEED + turn)
+            leave = leaves[int(np.argmin(np.abs(starts - short[0]).max(axis=1)))]
+            arrive = arrives[int(np.argmin(np.abs(goals - short[-1]).max(axis=1)))]
+            for across in (rounded(short, edges), short, found.way):
+                way = self._checked(leave, across, arrive)
+                if way is not None:
+                    return way
+        return self.why
+
+    def _hints(self, start: Floats, goal: Floats) -> Floats:
+        """Configurations with the arm drawn up, turned to either end or between them."""
+        home = self.setup.checker.scene.home
+        hints = np.stack([home, home, home, (start + goal) / 2])
+        hints[1, 0], hints[2, 0] = start[0], goal[0]
+        hints[3, 1:-3] = home[1:-3]
+        return hints
+
+
+def _legs(setup: Setup, ends: list[tuple[Stretch, int]], distance: float) -> list[Floats | str]:
+    """Configurations from ends of beads (0 or -1) out along their normals, (m, j) each, or what stops them."""
     count = max(int(np.ceil(distance / (2 * setup.settings.steps.position))), 1)
-    solver = setup.solver
-    T = np.repeat(setup.placed.Ts_base_target[i : i + 1], count, axis=0)
-    T[:, :3, 3] += np.linspace(0, distance, count + 1)[1:, None] * setup.placed.normal[i]
-    found = dls.follow(solver.chain, T, np.repeat(q[None], count, axis=0), RollWindow.fixed(roll))
-    if not found.ok.all():
-        return "joint_limit"
-    out = np.concatenate([q[None], found.q])
-    if np.abs(np.diff(out, axis=0)).max() > JUMP:
-        return "jump"
-    return out
+    out = np.linspace(0, distance, count + 1)[1:, None]
+    Ts, qs = [], []
+    for stretch, at in ends:
+        i = stretch.first if at == 0 else stretch.stop - 1
+        T = np.repeat(apply_roll(setup.placed.Ts_base_target[i], stretch.roll[at])[None], count, axis=0)
+        T[:, :3, 3] += out * setup.placed.normal[i]
+        Ts.append(T)
+        qs.append(np.repeat(stretch.q_targets[at][None], count, axis=0))
+    found = dls.follow(setup.solver.chain, np.concatenate(Ts), np.concatenate(qs), RollWindow.fixed(0.0))
+    legs: list[Floats | str] = []
+    for k, (stretch, at) in enumerate(ends):
+        mine = slice(k * count, (k + 1) * count)
+        leg = np.concatenate([stretch.q_targets[at][None], found.q[mine]])
+        if not found.ok[mine].all():
+            legs.append("joint_limit")
+        else:
+            legs.append("jump" if np.abs(np.diff(leg, axis=0)).max() > JUMP else leg)
+    return legs
 
 
-def _joined(setup: Setup, leave: Floats, arrive: Floats) -> tuple[Floats, Floats]:
-    a, b = leave[-1], arrive[0]
-    way = np.abs(b - a)
-    count = max(int(np.ceil(way.max() / setup.settings.steps.angle)), 1)
-    # a smooth start and stop, at half the joints' speed: accelerations are not looked at
-    s = np.linspace(0, 1, count + 1)
-    across = a + s[:, None] * (b - a)
+def _collision(setup: Setup, q: Floats, stage: int) -> Clearances | dict[str, Any]:
+    """Clearances of samples that are free, between them as well; or what they collide with."""
+    laid = np.full(len(q), stage)
+    found = setup.checker.clearances(q, laid)
+    if found.distance.min() < setup.settings.clearance:
+        return {"on_the_way": "collision", **setup.describe(found, int(np.argmin(found.distance)))}
+    step, nearest = unproved(setup.checker, setup.radius, q, laid, found)
+    return {"on_the_way": "collision", **setup.describe(nearest, 0)} if len(step) else found
+
+
+def _speed(setup: Setup) -> Floats:
     speed = setup.solver.chain.max_speed
-    total = float((way / (0.5 * np.where(np.isfinite(speed), speed, 1.0))).max())
-    out = 2 * setup.settings.steps.position / setup.settings.travel_speed
-    dt = np.concatenate([np.full(len(leave) - 1, out), np.full(count, total / count), np.full(len(arrive) - 1, out)])
-    return np.concatenate([leave, across[1:], arrive[1:]]), dt
+    return np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
+
+
+def _turns(setup: Setup, start: Stretch, arrives: list[Floats]) -> list[Floats]:
+    """Whole turns of joints by which a bead and the ways to it can be turned inside the limits; none of them first."""
+    chain = setup.solver.chain
+    q = np.concatenate([start.q, *arrives])
+    low, high = q.min(axis=0), q.max(axis=0)
+    turns = []
+    for j in range(chain.n):
+        turn = 2 * np.pi * np.array([0, -1, 1])
+        turns.append(turn[(low[j] + turn >= chain.lower[j]) & (high[j] + turn <= chain.upper[j])])
+    return sorted((np.array(turn) for turn in product(*turns)), key=lambda turn: float(np.abs(turn).sum()))

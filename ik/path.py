@@ -54,7 +54,7 @@ def best_runs(
     times: Floats,
     speed: Floats,
     *,
-    largest_step: float = LARGEST_STEP,
+    largest_step: float | Floats = LARGEST_STEP,
     circular: bool,
     blocked: Mapping[int, set[Edge]] | None = None,
     start_cost: Floats | None = None,
@@ -66,7 +66,7 @@ def best_runs(
         cost: cost of standing at a node, (t, r, g, k); infinite where it is not allowed.
         times: time the deposition takes from target i to i + 1, (t - 1,), s.
         speed: joint speed limits, (n,), rad/s.
-        largest_step: most that any joint may move between neighbours, rad.
+        largest_step: most that any joint may move between neighbours, rad; of each pair where they differ, (t - 1,).
         circular: whether the first and the last roll are neighbours.
         blocked: edges that turned out impossible: ends of them by their first target.
         start_cost: added to the nodes of the first target, (r, g, k).
@@ -75,6 +75,7 @@ def best_runs(
         Runs in order. Targets without any node belong to no run; two runs that touch are cut for want of an edge.
     """
     blocked = blocked or {}
+    largest = np.broadcast_to(largest_step, (len(q) - 1,))
     usable = np.isfinite(cost) & np.isfinite(q).all(axis=-1)
     price = np.moveaxis(np.where(usable, cost, np.inf), 1, -1)
     nodes = np.moveaxis(q, (1, -1), (-1, 1))  # (t, n, g, k, r): the roll, along which all are alike, runs fastest
@@ -86,7 +87,7 @@ def best_runs(
         open_here = np.isfinite(here)
         if i < len(q) and open_here.any():
             ends = _Ends(nodes[i - 1], here, nodes[i], price[i])
-            limits = _Limits(speed, float(times[i - 1]), largest_step, circular)
+            limits = _Limits(speed, float(times[i - 1]), float(largest[i - 1]), circular)
             arrived, origin = _forward(ends, limits, blocked.get(i - 1, set()))
             total = arrived + price[i]
             if np.isfinite(total).any():

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .chain import Chain, Floats
 from .closed_form import SphericalWristArm
@@ -72,6 +73,23 @@ def margins(chain: Chain, form: SphericalWristArm | None, q: Floats) -> Floats:
     radius = abs(form.upper_arm) * np.sin(q2 + upper) + abs(form.forearm) * np.sin(q2 + q3 + forearm)
     out[..., 2] = np.abs(form.zeta_2.imag + radius)
     return out
+
+
+def sides(form: SphericalWristArm, q: Floats) -> NDArray[np.bool_]:
+    """On which side of each singularity a configuration is: the arm's configuration (KUKA: status).
+
+    Args:
+        form: the arm's constants.
+        q: configurations, (..., n), rad.
+
+    Returns:
+        (..., 3) for wrist, elbow and shoulder; one that changes along a motion has been crossed.
+    """
+    q2, q3, q5 = q[..., 1], form.sign_3 * q[..., 2], q[..., 4]
+    upper, forearm = np.angle(form.upper_arm), np.angle(form.forearm)
+    radius = abs(form.upper_arm) * np.sin(q2 + upper) + abs(form.forearm) * np.sin(q2 + q3 + forearm)
+    signed = [np.sin(q5 - form.wrist.base), np.sin(q3 + (forearm - upper)), form.zeta_2.imag + radius]
+    return np.stack(signed, axis=-1) >= 0
 
 
 def _from_line(angle: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""One triangle's piece of a layer's curve: an arc of an ellipse, a ruling or a straight line.
+"""One triangle's piece of a cylindrical layer's curve: an arc of an ellipse, or a ruling.
 
 In the plane of a triangle with normal n (n_z not 0) the height over the cylinder of radius r about c is
 
@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from slicing.part import Floats, Ints
-from slicing.surfaces import Cylinder, Plane
 
 VERTICAL = 1e-12  # |n_z| / |n| below which a triangle counts as vertical
 MAX_STEP_RAD = 0.5  # so that angles unwrap and small circles stay round
@@ -40,28 +39,21 @@ class Samples:
     turn: Floats
 
 
-def sample_lines(plane: Plane, start: Ints, end: Ints, nodes: Floats) -> Samples:
-    """Pieces on a plane: straight lines from node to node, one point each."""
-    a, b = plane.unrolled(nodes[start]), plane.unrolled(nodes[end])
-    area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    return Samples(nodes[start], np.arange(len(start) + 1), area, np.zeros(len(start)))
-
-
 def sample_arcs(
-    cylinder: Cylinder,
-    normals: Floats,
+    axis_point: tuple[float, float],
+    radius: Floats,
     corners: Floats,
     start: Ints,
     end: Ints,
     nodes: Floats,
     tolerance_mm: float,
 ) -> Samples:
-    """Pieces on a cylinder.
+    """Pieces on cylinders about one axis.
 
     Args:
-        cylinder: the surface.
-        normals: (p, 3) normals of the pieces' triangles, any length.
-        corners: (p, 3, 3) their corners.
+        axis_point: (x, y) of the axis, mm.
+        radius: (p,) of the cylinder that each piece lies on, mm.
+        corners: (p, 3, 3) corners of the pieces' triangles, counter-clockwise seen from outside.
         start: (p,) node each piece starts at; -1 for a whole circle inside its triangle.
         end: (p,) node each piece ends at.
         nodes: (k, 3) positions; node 2e + 1 lies on the same edge as node 2e.
@@ -70,7 +62,8 @@ def sample_arcs(
     Returns:
         The samples.
     """
-    r, centre = cylinder.radius, np.asarray(cylinder.axis_point)
+    r, centre = radius, np.asarray(axis_point)
+    normals = _normals(corners)
     length = np.sqrt((normals**2).sum(axis=1))
     vertical = np.abs(normals[:, 2]) <= VERTICAL * np.where(length > 0, length, 1.0)
     slope = normals[:, :2] / np.where(vertical, 1.0, normals[:, 2])[:, None]
@@ -86,30 +79,41 @@ def sample_arcs(
     first = np.append(0, np.cumsum(steps)).astype(np.int64)
     piece = np.repeat(np.arange(len(steps)), steps)
     k = np.arange(first[-1]) - first[piece]
-    forward = turn[piece] * (k / steps[piece])
-    angle = begin[piece] + forward
-    height = 2 * r * steepness[piece] * np.sin(begin[piece] + 0.5 * forward - phi[piece]) * np.sin(0.5 * forward)
-    points = np.stack([centre[0] + r * np.cos(angle), centre[1] + r * np.sin(angle), origin[piece, 2] + height], axis=1)
-    points[first[:-1]] = origin  # the node itself, to the last bit
+    points = origin[piece]  # the nodes themselves, to the last bit
+    new = np.flatnonzero(k)
+    of, begin_phi = piece[new], begin - phi
+    forward = turn[of] * (k[new] / steps[of])
+    angle = begin[of] + forward
+    points[new, 0] = centre[0] + r[of] * np.cos(angle)
+    points[new, 1] = centre[1] + r[of] * np.sin(angle)
+    points[new, 2] += 2 * (r * steepness)[of] * np.sin(begin_phi[of] + 0.5 * forward) * np.sin(0.5 * forward)
     last_z = np.where(whole, origin[:, 2], nodes[end, 2])
     after_z = np.append(points[1:, 2], 0.0)
     after_z[first[1:] - 1] = last_z
     # Simpson on every step: the arc lies below its chord by the bulge in the middle of the step
     step = turn / steps
-    middle = angle + 0.5 * step[piece] - phi[piece]
-    bulge = -2 * r * steepness[piece] * np.cos(middle) * np.sin(0.25 * step[piece]) ** 2
+    middle = begin_phi[piece] + step[piece] * (k + 0.5)
+    bulge = (-2 * r * steepness * np.sin(0.25 * step) ** 2)[piece] * np.cos(middle)
     mean_z = 0.5 * (points[:, 2] + after_z) + bulge * (2.0 / 3.0)
-    area = np.bincount(piece, weights=-mean_z * r * step[piece], minlength=len(steps))
-    return Samples(points, first, area.astype(np.float64), turn)
+    area = np.bincount(piece, weights=mean_z, minlength=len(steps)) * (-r * step)
+    return Samples(points, first, area, turn)
+
+
+def _normals(corners: Floats) -> Floats:
+    """Normals (p, 3) of triangles, not normalised."""
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    x = u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1]
+    y = u[:, 2] * v[:, 0] - u[:, 0] * v[:, 2]
+    return np.stack([x, y, u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]], axis=1)
 
 
 def _origins(
-    corners: Floats, slope: Floats, centre: Floats, r: float, nodes: Floats, start: Ints, whole: np.ndarray
+    corners: Floats, slope: Floats, centre: Floats, r: Floats, nodes: Floats, start: Ints, whole: np.ndarray
 ) -> Floats:
     """Where each piece starts: its node, or for a whole circle the point at angle 0."""
-    origin = nodes[start].copy()
+    origin = nodes[start]
     if whole.any():
-        at = np.array([centre[0] + r, centre[1]])
+        at = np.stack([centre[0] + r[whole], np.full(int(whole.sum()), centre[1])], axis=1)
         corner = corners[whole, 0]
         origin[whole, :2] = at
         origin[whole, 2] = corner[:, 2] - (slope[whole] * (at - corner[:, :2])).sum(axis=1)
@@ -153,7 +157,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _steps(r: float, steepness: Floats, begin: Floats, turn: Floats, tolerance_mm: float) -> Ints:
+def _steps(r: Floats, steepness: Floats, begin: Floats, turn: Floats, tolerance_mm: float) -> Ints:
     """Steps per piece so that chords stay within the tolerance: sagitta <= |p''| step² / 8.
 
     |p''|² = r² + (r g cos(angle - phi))²; the cosine's greatest size on the arc is 1 if the arc passes phi or

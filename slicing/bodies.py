@@ -120,6 +120,11 @@ BODY_NEEDED = {"cylindrical": "cylinder", "nonuniform": "cylinder", "conical": "
 BODY_NAMES = {"cylinder": "a cylinder", "cone": "a cone", "revolved": "a revolved profile"}
 
 
+def fits(strategy: str, body: RoundBody) -> bool:
+    """Whether a strategy is made for a kind of body; planar is for all."""
+    return BODY_NEEDED.get(strategy, body.kind) == body.kind
+
+
 def require_fit(strategy: str, body: RoundBody) -> None:
     """Refuse a strategy that is not made for the body.
 
@@ -130,10 +135,9 @@ def require_fit(strategy: str, body: RoundBody) -> None:
     Raises:
         PartError: the body is of another kind than the strategy needs.
     """
-    needed = BODY_NEEDED.get(strategy)
-    if needed is not None and body.kind != needed:
-        allowed = [s for s in STRATEGIES if BODY_NEEDED.get(s, body.kind) == body.kind]
+    if not fits(strategy, body):
+        allowed = [s for s in STRATEGIES if fits(s, body)]
         raise PartError(
-            f"strategy: {strategy} needs {BODY_NAMES[needed]} as its body, not {BODY_NAMES[body.kind]};"
+            f"strategy: {strategy} needs {BODY_NAMES[BODY_NEEDED[strategy]]} as its body, not {BODY_NAMES[body.kind]};"
             f" allowed on it: {', '.join(allowed)}"
         )

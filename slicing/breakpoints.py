@@ -16,6 +16,8 @@ importance:
 from __future__ import annotations
 
 from bisect import bisect_left, insort
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -49,6 +51,43 @@ def break_points(points: Floats, seam: int, chord_tolerance_mm: float, min_segme
     if len(chosen) < LEAST_TARGETS:
         chosen = _thirds(loop)
     return order[np.array(chosen, dtype=np.int64)]
+
+
+def open_break_points(
+    points: Floats, chord_tolerance_mm: float, min_segment_mm: float, stops: Sequence[int] = ()
+) -> Ints:
+    """Choose the targets of one open bead.
+
+    Args:
+        points: (n, 3) the fine curve from end to end, mm.
+        chord_tolerance_mm: greatest distance of the fine curve from a segment.
+        min_segment_mm: least distance between successive targets; a shorter bead has its two ends.
+        stops: numbers of points that are targets whatever their distance.
+
+    Returns:
+        Numbers of the chosen points in the order of travel, both ends among them.
+    """
+    n = len(points)
+    ends = sorted({0, n - 1, *(k for k in stops if 0 <= k < n)})
+    chosen: list[int] = []
+    for first, last in pairwise(ends):
+        run = np.arange(first, last + 1)
+        run = run[_thinned_open(points[run])]
+        line = points[run]
+        fixed = _corners(line, min_segment_mm)
+        for begin, end in zip(fixed, [*fixed[1:], len(run) - 1], strict=True):
+            chosen += run[_section(line, begin, end, chord_tolerance_mm, min_segment_mm)].tolist()
+    return np.array([*chosen, n - 1], dtype=np.int64)
+
+
+def _thinned_open(points: Floats) -> Ints:
+    """The same as `_thinned`, both ends kept."""
+    kept = _thinned(points)
+    last = len(points) - 1
+    if kept[-1] == last:
+        return kept
+    near = len(kept) > 1 and _distance(points[kept[-1]], points[last]) < SPACING_MM
+    return np.append(kept[:-1] if near else kept, last)
 
 
 def corner_flags(points: Floats) -> Bools:

@@ -14,11 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from slicing.intersect import Curve, intersect
+from slicing.intersect import Curve, intersect_offsets
 from slicing.layers import Layer, RoundBody, SlicingParameters, make_layer
 from slicing.part import Mesh
-from slicing.stack import FaceIntervals
-from slicing.surfaces import Surface
 
 
 def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
@@ -33,17 +31,18 @@ def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameter
     Returns:
         The layers, from the body outward, up to the first offset that meets nothing.
     """
-    surface: Surface = body.surface
-    intervals = FaceIntervals.about(mesh, surface)
-    layers = [make_layer(0, surface, root, None, body, parameters.h_layer_mm)]
-    while True:
-        index = len(layers)
-        below, surface = surface, body.surface.offset(index * parameters.h_layer_mm)
-        faces = intervals.at(index * parameters.h_layer_mm)
-        curves = intersect(mesh, surface, parameters.tolerance_mm, faces=faces) if len(faces) else []
+    base, step = body.surface, parameters.h_layer_mm
+    layers = [make_layer(0, base, root, None, body, step)]
+    # no point of a triangle lies further out than its corners do
+    top = float(base.distance(mesh.vertices).max())
+    heights = step * np.arange(1, max(int(np.floor(top / step)), 0) + 2)
+    for height, curves in zip(
+        heights.tolist(), intersect_offsets(mesh, base, heights, parameters.tolerance_mm), strict=True
+    ):
         if not curves:
-            return layers
-        layers.append(make_layer(index, surface, curves, below, body, parameters.h_layer_mm))
+            break
+        layers.append(make_layer(len(layers), base.offset(height), curves, layers[-1].surface, body, step))
+    return layers
 
 
 def span(curves: list[Curve], axis_point: tuple[float, float]) -> tuple[float, float]:

@@ -27,8 +27,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slicing.bodies import Body
-from slicing.decompose_bands import HINTED_TURN, LEAST_TURN, FoundBand
+from slicing.bodies import Body, ConicalBody, RevolvedBody, RoundBody
+from slicing.decompose_bands import HINTED_TURN, LEAST_TURN, Band, FoundBand
 from slicing.decompose_cut import Cut, Piece, arrays_of, carried_through, clearance, cut_off, solid_of
 from slicing.decompose_outline import Outline, body_outline
 from slicing.part import Floats, Mesh, PartError, mesh_from_arrays
@@ -88,7 +88,8 @@ class Decomposition:
 
     Attributes:
         body: the cylinder that is the body: the largest one, or the hint's.
-        bodies: what each sub-volume stands on, in their order; a stepped body has several.
+        bodies: the cylinder that each sub-volume stands on, in their order; a stepped body has several.
+        cones: the cone that each stands on, None for those on cylinders.
         body_mesh: the part without its sub-volumes.
         sub_volumes: named SV1, SV2, ..; the corners of their roots lie on the body.
         outline: outline of the body about its axis, cylinders and cones, lowest first.
@@ -100,11 +101,31 @@ class Decomposition:
 
     body: Body
     bodies: tuple[Body, ...]
+    cones: tuple[ConicalBody | None, ...]
     body_mesh: Mesh
     sub_volumes: tuple[Mesh, ...]
     outline: Outline
     T_part_input: Floats
     warnings: tuple[str, ...] = ()
+
+    def bodies_for(self, strategy: str) -> tuple[RoundBody, ...]:
+        """What each sub-volume stands on, seen as a slicing strategy needs it.
+
+        Args:
+            strategy: revolved takes the whole outline, conical and planar the cone where there is one, the others
+                the cylinder.
+
+        Returns:
+            One body a sub-volume.
+
+        Raises:
+            PartError: the outline is no profile.
+        """
+        if strategy == "revolved":
+            return (RevolvedBody(self.outline.points, self.body.axis_xy_mm),) * len(self.bodies)
+        if strategy in ("conical", "planar"):
+            return tuple(cone or body for cone, body in zip(self.cones, self.bodies, strict=True))
+        return self.bodies
 
 
 def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
@@ -147,16 +168,17 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
         )
     pieces = [cut.pieces[k] for k in _order([piece.centroid for piece in cut.pieces], extent)]
     roots = [_root(f"SV{k + 1}", piece, outline) for k, piece in enumerate(pieces)]
-    radii = {radius, *(r for r, _ in roots)}
+    radii = {radius, *(root.radius for root in roots)}
     warnings = [*mesh.warnings, *_coarse(mesh, outline, radii), *_left(mesh, cut)]
     return Decomposition(
         Body(radius, axis_xy),
-        tuple(Body(r, axis_xy) for r, _ in roots),
+        tuple(Body(root.radius, axis_xy) for root in roots),
+        tuple(None if root.cone is None else _conical(root.cone, axis_xy) for root in roots),
         _mesh(f"{mesh.name} body", cut.body, axis_xy, mesh),
         tuple(_mesh(f"SV{k + 1}", piece, axis_xy, mesh) for k, piece in enumerate(pieces)),
         outline,
         T_part_input,
-        (*warnings, *(line for _, lines in roots for line in lines)),
+        (*warnings, *(line for root in roots for line in root.lines)),
     )
 
 
@@ -241,11 +263,22 @@ def _with_radius(mesh: Mesh, bands: list[FoundBand], radius_mm: float) -> list[F
     )
 
 
-def _root(name: str, piece: Piece, outline: Outline) -> tuple[float, list[str]]:
-    """Radius of the body that a piece stands on, and what is unusual about it.
+@dataclass(frozen=True)
+class _Root:
+    """What a piece stands on: the cylinder to slice it about, the cone if it is one, and what is unusual about it."""
 
-    On a step it is the lesser one, so that no layer is missed; on a cone the mean one.
-    """
+    radius: float
+    cone: Band | None
+    lines: tuple[str, ...]
+
+
+def _conical(cone: Band, axis_xy: tuple[float, float]) -> ConicalBody:
+    rise = (cone.radius_high - cone.radius_low) / cone.length
+    return ConicalBody(float(cone.radius_at(np.array(0.0))), math.degrees(math.atan(rise)), axis_xy)
+
+
+def _root(name: str, piece: Piece, outline: Outline) -> _Root:
+    """What a piece stands on: on a step the lesser radius, so that no layer is missed; on a cone the mean one."""
     corners = piece.vertices[piece.faces[piece.root]]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     height = corners[:, :, 2].mean(axis=1)
@@ -253,7 +286,7 @@ def _root(name: str, piece: Piece, outline: Outline) -> tuple[float, list[str]]:
     carrying = [s for s, w in zip(outline.sections, share, strict=True) if w >= CARRIES]
     on_cylinders = sum(w for s, w in zip(outline.sections, share, strict=True) if s.is_cylinder)
     radii = sorted({s.radius_low for s in carrying if s.is_cylinder})
-    lines = []
+    lines, cone = [], None
     if radii and on_cylinders >= 0.5:
         radius = radii[0]
         if len(radii) > 1:
@@ -261,10 +294,15 @@ def _root(name: str, piece: Piece, outline: Outline) -> tuple[float, list[str]]:
             lines.append(f"{name}: stands on a step of the body (radii {steps} mm); sliced from {radius:g} mm")
     else:
         radius = round(float((outline.radius_at(height) * area).sum() / area.sum()), 4)
-        lines.append(f"{name}: stands on a cone; sliced about a cylinder of its mean radius, {radius:g} mm")
+        cones = [s for s in carrying if not s.is_cylinder]
+        cone = cones[0] if len(cones) == 1 and not radii else None
+        follow = "planar, conical and revolved" if cone else "revolved"
+        lines.append(
+            f"{name}: stands on a cone; {follow} layers follow it, cylindrical ones its mean radius, {radius:g} mm"
+        )
     if piece.feet > 1:
         lines.append(f"{name}: stands on the body in {piece.feet} places (a bridge); kept as one sub-volume")
-    return radius, lines
+    return _Root(radius, cone, tuple(lines))
 
 
 def _order(centroids: list[Floats], extent: float) -> list[int]:

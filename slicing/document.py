@@ -1,7 +1,7 @@
 """Sliced sub-volumes as plain data: the contract "rbam-slices/1" and the table of targets (no files).
 
 json.dumps(slices_document(sliced, [indices(s, targets) for s in sliced]))
-header, rows = targets_rows(targets)
+header, rows = targets_rows(targets, travels(targets, 30.0), 100.0)
 """
 
 from __future__ import annotations
@@ -9,19 +9,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from slicing.beads import Bead, LaidSubVolume
 from slicing.indices import Indices
 from slicing.layers import Layer, SlicedSubVolume
 from slicing.targets import Targets
+from slicing.travels import Travel
 
 SCHEMA = "rbam-slices/1"
 TARGETS_HEADER = (
     *("index", "sub_volume", "layer", "path", "kind", "x_mm", "y_mm", "z_mm"),
-    *("nx", "ny", "nz", "tx", "ty", "tz", "thickness_mm"),
+    *("nx", "ny", "nz", "tx", "ty", "tz", "thickness_mm", "speed_mm_s"),
 )
 
 
 def slices_document(
-    sliced: Sequence[SlicedSubVolume], found: Sequence[Indices], warnings: Sequence[str] = ()
+    sliced: Sequence[SlicedSubVolume],
+    found: Sequence[Indices],
+    warnings: Sequence[str] = (),
+    laid: Sequence[LaidSubVolume] = (),
 ) -> dict[str, Any]:
     """The document that `rbam slice --json` writes.
 
@@ -29,6 +34,7 @@ def slices_document(
         sliced: the sub-volumes.
         found: their indices, in the same order.
         warnings: further warnings, put before those of the sub-volumes.
+        laid: their beads, in the same order; left out of the document where there are none.
 
     Returns:
         Plain lists, dicts, strings and numbers, mm (see docs/formats.md).
@@ -42,10 +48,35 @@ def slices_document(
                 "strategy": one.strategy,
                 "layers": [_layer(layer) for layer in one.layers],
                 "indices": some.to_dict(),
+                **(_beads(laid[k]) if laid else {}),
             }
-            for one, some in zip(sliced, found, strict=True)
+            for k, (one, some) in enumerate(zip(sliced, found, strict=True))
         ],
-        "warnings": [*warnings, *(line for one in sliced for line in one.warnings)],
+        "warnings": [
+            *warnings,
+            *(line for one in sliced for line in one.warnings),
+            *(line for one in laid for line in one.warnings),
+        ],
+    }
+
+
+def _beads(laid: LaidSubVolume) -> dict[str, Any]:
+    return {
+        "beads": [_bead(bead) for bead in laid.beads],
+        "thickness_policy": {
+            "policy": laid.sliced.parameters.thickness,
+            "places": [place.to_dict() for place in laid.places],
+        },
+    }
+
+
+def _bead(bead: Bead) -> dict[str, Any]:
+    return {
+        "layer": bead.layer,
+        "kind": bead.kind,
+        "closed": bead.closed,
+        "hole": bead.hole,
+        "length_mm": bead.length_mm,
     }
 
 
@@ -61,14 +92,18 @@ def _layer(layer: Layer) -> dict[str, Any]:
     }
 
 
-def targets_rows(targets: Targets) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+def targets_rows(
+    targets: Targets, ways: Sequence[Travel] = (), travel_speed_mm_s: float = 0.0
+) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
     """Header and rows of the table that `rbam slice --targets` writes.
 
     Args:
-        targets: the targets; all of kind "print".
+        targets: the targets; rows of kind "print", numbered.
+        ways: between the beads; rows of kind "travel" before the bead that they lead to, without a number.
+        travel_speed_mm_s: on these ways.
 
     Returns:
-        The header, and one tuple a target.
+        The header, and one tuple a row.
     """
     numbers = zip(
         targets.sub_volume_index.tolist(),
@@ -78,10 +113,16 @@ def targets_rows(targets: Targets) -> tuple[tuple[str, ...], list[tuple[Any, ...
         targets.normal.tolist(),
         targets.tangent.tolist(),
         targets.thickness_mm.tolist(),
+        targets.speed_mm_s.tolist(),
         strict=True,
     )
-    rows = [
-        (index, targets.sub_volume[volume], layer, path, "print", *position, *normal, *tangent, thickness)
-        for index, (volume, layer, path, position, normal, tangent, thickness) in enumerate(numbers)
-    ]
+    before = {way.to_target: way for way in ways}
+    rows: list[tuple[Any, ...]] = []
+    for index, (volume, layer, path, position, normal, tangent, *rest) in enumerate(numbers):
+        bead = (targets.sub_volume[volume], layer, path)
+        if index in before:
+            way = before[index]
+            for p, n, t in zip(way.position.tolist(), way.normal.tolist(), way.tangent.tolist(), strict=True):
+                rows.append(("", *bead, "travel", *p, *n, *t, 0.0, travel_speed_mm_s))
+        rows.append((index, *bead, "print", *position, *normal, *tangent, *rest))
     return TARGETS_HEADER, rows

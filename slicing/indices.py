@@ -4,7 +4,8 @@
 
 NL     number of layers, the one on the body included.
 A_mm2  adhesion area: of every layer's region the part within half a layer (h_layer / 2) of the body, summed.
-       For a first layer on the body that is the footprint.
+       For a first layer on the body that is the footprint. Of the body itself, where it is printed as well: its
+       footprint on the plate.
 NV     number of robot targets, as the robot visits them: the target that closes a bead counts again.
 R_rad  mean angle, along the last layer's curves, between the direction of deposition and the normal of the
        top surface: the nearest face of the mesh that looks within 60 degrees of the direction of deposition.
@@ -21,11 +22,12 @@ import numpy as np
 from slicing.adhesion import area_near_body
 from slicing.layers import SlicedSubVolume
 from slicing.nearest import closest_on_triangles
-from slicing.part import Floats
+from slicing.part import Floats, Ints, Mesh
 from slicing.targets import Targets
 
 TOP_COSINE = 0.5  # a face belongs to the top if it looks within 60 degrees of the direction of deposition
 TOP_POINTS = 96  # of the last curves, evenly spaced
+AT_ONCE = 2_000_000  # pairs of a point and a face
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,10 @@ def indices(sliced: SlicedSubVolume, targets: Targets | int) -> Indices:
     else:
         number = int(targets)
     within = 0.5 * sliced.parameters.h_layer_mm
-    area = sum(area_near_body(layer, sliced.body, within) for layer in sliced.layers)
+    if sliced.stands_on_plate:
+        area = sliced.layers[0].area_mm2
+    else:
+        area = sum(area_near_body(layer, sliced.body, within) for layer in sliced.layers)
     return Indices(len(sliced.layers), float(area), number, top_angle(sliced))
 
 
@@ -88,15 +93,22 @@ def top_angle(sliced: SlicedSubVolume) -> float:
     faces = np.flatnonzero((unit @ mean >= (widest - 1e-9) * size * np.linalg.norm(mean)) & high & (size > 0))
     if len(faces) == 0:
         faces = np.flatnonzero(size > 0)
-    unit = unit[faces] / size[faces, None]
+    looking = unit[faces] / size[faces, None]
+    share = max(AT_ONCE // len(faces), 1)  # of the points: what is compared at once stays within memory
+    parts = [slice(k, k + share) for k in range(0, len(points), share)]
+    angles = [_angles(points[p], directions[p], looking, sliced.mesh, faces) for p in parts]
+    return float(np.concatenate(angles).mean())
+
+
+def _angles(points: Floats, directions: Floats, unit: Floats, mesh: Mesh, faces: Ints) -> Floats:
+    """Angles (n,) between directions at points and the unit normals of the top faces nearest to them, rad."""
+    centres, radii = mesh.bounding_spheres
     cosine = directions @ unit.T
     allowed = cosine >= TOP_COSINE
     best = np.argmax(cosine, axis=1)
     allowed[np.arange(len(points)), best] |= ~allowed.any(axis=1)
-    nearest = _nearest_face(
-        points, sliced.mesh.vertices[sliced.mesh.faces[faces]], centres[faces], radii[faces], allowed
-    )
-    return float(np.arccos(np.clip(cosine[np.arange(len(points)), nearest], -1.0, 1.0)).mean())
+    nearest = _nearest_face(points, mesh.vertices[mesh.faces[faces]], centres[faces], radii[faces], allowed)
+    return np.arccos(np.clip(cosine[np.arange(len(points)), nearest], -1.0, 1.0))
 
 
 def _evenly(points: Floats, count: int) -> Floats:

@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody
 from slicing.intersect import Curve
 from slicing.part import Floats, Mesh, PartError
@@ -27,6 +29,9 @@ __all__ = [
     "SlicingParameters",
     "make_layer",
 ]
+
+
+POLICIES = ("report", "trim", "merge")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +63,8 @@ class SlicingParameters:
         h_min_mm: the least thickness the process can lay.
         h_max_mm: the greatest.
         tolerance_mm: greatest distance of a sampled curve from the exact one.
+        thickness: what becomes of beads thinner than h_min or thicker than h_max: report, trim or merge (see
+            `slicing.policy`).
     """
 
     strategy: str = "nonuniform"
@@ -65,10 +72,13 @@ class SlicingParameters:
     h_min_mm: float = 1.39
     h_max_mm: float = 2.2
     tolerance_mm: float = 0.01
+    thickness: str = "report"
 
     def __post_init__(self) -> None:
         if self.strategy not in STRATEGIES:
             raise PartError(f"strategy: {self.strategy!r} unknown; allowed: {', '.join(STRATEGIES)}")
+        if self.thickness not in POLICIES:
+            raise PartError(f"thickness: {self.thickness!r} unknown; allowed: {', '.join(POLICIES)}")
         for key in ("h_layer_mm", "h_min_mm", "h_max_mm", "tolerance_mm"):
             value = getattr(self, key)
             if not (math.isfinite(value) and value > 0):
@@ -93,6 +103,7 @@ class SlicedSubVolume:
         warnings: one line each; what was repaired in the mesh, beads thinner than the process can lay, and
             the like.
         parameters: what was asked for.
+        stands_on_plate: it is the body itself, laid on the plate or the support, not on a body.
     """
 
     name: str
@@ -102,11 +113,14 @@ class SlicedSubVolume:
     layers: tuple[Layer, ...]
     warnings: tuple[str, ...] = ()
     parameters: SlicingParameters = field(default_factory=SlicingParameters)
+    stands_on_plate: bool = False
 
     def thickness_at(self, layer: int, points: Floats) -> Floats:
         """Thickness (n,) of the bead at points (n, 3) of a layer, mm. See `slicing.thickness`."""
         from slicing.thickness import bead_thickness
 
+        if self.stands_on_plate:
+            return np.full(len(points), self.parameters.h_layer_mm)
         below = self.layers[layer - 1].surface if layer > 0 else None
         return bead_thickness(points, self.layers[layer].surface, below, self.body, self.parameters.h_layer_mm)
 

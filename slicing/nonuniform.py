@@ -34,6 +34,8 @@ Source: Lettori et al. 2024, section 3.2, figures 5 to 9, algorithms 1 and 2.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -42,7 +44,8 @@ from slicing.intersect import Curve, intersect
 from slicing.layers import Body, Layer, SlicingParameters, make_layer
 from slicing.part import Mesh
 from slicing.planar import planes_from
-from slicing.surfaces import Cylinder, Plane, Surface
+from slicing.stack import FaceIntervals
+from slicing.surfaces import Cylinder, Plane
 
 FLAT_RADIUS_MM = 1e6
 WIDE_RAD = math.pi - 1e-3  # from here on there is no usable chord
@@ -62,26 +65,84 @@ def nonuniform_layers(mesh: Mesh, body: Body, parameters: SlicingParameters, roo
     Returns:
         The layers, from the body outward.
     """
-    h, tolerance = parameters.h_layer_mm, parameters.tolerance_mm
-    surface = body.surface
+    h, surface = parameters.h_layer_mm, body.surface
     layers = [make_layer(0, surface, root, None, body, h)]
+    cut = _Cutter(mesh, FaceIntervals.about(mesh, surface), surface, parameters.tolerance_mm)
     while True:
         offset = surface.offset(h)
-        curves = intersect(mesh, offset, tolerance)
+        curves = cut.curves(offset)
         if not curves:
             return layers
-        layer = make_layer(len(layers), offset, curves, surface, body, h)
         middle, width = span(curves, offset.axis_point)
+        layer = None
         if width < WIDE_RAD:
-            layer = _flattest(mesh, body, parameters, surface, layer, middle, 0.5 * width)
-        layers.append(layer)
-        if isinstance(layer.surface, Plane):
-            return planes_from(mesh, body, parameters, layer.surface, layers)
-        assert isinstance(layer.surface, Cylinder)
-        surface = layer.surface
+            layer = _flattest(cut, body, parameters, layers[-1], middle, 0.5 * width)
+        layers.append(layer or make_layer(len(layers), offset, curves, surface, body, h))
+        if isinstance(layers[-1].surface, Plane):
+            return planes_from(mesh, body, parameters, layers[-1].surface, layers)
+        assert isinstance(layers[-1].surface, Cylinder)
+        surface = layers[-1].surface
 
 
-def flattened(previous: Cylinder, h_layer_mm: float, middle: float, half: float, height_mm: float) -> Surface:
+@dataclass(frozen=True, eq=False)
+class _Cutter:
+    """A mesh to be cut by surfaces of which each depends on what the one before met.
+
+    Attributes:
+        mesh: the sub-volume.
+        intervals: of its triangles' distances from the body.
+        body: the body's surface.
+        tolerance_mm: of the curves.
+    """
+
+    mesh: Mesh
+    intervals: FaceIntervals
+    body: Cylinder
+    tolerance_mm: float
+
+    def curves(self, surface: Cylinder | Plane) -> list[Curve]:
+        """Where a surface meets the mesh; only triangles as far from the body as it lies there are looked at."""
+        low, high = self._reach(surface)
+        faces = np.sort(self.intervals.between(low, high))
+        return intersect(self.mesh, surface, self.tolerance_mm, faces=faces)
+
+    @cached_property
+    def _sector(self) -> tuple[float, float]:
+        """The angle about the body's axis in which the mesh lies: its middle and half its width, rad."""
+        x, y = (self.mesh.vertices[:, k] - self.body.axis_point[k] for k in range(2))
+        middle = math.atan2(float(y.mean()), float(x.mean()))
+        turned = np.arctan2(y, x) - middle
+        return middle, float(np.abs((turned + math.pi) % (2 * math.pi) - math.pi).max())
+
+    def _reach(self, surface: Cylinder | Plane) -> tuple[float, float]:
+        """Least and greatest height over the body that a surface has where the mesh may be.
+
+        A round surface about an axis elsewhere is nearest to the body's axis straight across from its own, and
+        ever farther away to either side.
+        """
+        x, y = self.body.axis_point
+        if isinstance(surface, Plane):
+            away, facing = -float(surface.distance(np.array([[x, y, 0.0]]))[0]), surface.normal
+        else:
+            facing = (x - surface.axis_point[0], y - surface.axis_point[1], 0.0)
+        middle, half = self._sector
+        turn = abs((middle - math.atan2(facing[1], facing[0]) + math.pi) % (2 * math.pi) - math.pi) + half
+        if isinstance(surface, Plane):
+            far = away / math.cos(turn) if turn < WIDE_RAD / 2 else math.inf
+            if away <= 0:  # beyond the axis: no use
+                return -math.inf, math.inf
+        else:
+            apart = math.hypot(*facing)
+            away, far = abs(surface.radius - apart), surface.radius + apart
+            if turn < WIDE_RAD / 2 and apart < surface.radius:
+                sine = apart * math.sin(turn)
+                # |far e - apart| = radius, without the difference of like numbers that a great radius brings
+                square = (surface.radius - sine) * (surface.radius + sine)
+                far = (surface.radius - apart) * (surface.radius + apart) / (math.sqrt(square) + apart * math.cos(turn))
+        return away - self.body.radius, far - self.body.radius
+
+
+def flattened(previous: Cylinder, h_layer_mm: float, middle: float, half: float, height_mm: float) -> Cylinder | Plane:
     """The surface through the ends of the offset arc and a point above its middle.
 
     Args:
@@ -111,25 +172,25 @@ def flattened(previous: Cylinder, h_layer_mm: float, middle: float, half: float,
 
 
 def _flattest(
-    mesh: Mesh,
-    body: Body,
-    parameters: SlicingParameters,
-    previous: Cylinder,
-    offset: Layer,
-    middle: float,
-    half: float,
-) -> Layer:
-    """The flattest layer that keeps the thickness within h_min in the middle and h_max anywhere."""
-    h = parameters.h_layer_mm
+    cut: _Cutter, body: Body, parameters: SlicingParameters, below: Layer, middle: float, half: float
+) -> Layer | None:
+    """The flattest layer that keeps the thickness within h_min in the middle and h_max anywhere.
+
+    None where that is the plain offset of the layer below.
+    """
+    h, previous = parameters.h_layer_mm, below.surface
+    assert isinstance(previous, Cylinder)
     chord_height = (previous.radius + h) * math.cos(half) - previous.radius
     low, high = max(parameters.h_min_mm, chord_height), h
-    layer = _at_height(mesh, body, parameters, previous, offset, middle, half, low)
+    if low >= h - SAME_MM:
+        return None
+    layer = _at_height(cut, body, parameters, below, middle, half, low)
     if layer is not None:
         return layer
-    best = offset
+    best = None
     for _ in range(BISECTIONS):
         height = 0.5 * (low + high)
-        layer = _at_height(mesh, body, parameters, previous, offset, middle, half, height)
+        layer = _at_height(cut, body, parameters, below, middle, half, height)
         if layer is None:
             low = height
         else:
@@ -138,21 +199,20 @@ def _flattest(
 
 
 def _at_height(
-    mesh: Mesh,
+    cut: _Cutter,
     body: Body,
     parameters: SlicingParameters,
-    previous: Cylinder,
-    offset: Layer,
+    below: Layer,
     middle: float,
     half: float,
     height_mm: float,
 ) -> Layer | None:
     """The layer with P2 at a height; None if it is thicker than h_max somewhere, or meets nothing."""
+    previous = below.surface
+    assert isinstance(previous, Cylinder)
     surface = flattened(previous, parameters.h_layer_mm, middle, half, height_mm)
-    if surface == offset.surface:
-        return offset
-    curves = intersect(mesh, surface, parameters.tolerance_mm)
+    curves = cut.curves(surface)
     if not curves:
         return None
-    layer = make_layer(offset.index, surface, curves, previous, body, parameters.h_layer_mm)
+    layer = make_layer(below.index + 1, surface, curves, previous, body, parameters.h_layer_mm)
     return layer if layer.thickness_mm[1] <= parameters.h_max_mm + SAME_MM else None

@@ -11,15 +11,19 @@ numbers:
 
 from __future__ import annotations
 
+import math
+import re
 import struct
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+
+from slicing.edges import edge_table
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -31,6 +35,8 @@ READERS = {".3mf": ("networkx", "lxml")}
 STATED_UNITS = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "inch"}
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 SMALL_MM, LARGE_MM = 1.0, 10_000.0  # extents outside these are almost always a wrong unit
+USUAL_MM = 150.0  # of the units that are possible that one is likely which comes nearest
+MOST_FACES = 5_000_000  # about 1 GB of memory a million
 DOUBLE_NOISE_MM = 1e-6  # coordinates written as text, or computed: what two "equal" heights may differ by
 # what trimesh's readers raise on damaged files (each format its own)
 READ_ERRORS = (
@@ -90,53 +96,70 @@ class Mesh:
     @cached_property
     def edge_table(self) -> tuple[Ints, Ints]:
         """Undirected edges (e, 2), lower vertex first, and the (m, 3) edge of each face's k-th side."""
-        start, end = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
-        n = len(self.vertices)
-        keys, inverse = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True)
-        return np.stack([keys // n, keys % n], axis=1), inverse.reshape(-1, 3).astype(np.int64)
+        return edge_table(len(self.vertices), self.faces)
 
     @cached_property
     def bounding_spheres(self) -> tuple[Floats, Floats]:
         """Centres (m, 3) and radii (m,) of spheres around the faces: a bound on any distance to a surface."""
-        corners = self.vertices[self.faces]
-        centres = 0.5 * (corners.min(axis=1) + corners.max(axis=1))
-        return centres, np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+        centres, squares = np.empty((len(self.faces), 3)), [np.zeros(len(self.faces)) for _ in range(3)]
+        for k in range(3):  # by columns: several times faster than over short axes
+            a, b, c = (self.vertices[self.faces[:, i], k] for i in range(3))
+            centres[:, k] = 0.5 * (np.minimum(np.minimum(a, b), c) + np.maximum(np.maximum(a, b), c))
+            for square, corner in zip(squares, (a, b, c), strict=True):
+                square += (corner - centres[:, k]) ** 2
+        return centres, np.sqrt(np.maximum(np.maximum(squares[0], squares[1]), squares[2]))
 
 
-def mesh_from_arrays(name: str, vertices: npt.ArrayLike, faces: npt.ArrayLike, noise_mm: float | None = None) -> Mesh:
+def mesh_from_arrays(
+    name: str,
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    noise_mm: float | None = None,
+    every_shell: bool = False,
+    units: str = "mm",
+) -> Mesh:
     """Check the arrays of a solid and make a `Mesh` of them.
 
     Args:
         name: what messages call it.
         vertices: (n, 3) positions in the part frame, mm.
-        faces: (m, 3) vertex indices. Faces that use a vertex twice are dropped; a solid that is inside out,
-            or whose faces disagree about which side is outside, is turned round (and says so in
-            `Mesh.warnings`).
+        faces: (m, 3) vertex indices. What is wrong with them is repaired where that is safe, and said in
+            `Mesh.warnings` (see `slicing.repair`); a solid that is inside out is turned round.
         noise_mm: rounding of the coordinates, mm; found from the numbers when not given.
+        every_shell: look at each shell by itself, and for faces that cross (`slicing.repair_shells`), as
+            `load_mesh` does: some 10 µs a face.
+        units: what a length of 1 was before it was mm; for the line about an unlikely size.
 
     Returns:
         The mesh.
 
     Raises:
-        PartError: nothing in it, numbers that are not finite, indices out of range, not closed, or no volume.
+        PartError: nothing in it, more than MOST_FACES, numbers that are not finite, indices out of range, not closed,
+            or no volume; of every shell: faces that cross, or shells of which it cannot be told what is solid.
     """
+    from slicing.repair import closed_surface  # these build on this module
+    from slicing.repair_shells import one_solid
+
     points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     triangles = np.array(faces, dtype=np.int64).reshape(-1, 3)
     if len(points) == 0 or len(triangles) == 0:
         raise PartError(f"{name}: the mesh is empty; a closed solid is needed")
-    if not np.isfinite(points).all():
-        bad = int((~np.isfinite(points)).any(axis=1).sum())
-        raise PartError(f"{name}: {bad} vertices are not finite numbers (NaN or infinite)")
+    _require_size(name, len(triangles))
     if triangles.min() < 0 or triangles.max() >= len(points):
         raise PartError(f"{name}: a face names a vertex outside 0 .. {len(points) - 1}")
     a, b, c = triangles.T
-    triangles = triangles[(a != b) & (b != c) & (c != a)]
-    if len(triangles) == 0:
+    whole = (a != b) & (b != c) & (c != a)
+    if not whole.any():
         raise PartError(f"{name}: every face is degenerate (uses a vertex twice)")
-    triangles, warnings = _closed_and_outward(name, points, triangles)
-    warnings += _size_warnings(name, points)
+    points, triangles, warnings = closed_surface(name, points, triangles if whole.all() else triangles[whole])
+    if not whole.all():
+        warnings.insert(0, f"{name}: {int((~whole).sum())} faces that use a vertex twice dropped")
+    if not every_shell:
+        triangles = _outward(name, points, triangles, warnings)
+    warnings += _size_warnings(name, points, units)
     noise = _noise(points) if noise_mm is None else noise_mm
-    return Mesh(name, points, triangles, tuple(warnings), noise)
+    mesh = Mesh(name, points, triangles, tuple(warnings), noise)
+    return one_solid(mesh) if every_shell else mesh
 
 
 def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> Mesh:
@@ -162,20 +185,11 @@ def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> M
     if not file.is_file():
         raise PartError(f"{file}: {'not a file' if file.exists() else 'no such file'}")
     vertices, faces = _read(file, units)
-    if not np.isfinite(vertices).all():
-        bad = int((~np.isfinite(vertices)).any(axis=1).sum())
-        raise PartError(f"{file}: {bad} vertices are not finite numbers (NaN or infinite)")
     vertices, faces = _merge_duplicates(vertices, faces)
     scale = UNITS_MM[units]
     noise = max(_noise(vertices) * scale, 1e-9)
-    try:
-        return _renamed(mesh_from_arrays(str(file), vertices * scale, faces, noise), name or file.stem)
-    except PartError as error:
-        raise PartError(str(error)) from None
-
-
-def _renamed(mesh: Mesh, name: str) -> Mesh:
-    return Mesh(name, mesh.vertices, mesh.faces, mesh.warnings, mesh.noise_mm)
+    mesh = mesh_from_arrays(str(file), vertices * scale, faces, noise, every_shell=True, units=units)
+    return replace(mesh, name=name or file.stem)
 
 
 def _require_reader(file: Path, kinds: Iterable[str]) -> None:
@@ -208,6 +222,7 @@ def _read(file: Path, units: str) -> tuple[Floats, Ints]:
     if file.stat().st_size == 0:
         raise PartError(f"{file}: the file is empty")
     _require_reader(file, trimesh.available_formats())
+    _require_size(str(file), _stated_faces(file))
     try:
         loaded = trimesh.load(str(file), process=False, force="mesh")
     except READ_ERRORS as error:
@@ -221,9 +236,22 @@ def _read(file: Path, units: str) -> tuple[Floats, Ints]:
     return vertices, faces
 
 
+def _stated_faces(file: Path) -> int:
+    """How many faces a file says that it holds before it is read, where it does (binary STL, PLY); else 0."""
+    with file.open("rb") as stream:
+        head = stream.read(4096)
+    if file.suffix.lower() == ".stl" and len(head) >= 84:
+        count = struct.unpack("<I", head[80:84])[0]
+        return int(count) if file.stat().st_size == 84 + 50 * count else 0
+    if file.suffix.lower() == ".ply":
+        found = re.search(rb"element face (\d+)", head.split(b"end_header")[0])
+        return int(found[1]) if found else 0
+    return 0
+
+
 def _merge_duplicates(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """Give vertices at the same place one number (STL repeats every vertex in every face)."""
-    rounded = np.round(vertices / max(1e-9, 1e-9 * float(np.abs(vertices).max(initial=0.0))))
+    rounded = np.round(vertices / max(1e-9, 1e-9 * float(np.abs(vertices[np.isfinite(vertices)]).max(initial=0.0))))
     order = np.lexsort(rounded.T)
     new = np.ones(len(order), dtype=bool)
     new[1:] = (rounded[order[1:]] != rounded[order[:-1]]).any(axis=1)
@@ -234,62 +262,23 @@ def _merge_duplicates(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
 
 def _noise(points: Floats) -> float:
     """Rounding of the coordinates: one step of single precision where all numbers are such numbers."""
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) == 0:
+        return DOUBLE_NOISE_MM
     if (points.astype(np.float32) == points).all():
         return max(float(np.spacing(np.float32(np.abs(points).max()))), 1e-9)
     return DOUBLE_NOISE_MM
 
 
 def _volume(points: Floats, faces: Ints) -> float:
-    a, b, c = (points[faces[:, k]] - points.mean(axis=0) for k in range(3))
-    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+    x, y, z = np.ascontiguousarray((points - points.mean(axis=0)).T)
+    a, b, c = np.ascontiguousarray(faces.T)
+    minors = (y[b] * z[c] - z[b] * y[c], z[b] * x[c] - x[b] * z[c], x[b] * y[c] - y[b] * x[c])
+    return float(sum((v[a] * minor).sum() for v, minor in zip((x, y, z), minors, strict=True)) / 6.0)
 
 
-def _open_edges(points: Floats, faces: Ints) -> tuple[int, int]:
-    """How many edges lack a partner altogether, and how many have one that runs the same way."""
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    n = len(points)
-    keys, inverse, count = np.unique(
-        np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True, return_counts=True
-    )
-    balance = np.bincount(inverse, weights=np.where(start < end, 1.0, -1.0), minlength=len(keys))
-    return int((count % 2 == 1).sum()), int((balance != 0).sum())
-
-
-def _agreeing(n: int, faces: Ints) -> Ints:
-    """Turn faces so that neighbours run along a common edge in opposite directions, from face to face."""
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    keys = np.minimum(start, end) * n + np.maximum(start, end)
-    order = np.argsort(keys, kind="stable").reshape(-1, 2)  # closed: edges come in pairs
-    neighbours: list[list[tuple[int, bool]]] = [[] for _ in faces]
-    for a, b in order.tolist():
-        same = bool(start[a] == start[b])
-        neighbours[a // 3].append((b // 3, same))
-        neighbours[b // 3].append((a // 3, same))
-    turned: list[bool | None] = [None] * len(faces)
-    for first in range(len(faces)):
-        if turned[first] is not None:
-            continue
-        turned[first], queue = False, [first]
-        while queue:
-            face = queue.pop()
-            for other, same in neighbours[face]:
-                if turned[other] is None:
-                    turned[other] = bool(turned[face]) != same
-                    queue.append(other)
-    return np.where(np.array(turned, dtype=bool)[:, None], faces[:, ::-1], faces)
-
-
-def _closed_and_outward(name: str, points: Floats, faces: Ints) -> tuple[Ints, list[str]]:
-    """Refuse an open mesh; turn faces so that all look outward."""
-    warnings: list[str] = []
-    unpaired, unbalanced = _open_edges(points, faces)
-    if unpaired:
-        raise PartError(f"{name}: the mesh is not closed ({unpaired} open edges); a watertight solid is needed")
-    if unbalanced:
-        faces = _agreeing(len(points), faces)
-        if _open_edges(points, faces)[1]:
-            raise PartError(f"{name}: {unbalanced} edges join faces that disagree about which side is outside")
-        warnings.append(f"{name}: faces disagreed about which side is outside; turned to agree")
+def _outward(name: str, points: Floats, faces: Ints, warnings: list[str]) -> Ints:
+    """Turn a mesh that is inside out as a whole; refuse one that encloses nothing."""
     volume = _volume(points, faces)
     extent = float(np.ptp(points, axis=0).max())
     if abs(volume) <= 1e-12 * extent**3:
@@ -297,14 +286,27 @@ def _closed_and_outward(name: str, points: Floats, faces: Ints) -> tuple[Ints, l
     if volume < 0:
         faces = np.ascontiguousarray(faces[:, ::-1])
         warnings.append(f"{name}: the mesh was inside out; turned")
-    return faces, warnings
+    return faces
 
 
-def _size_warnings(name: str, points: Floats) -> list[str]:
-    """A line if the size suggests that the file is in another unit."""
+def _require_size(name: str, faces: int) -> None:
+    """Refuse more faces than fit."""
+    if faces > MOST_FACES:
+        raise PartError(f"{name}: {faces:,} faces; at most {MOST_FACES:,} are taken: simplify the mesh first")
+
+
+def _size_warnings(name: str, points: Floats, units: str) -> list[str]:
+    """A line if the size suggests that the file is in another unit, naming the likely one."""
     extent = float(np.ptp(points, axis=0).max())
-    if extent < SMALL_MM:
-        return [f"{name}: largest extent {extent:.4g} mm; is the file in m or inch? (units: m)"]
-    if extent > LARGE_MM:
-        return [f"{name}: largest extent {extent:.4g} mm; is it in µm, or scaled already? (units: mm expected)"]
-    return []
+    if SMALL_MM <= extent <= LARGE_MM:
+        return []
+    given = UNITS_MM[units]
+    others = {unit: extent / given * mm for unit, mm in UNITS_MM.items() if (mm > given) == (extent < SMALL_MM)}
+    likely = min(others, key=lambda unit: abs(math.log(others[unit] / USUAL_MM)), default=None)
+    if likely is None or not SMALL_MM <= others[likely] <= LARGE_MM:
+        hint = "is it in µm, or scaled already? (units: mm expected)"
+    else:
+        names = [unit for unit in others if unit != units]
+        asked = " or ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+        hint = f"is the file in {asked}? (units: {likely} would make it {others[likely]:.4g} mm)"
+    return [f"{name}: largest extent {extent:.4g} mm; {hint}"]

@@ -17,10 +17,9 @@ import numpy as np
 
 from slicing.clip import outside_body
 from slicing.cylindrical import span
-from slicing.intersect import Curve, intersect
+from slicing.intersect import Curve, intersect_offsets
 from slicing.layers import Layer, RoundBody, SlicingParameters, make_layer
 from slicing.part import Floats, Mesh, PartError
-from slicing.stack import FaceIntervals
 from slicing.surfaces import Plane
 
 RING_RAD = 2 * np.pi - 1e-9
@@ -87,12 +86,12 @@ def planes_from(
     Returns:
         `layers` and the new ones.
     """
-    layers, intervals, step = list(layers), FaceIntervals.about(mesh, base), parameters.h_layer_mm
-    top = float(base.distance(mesh.vertices).max())
-    for k in range(1, int(np.floor(top / step)) + 2):
-        surface, faces = base.offset(k * step), intervals.at(k * step)
-        curves = intersect(mesh, surface, parameters.tolerance_mm, faces=faces) if len(faces) else []
-        curves = outside_body(curves, surface, body, parameters.tolerance_mm)
+    layers, step = list(layers), parameters.h_layer_mm
+    heights = step * np.arange(1, int(np.floor(float(base.distance(mesh.vertices).max()) / step)) + 2)
+    found = intersect_offsets(mesh, base, heights, parameters.tolerance_mm)
+    for height, meeting in zip(heights.tolist(), found, strict=True):
+        surface = base.offset(height)
+        curves = outside_body(meeting, surface, body, parameters.tolerance_mm)
         if curves:
             below = layers[-1].surface if layers else None
             layers.append(make_layer(len(layers), surface, curves, below, body, step))

@@ -15,8 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 from slicing.bands import Bands, Cells, Segments, cells_of
+from slicing.chains import SAME_POINT_MM, Curve, assembled
 from slicing.conics import Arcs, sample_conics
-from slicing.intersect import SAME_POINT_MM, Curve, assembled, pair
+from slicing.pairing import pair
 from slicing.part import Bools, Floats, Ints, Mesh
 from slicing.surfaces import Cone, Revolved
 

@@ -49,7 +49,9 @@ def slice_sub_volume(mesh: Mesh, body: RoundBody, parameters: SlicingParameters)
     if not layers:
         raise PartError(f"{mesh.name}: thinner than one layer ({parameters.h_layer_mm} mm) outside the body")
     sliced = SlicedSubVolume(mesh.name, parameters.strategy, mesh, body, layers, (), parameters)
-    return replace(sliced, warnings=(*mesh.warnings, *warnings, *_thin_beads(sliced)))
+    # where thin beads are dealt with, `slicing.policy` tells of them
+    thin = _thin_beads(sliced) if parameters.thickness == "report" else []
+    return replace(sliced, warnings=(*mesh.warnings, *warnings, *thin))
 
 
 def _layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
@@ -104,7 +106,8 @@ def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     its highest corner.
     """
     close = np.abs(heights) <= GREATEST_GAP_MM
-    rows = np.flatnonzero(close[mesh.faces].all(axis=1))
+    near = close[mesh.faces]
+    rows = np.flatnonzero(near[:, 0] & near[:, 1] & near[:, 2])
     if len(rows) == 0:
         return NUDGE_MM
     corners = mesh.vertices[mesh.faces[rows]]

@@ -34,5 +34,9 @@ class FaceIntervals:
 
     def at(self, height_mm: float) -> Ints:
         """Numbers of the triangles that may reach the surface's offset by height_mm."""
-        reached = int(np.searchsorted(self.low, height_mm, side="right"))
-        return self.order[:reached][self.high[:reached] >= height_mm]
+        return self.between(height_mm, height_mm)
+
+    def between(self, low_mm: float, high_mm: float) -> Ints:
+        """Numbers of the triangles that may hold points at heights low_mm .. high_mm."""
+        reached = int(np.searchsorted(self.low, high_mm, side="right"))
+        return self.order[:reached][self.high[:reached] >= low_mm]

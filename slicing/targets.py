@@ -1,29 +1,28 @@
-"""Robot targets: points of the layers' curves in the order in which they are deposited.
+"""Robot targets: points of the beads in the order in which they are deposited.
 
     targets = sample_targets([sliced], chord_tolerance_mm=0.3, min_segment_mm=3.0)
     targets.position, targets.normal, targets.tangent          # (n, 3) each, part frame
 
-Order: sub-volume, layer, curve. Each curve is one bead (path). Outer loops run counter-clockwise seen from
-outside, holes clockwise. A closed bead ends where it starts: its first target is repeated as its last. It
-starts (the seam) at the point nearest to a seam of the layer below; in the first layer at its lowest point,
-the first of them in the direction of travel. How points are chosen along a curve: `slicing.breakpoints`.
+Order: sub-volume, layer, bead (path). Which beads there are, where they start and in which order they are laid is the
+bead stage's (`slicing.beads`): by default every curve of a layer is one, outer loops counter-clockwise seen from
+outside, holes clockwise, starting at the point nearest to a seam of the layer below. A closed bead ends where it
+starts: its first target is repeated as its last. An open one has both its ends. How points are chosen along a
+bead: `slicing.breakpoints`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from slicing.breakpoints import break_points, corner_flags
-from slicing.intersect import Curve
-from slicing.layers import Layer, SlicedSubVolume
+from slicing.beads import Bead, BeadParameters, LaidSubVolume, lay_beads
+from slicing.breakpoints import break_points, corner_flags, open_break_points
+from slicing.layers import SlicedSubVolume
 from slicing.part import Bools, Floats, Ints, PartError
-from slicing.surfaces import Surface
-
-SAME_HEIGHT_MM = 1e-4
+from slicing.speeds import BeadSpeed
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +38,9 @@ class Targets:
         normal: (n, 3) unit outward normal of the layer's surface, the direction of deposition.
         tangent: (n, 3) unit direction of travel, across the normal. At a corner that of the outgoing segment;
             at the last target of a bead that ends in a corner, of the incoming one.
-        thickness_mm: (n,) of the bead (see `slicing.thickness`).
+        thickness_mm: (n,) of the bead (see `slicing.thickness`), with what it takes over from the layer below.
         closed: (paths,) whether each bead ends where it starts.
+        speed_mm_s: (n,) of the deposition; where left out, that of `BeadSpeed`'s default.
     """
 
     sub_volume: tuple[str, ...]
@@ -52,103 +52,131 @@ class Targets:
     tangent: Floats
     thickness_mm: Floats
     closed: Bools
+    speed_mm_s: Floats = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if len(self.speed_mm_s) == 0 < len(self.path):
+            object.__setattr__(self, "speed_mm_s", BeadSpeed().at(self.thickness_mm))
 
     def __len__(self) -> int:
         return len(self.path)
 
 
-@dataclass(frozen=True, eq=False)
-class _Bead:
-    layer: int
-    position: Floats
-    normal: Floats
-    tangent: Floats
-    thickness_mm: Floats
-    closed: bool
-
-
 def sample_targets(
-    sliced: Sequence[SlicedSubVolume], chord_tolerance_mm: float = 0.3, min_segment_mm: float = 3.0
+    sliced: Sequence[SlicedSubVolume],
+    chord_tolerance_mm: float = 0.3,
+    min_segment_mm: float = 3.0,
+    beads: BeadParameters | None = None,
+    speed: BeadSpeed | None = None,
 ) -> Targets:
-    """Sample the curves of sliced sub-volumes.
+    """Lay the beads of sliced sub-volumes and sample them.
 
     Args:
         sliced: the sub-volumes in the order of deposition.
-        chord_tolerance_mm: greatest distance between a curve and a segment.
+        chord_tolerance_mm: greatest distance between a bead and a segment.
         min_segment_mm: least distance between successive targets; wins over the tolerance where the two
-            conflict.
+            conflict. The ends of lines that fill a layer are targets in any case.
+        beads: which beads; the paper's where left out.
+        speed: how fast they are laid.
+
+    Returns:
+        The targets.
+
+    Raises:
+        PartError: a tolerance or least segment that is not above 0, or a layer that cannot be filled.
+
+    Source:
+        Lettori et al. 2024, section 4 (0.3 mm, 3 mm) and figures 12c and 19.
+    """
+    _require(chord_tolerance_mm, min_segment_mm)
+    return sample_beads(lay_beads(sliced, beads, locate=False), chord_tolerance_mm, min_segment_mm, speed)
+
+
+def _require(chord_tolerance_mm: float, min_segment_mm: float) -> None:
+    for key, value in (("chord_tolerance_mm", chord_tolerance_mm), ("min_segment_mm", min_segment_mm)):
+        if not (math.isfinite(value) and value > 0):
+            raise PartError(f"{key}: {value} is not allowed; a number above 0 is needed")
+
+
+def sample_beads(
+    laid: Sequence[LaidSubVolume],
+    chord_tolerance_mm: float = 0.3,
+    min_segment_mm: float = 3.0,
+    speed: BeadSpeed | None = None,
+) -> Targets:
+    """Sample beads that have been laid; see `sample_targets`.
+
+    Args:
+        laid: from `slicing.beads.lay_beads`.
+        chord_tolerance_mm: greatest distance between a bead and a segment.
+        min_segment_mm: least distance between successive targets.
+        speed: how fast they are laid.
 
     Returns:
         The targets.
 
     Raises:
         PartError: a tolerance or least segment that is not above 0.
-
-    Source:
-        Lettori et al. 2024, section 4 (0.3 mm, 3 mm) and figures 12c and 19.
     """
-    for key, value in (("chord_tolerance_mm", chord_tolerance_mm), ("min_segment_mm", min_segment_mm)):
-        if not (math.isfinite(value) and value > 0):
-            raise PartError(f"{key}: {value} is not allowed; a number above 0 is needed")
-    beads = [_beads(sub_volume, chord_tolerance_mm, min_segment_mm) for sub_volume in sliced]
-    flat = [(k, bead) for k, some in enumerate(beads) for bead in some]
-    size = np.array([len(bead.position) for _, bead in flat], dtype=np.int64)
+    _require(chord_tolerance_mm, min_segment_mm)
+    found: list[tuple[int, _Sampled]] = []
+    for k, one in enumerate(laid):
+        own = one.sliced.parameters.tolerance_mm
+        tolerance = max(chord_tolerance_mm - own, 0.5 * chord_tolerance_mm)
+        found += [(k, _sampled(one.sliced, bead, tolerance, min_segment_mm)) for bead in one.beads]
+    size = np.array([len(some.position) for _, some in found], dtype=np.int64)
 
     def rows(name: str) -> Floats:
-        return np.concatenate([np.zeros((0, 3)), *(getattr(bead, name) for _, bead in flat)])
+        return np.concatenate([np.zeros((0, 3)), *(getattr(some, name) for _, some in found)])
 
+    thickness = np.concatenate([np.zeros(0), *(some.thickness_mm for _, some in found)])
     return Targets(
-        tuple(sub_volume.name for sub_volume in sliced),
-        np.repeat(np.array([k for k, _ in flat], dtype=np.int64), size),
-        np.repeat(np.array([bead.layer for _, bead in flat], dtype=np.int64), size),
-        np.repeat(np.arange(len(flat), dtype=np.int64), size),
+        tuple(one.sliced.name for one in laid),
+        np.repeat(np.array([k for k, _ in found], dtype=np.int64), size),
+        np.repeat(np.array([some.bead.layer for _, some in found], dtype=np.int64), size),
+        np.repeat(np.arange(len(found), dtype=np.int64), size),
         rows("position"),
         rows("normal"),
         rows("tangent"),
-        np.concatenate([np.zeros(0), *(bead.thickness_mm for _, bead in flat)]),
-        np.array([bead.closed for _, bead in flat], dtype=bool),
+        thickness,
+        np.array([some.bead.closed for _, some in found], dtype=bool),
+        (speed or BeadSpeed()).at(thickness),
     )
 
 
-def _beads(sliced: SlicedSubVolume, chord_tolerance_mm: float, min_segment_mm: float) -> list[_Bead]:
-    """The beads of one sub-volume, layer by layer."""
-    beads: list[_Bead] = []
-    tolerance = max(chord_tolerance_mm - sliced.parameters.tolerance_mm, 0.5 * chord_tolerance_mm)
-    seams = np.zeros((0, 3))
-    for layer in sliced.layers:
-        new = []
-        for curve in layer.curves:
-            seam = _seam(curve, layer.surface, seams)
-            chosen = break_points(curve.points, seam, tolerance, min_segment_mm)
-            new.append(_bead(sliced, layer, curve, chosen))
-        seams = np.array([bead.position[0] for bead in new])
-        beads += new
-    return beads
+@dataclass(frozen=True, eq=False)
+class _Sampled:
+    bead: Bead
+    position: Floats
+    normal: Floats
+    tangent: Floats
+    thickness_mm: Floats
 
 
-def _seam(curve: Curve, surface: Surface, seams: Floats) -> int:
-    """Number of the point where a bead starts."""
-    if len(seams):
-        away = ((curve.points[:, None] - seams[None]) ** 2).sum(axis=2).min(axis=1)
-        return int(np.argmin(away))
-    lowest = np.flatnonzero(curve.points[:, 2] <= curve.points[:, 2].min() + SAME_HEIGHT_MM)
-    along = surface.unrolled(curve.points)[lowest, 0]
-    return int(lowest[np.argmax(along) if curve.hole else np.argmin(along)])
-
-
-def _bead(sliced: SlicedSubVolume, layer: Layer, curve: Curve, chosen: Ints) -> _Bead:
-    """Targets at chosen points of a curve, the first repeated at the end."""
-    points = curve.points
-    normals = layer.surface.normals(points[chosen])
+def _sampled(sliced: SlicedSubVolume, bead: Bead, tolerance_mm: float, min_segment_mm: float) -> _Sampled:
+    """Targets of a bead; of a closed one the first repeated at the end."""
+    points, surface = bead.points, sliced.layers[bead.layer].surface
     out = np.roll(points, -1, axis=0) - points
-    out /= np.sqrt((out**2).sum(axis=1))[:, None]
+    out /= np.maximum(np.sqrt((out**2).sum(axis=1)), 1e-300)[:, None]
     into = np.roll(out, 1, axis=0)
+    if bead.closed and bead.stops:
+        loop = np.concatenate([points, points[:1]])
+        chosen = open_break_points(loop, tolerance_mm, min_segment_mm, bead.stops)[:-1]
+    elif bead.closed:
+        chosen = break_points(points, 0, tolerance_mm, min_segment_mm)
+    else:
+        chosen = open_break_points(points, tolerance_mm, min_segment_mm, bead.stops)
+        out[-1], into[0] = into[-1], out[0]
+    normals = surface.normals(points[chosen])
     corner = corner_flags(points)[chosen][:, None]
-    leaving = np.where(corner, out[chosen], out[chosen] + into[chosen])
-    arriving = np.where(corner[0], into[chosen[0]], leaving[0])
-    tangents = np.concatenate([leaving, arriving[None]])
-    normals = np.concatenate([normals, normals[:1]])
+    if not bead.closed:
+        corner[[0, -1]] = True  # no joint between its ends
+    tangents = np.where(corner, out[chosen], out[chosen] + into[chosen])
+    if bead.closed:
+        arriving = np.where(corner[0], into[chosen[0]], tangents[0])
+        tangents, normals = np.concatenate([tangents, arriving[None]]), np.concatenate([normals, normals[:1]])
+        chosen = np.append(chosen, chosen[0])
     tangents -= (tangents * normals).sum(axis=1)[:, None] * normals
     tangents /= np.sqrt((tangents**2).sum(axis=1))[:, None]
-    position = points[np.append(chosen, chosen[0])]
-    return _Bead(layer.index, position, normals, tangents, sliced.thickness_at(layer.index, position), True)
+    thickness = sliced.thickness_at(bead.layer, points[chosen]) + bead.gained_mm[chosen]
+    return _Sampled(bead, points[chosen], normals, tangents, thickness)

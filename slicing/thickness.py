@@ -122,6 +122,27 @@ def _parallel_gap(surface: Surface, below: Surface | None) -> float | None:
     return gap if same else None
 
 
+def _even(surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: float) -> bool:
+    """Whether a layer is known to be as thick everywhere.
+
+    Cylinders about the body's axis are, and planes one above the other that pass the body by.
+    """
+    core = body.surface
+    if isinstance(surface, Cylinder):
+        if below is None:
+            return True
+        return isinstance(below, Cylinder) and surface.axis_point == below.axis_point == core.axis_point
+    if not (isinstance(surface, Plane) and isinstance(core, Cylinder) and surface.normal[2] == 0.0):
+        return False
+    if below is None:
+        gap = h_layer_mm
+    elif isinstance(below, Plane) and below.normal == surface.normal:
+        gap = -float(surface.distance(np.array([below.point]))[0])
+    else:
+        return False
+    return -float(surface.distance(np.array([[*core.axis_point, 0.0]]))[0]) - core.radius >= gap >= 0.0
+
+
 def thickness_range(
     loops: list[Floats], surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: float
 ) -> tuple[float, float]:
@@ -141,6 +162,8 @@ def thickness_range(
     Returns:
         Least and greatest, mm.
     """
+    if _even(surface, below, body, h_layer_mm):
+        loops = [loop[:1] for loop in loops]  # one place is as good as any
     axes = [s.axis_point for s in (body.surface, below) if s is not None and not isinstance(s, Plane)]
     points = np.concatenate([*loops, *(_facing(loop, surface, axis) for loop in loops for axis in axes)])
     thickness = bead_thickness(points, surface, below, body, h_layer_mm)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +13,7 @@ import mujoco  # noqa: F401  (pytester forgets modules that its tests import fir
 import pytest
 import trimesh
 import yaml
+from browser import NAMES, Browser
 
 if TYPE_CHECKING:
     from cell.check import Result
@@ -89,3 +92,24 @@ def gl() -> None:
         if os.environ.get("CI"):
             raise
         pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Skips where there is no browser; on CI that is a failure."""
+    program = next(filter(None, map(shutil.which, NAMES)), None)
+    try:
+        import websockets  # noqa: F401
+    except ImportError:
+        why = "the package websockets is not installed"
+    else:
+        why = "" if program else "there is no Chromium (apt-get install chromium)"
+    if why:
+        if os.environ.get("CI"):
+            pytest.fail(why)
+        pytest.skip(why)
+    profile = tempfile.mkdtemp()
+    started = Browser(str(program), profile)
+    yield started
+    started.close()
+    shutil.rmtree(profile, ignore_errors=True)

@@ -170,11 +170,28 @@ def test_slice_writes_the_contract(make_case, tmp_path):
     assert one["layers"][0]["surface"] == {"kind": "cylinder", "axis_point": [0.0, 0.0], "radius": 20.0}
     with targets.open() as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == one["indices"]["NV"]
+    printed = [row for row in rows if row["kind"] == "print"]
+    assert [int(row["index"]) for row in printed] == list(range(one["indices"]["NV"]))
+    assert {(row["kind"], row["index"]) for row in rows if row not in printed} == {("travel", "")}
     named = ["index", "sub_volume", "layer", "path", "kind", "thickness_mm"]
     vectors = [f"{axis}_mm" for axis in "xyz"] + [f"{v}{axis}" for v in "nt" for axis in "xyz"]
-    assert list(rows[0]) == [*named[:-1], *vectors, named[-1]]
+    assert list(rows[0]) == [*named[:-1], *vectors, named[-1], "speed_mm_s"]
     assert rows[0]["kind"] == "print"
+
+
+def test_slice_fills_layers_and_deals_with_thickness(make_case, tmp_path, capsys):
+    layers = tmp_path / "l.json"
+    extra = {
+        "slicing": {"strategy": "planar", "thickness": "trim"},
+        "process": {"speed_by_thickness": [[1, 10], [2, 5]]},
+    }
+    case = str(make_case(**extra))
+    assert main(["slice", case, "--pattern", "zigzag", "--width", "2.5", "--json", str(layers)]) == 0
+    one = json.loads(layers.read_text())["sub_volumes"][0]
+    assert {bead["kind"] for bead in one["beads"]} == {"contour", "infill"}
+    assert one["thickness_policy"]["policy"] == "trim"
+    assert main(["slice", case, "--width", "0"]) == 2
+    assert "beads.width_mm" in capsys.readouterr().err
 
 
 def test_slice_takes_a_mesh_alone(make_case, tmp_path, capsys):
@@ -218,3 +235,104 @@ def test_the_html_report_is_written_whole(make_case, tmp_path, capsys):
     assert page.read_text(encoding="utf-8").rstrip().endswith("</html>")
     assert main(["check", str(make_case()), "--html", str(tmp_path / "no" / "r.html")]) == 2
     assert "does not exist" in capsys.readouterr().err
+
+
+UNUSABLE = {
+    "range_reversed": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0" range="60 -175"', "A2's range"),
+    "range_of_nothing": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0" range="20 20"', "excludes everything"),
+    "no_range": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0"', "A2 has no joint limits"),
+    "no_hinge": ('<joint name="A2"', '<joint type="slide" name="A2"', "A2 is not a hinge"),
+    "no_joint": ('<joint name="A2"', '<joint name="B2"', "no joint named 'A2'"),
+}
+
+
+@pytest.mark.parametrize("what", UNUSABLE)
+def test_an_arm_whose_joints_cannot_be_bound_is_one_line(what, make_case, tmp_path, capsys):
+    from cell.config import MODELS_DIR
+
+    old, new, says = UNUSABLE[what]
+    text = (MODELS_DIR / "kr70_r2100" / "kr70_r2100.xml").read_text()
+    assert text.count(old) == 1
+    text = text.replace('meshdir="', f'meshdir="{MODELS_DIR / "kr70_r2100"}/').replace(old, new)
+    (tmp_path / "arm.xml").write_text(text)
+    assert main(["check", str(make_case(robot={"model": "arm.xml"}))]) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+
+
+BAD_SECTIONS = [
+    ({"robot": {"joints": ["A1", "A2", "A2", "A4", "A5", "A6"]}}, "A2 is listed twice"),
+    ({"robot": {"joints": []}}, "robot.joints: has too few values"),
+    ({"robot": {"joints": ["A2", "A1", "A3", "A4", "A5", "A6"]}}, "from the base to the flange"),
+    ({"positioner": {"joints": ["E1", "E1"]}}, "E1 does not turn the table"),
+    ({"positioner": {"joints": ["A1", "E2"]}}, "A1 does not turn the table"),
+    ({"tool": {"tcp": "tip"}}, "the wire's end, z along the wire"),
+    ({"table": {"E1_deg": 200}}, "E1 = 200 deg is outside the positioner's range -135 .. 135"),
+    ({"checks": {"wrist_deg": 95}}, "checks.wrist_deg: input should be less than or equal to 90"),
+    ({"roll": {"range_deg": [90, -90]}}, "range_deg needs low <= high"),
+    ({"part": {"position_mm": [float("nan"), 0, 0]}}, "part.position_mm.0: is a finite number"),
+]
+
+
+@pytest.mark.parametrize(("sections", "says"), BAD_SECTIONS, ids=[says for _, says in BAD_SECTIONS])
+def test_bad_sections_are_one_line(sections, says, make_case, capsys):
+    assert main(["check", str(make_case(**sections))]) == 2
+    captured = capsys.readouterr()
+    assert says in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
+
+
+def test_a_tool_whose_wire_is_not_along_the_tcp_is_one_line(make_case, tmp_path, capsys):
+    from cell.config import MODELS_DIR
+
+    text = (MODELS_DIR / "cmt_torch" / "cmt_torch.xml").read_text()
+    assert text.count('name="tcp"') == 1
+    (tmp_path / "torch.xml").write_text(text.replace('name="tcp"', 'name="tcp" euler="90 0 0"'))
+    assert main(["check", str(make_case(tool={"model": "torch.xml"}))]) == 2
+    error = capsys.readouterr().err
+    assert "tool.tcp: the z axis of site tcp is 90 deg off the wire torch_wire" in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "says"),
+    [
+        ("position", np.nan, "target 3: position"),
+        ("normal", 0.0, "target 3: has no normal"),
+        ("normal", np.nan, "normal"),
+    ],
+)
+def test_targets_that_are_none_are_one_line(column, value, says, make_case, monkeypatch, capsys):
+    from dataclasses import replace
+
+    from cell import job
+
+    def spoilt(*args):
+        targets = sample_targets(*args)
+        values = getattr(targets, column).copy()
+        values[3] = value
+        return replace(targets, **{column: values})
+
+    sample_targets = job.sample_targets
+    monkeypatch.setattr(job, "sample_targets", spoilt)
+    assert main(["check", str(make_case())]) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+
+
+def test_an_arm_without_a_closed_form_says_not_found_and_proves_nothing(make_case, tmp_path, capsys):
+    from cell.config import MODELS_DIR
+
+    text = (MODELS_DIR / "kr70_r2100" / "kr70_r2100.xml").read_text()
+    text = text.replace('meshdir="', f'meshdir="{MODELS_DIR / "kr70_r2100"}/')
+    (tmp_path / "arm.xml").write_text(text.replace('name="link_6" pos="0 0 0"', 'name="link_6" pos="0 0.06 0"'))
+    few = {"slicing": {"h_layer_mm": 5, "h_min_mm": 4, "h_max_mm": 6}, "ik": {"seeds": 4}, "roll": {"fixed_deg": 0}}
+    far = make_case(**few, robot={"model": "arm.xml"}, positioner={"position_mm": [3000, 0, 0]})
+    assert main(["check", str(far), "--no-remedies"]) == 1
+    said = capsys.readouterr().out
+    assert "damped least squares" in said
+    assert "not found from 4 seeds" in said
+    assert "proved" not in said

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from manifold3d import Manifold
 from rich.console import Console
 
 from cell.compare import (
@@ -13,12 +14,12 @@ from cell.compare import (
     compare_case,
     compare_document,
     compare_lines,
-    compare_meshes,
+    compare_mesh,
     compare_paper,
     orders,
     scores_by_strategy,
 )
-from cell.config import load_case
+from cell.config import load_case, parse_case
 from cell.errors import InputError
 from slicing.layers import Body, SlicingParameters
 from slicing.part import mesh_from_arrays
@@ -134,7 +135,7 @@ def ring():
 
 
 def test_a_strategy_that_cannot_slice_says_why_and_is_left_out():
-    found = compare_meshes([ring()], Body(10.0), SlicingParameters())
+    found = [compare_mesh(ring(), dict.fromkeys(STRATEGIES, Body(10.0)), SlicingParameters())]
     (planar, *others) = found[0].rows
     assert planar.indices is None
     assert "right round" in planar.problem
@@ -151,7 +152,22 @@ def test_a_strategy_that_cannot_slice_says_why_and_is_left_out():
 
 def test_a_sub_volume_that_none_can_slice_is_an_error():
     with pytest.raises(InputError, match="does not touch the body"):
-        compare_meshes([ring()], Body(5.0), SlicingParameters())
+        compare_mesh(ring(), dict.fromkeys(STRATEGIES, Body(5.0)), SlicingParameters())
+
+
+def test_on_a_cone_conical_and_revolved_layers_are_compared_as_well(tmp_path):
+    shaft = Manifold.cylinder(100, 20, 20, 128) + Manifold.cylinder(40, 20, 35, 128).translate((0, 0, 100))
+    boss = Manifold.cylinder(55, 5, 5, 48).rotate((0, 90, 0)).translate((0, 0, 120))
+    mesh = (shaft + boss).to_mesh()
+    trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts).export(tmp_path / "cone.stl")
+    (found,) = compare_case(parse_case({"part": {"mesh": "cone.stl"}}, tmp_path / "cone.case.yaml"))
+    assert [row.strategy for row in found.rows] == [*STRATEGIES, "conical", "revolved"]
+    rows = by_strategy(found.rows)
+    assert rows["conical"].NL == rows["revolved"].NL
+    assert rows["conical"].A_mm2 == pytest.approx(rows["revolved"].A_mm2, rel=1e-3)
+    document = compare_document("cone", [found])
+    assert document["strategies"] == [*STRATEGIES, "conical", "revolved"]
+    assert "revolved" in text_of(compare_lines("cone", [found]))
 
 
 def test_a_missing_mesh_is_one_line(make_case):

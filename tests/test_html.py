@@ -9,16 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import io
-import json
-import os
 import re
-import shutil
-import subprocess
-import tempfile
-import time
-import urllib.request
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +17,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from browser import Browser, wait_for
 
 from cell import html_series, html_shapes
 from cell.check import Result, Row, check
@@ -159,7 +151,11 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
 def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Result, good_page: str) -> None:
     wanted = good.job.case.process.deposition_speed_mm_s
     path = document_of(good_page)["path"]
-    np.testing.assert_allclose(np.nan_to_num(lines_of(path, "TCP")[0]["y"], nan=wanted), wanted, rtol=5e-3)
+    before = lines_of(path, "TCP")[0]["y"]
+    known = np.isfinite(before)
+    # never faster; slower at the beads' ends and where the drives have to
+    assert before[known].max() <= wanted * 1.001
+    assert (before[known] > wanted * 0.995).mean() > 0.8
     motion = good.motion
     assert motion is not None
     dt = np.diff(motion.t_s)
@@ -167,8 +163,14 @@ def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Res
     dt[slowed] *= 2
     slow = replace(good, motion=replace(motion, t_s=np.concatenate([[0], np.cumsum(dt)])))
     chart = next(c for c in unpack(packed(slow))["path"]["charts"] if c["title"].startswith("TCP"))
-    assert np.nanmin(chart["lines"][0]["y"]) == pytest.approx(wanted / 2, rel=0.01)
-    assert f"off by more than 1% for {dt[slowed].sum():.1f} s" in chart["note"]
+    np.testing.assert_allclose(chart["lines"][0]["y"][slowed[:-1]], before[slowed[:-1]] / 2, rtol=0.01)
+    off = [float(re.search(r"1% for ([0-9.]+) s", note)[1]) for note in (tcp_note(path), chart["note"])]
+    kept = before[slowed[:-1]] > wanted * 0.99
+    assert off[1] - off[0] >= dt[slowed[:-1]][kept].sum() - 0.2
+
+
+def tcp_note(path: dict[str, Any]) -> str:
+    return next(c["note"] for c in path["charts"] if c["title"].startswith("TCP"))
 
 
 def test_the_numbers_are_those_of_an_infeasible_result(bad: Result, bad_page: str) -> None:
@@ -330,143 +332,6 @@ def test_every_reason_has_its_place_in_the_order_and_its_words() -> None:
 
 
 # ---- the page in a browser
-
-FLAGS = (
-    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--hide-scrollbars"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--remote-debugging-port=0"),
-)
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
-
-
-class Browser:
-    """One page of a headless Chromium."""
-
-    def __init__(self, program: str, profile: str) -> None:
-        from websockets.sync.client import connect
-
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        self.process = subprocess.Popen([program, *FLAGS, f"--user-data-dir={profile}", "about:blank"], **quiet)
-        port = wait_for(lambda: _first_line(Path(profile) / "DevToolsActivePort"), 30)
-        with urllib.request.urlopen(f"http://127.0.0.1:{port}/json") as answer:
-            page = next(t for t in json.load(answer) if t["type"] == "page")
-        self.stack = ExitStack()
-        self.socket = self.stack.enter_context(connect(page["webSocketDebuggerUrl"], max_size=None))
-        self.count, self.events = 0, []
-        for domain in ("Page", "Runtime", "Log", "Network"):
-            self(f"{domain}.enable")
-
-    def __call__(self, method: str, **params: Any) -> dict[str, Any]:
-        self.count += 1
-        self.socket.send(json.dumps({"id": self.count, "method": method, "params": params}))
-        while True:
-            message = json.loads(self.socket.recv(timeout=60))
-            if message.get("id") == self.count:
-                assert "error" not in message, message
-                return message["result"]
-            self.events.append(message)
-
-    def js(self, code: str) -> Any:
-        found = self("Runtime.evaluate", expression=code, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in found, found
-        return found["result"].get("value")
-
-    def open(self, path: Path, width: int = 1000, height: int = 640, theme: str = "light") -> float:
-        """Open a page; gives the milliseconds until it was ready."""
-        self.events.clear()
-        self("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 500)
-        self("Emulation.setEmulatedMedia", media="", features=[{"name": "prefers-color-scheme", "value": theme}])
-        self("Page.navigate", url="about:blank")
-        self("Page.navigate", url=path.as_uri())
-        return float(wait_for(lambda: self.js("document.documentElement?.dataset.ready"), 20))
-
-    def settle(self) -> None:
-        """Wait until the view has been drawn as it is drawn at rest."""
-        self.js("new Promise((done) => setTimeout(() => requestAnimationFrame(done), 350))")
-
-    def pixels(self, of: str = "#view") -> np.ndarray:
-        from PIL import Image
-
-        self.settle()
-        box = self.js(f"(({{x, y, width, height}}) => [x + scrollX, y + scrollY, width, height])"
-                      f"(document.querySelector('{of}').getBoundingClientRect())")  # fmt: skip
-        clip = dict(zip(("x", "y", "width", "height"), box, strict=True), scale=1)
-        png = base64.b64decode(self("Page.captureScreenshot", clip=clip, captureBeyondViewport=True)["data"])
-        return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
-
-    def middle(self, of: str) -> tuple[float, float]:
-        """Where an element is in the window."""
-        self.js(f"document.querySelector('{of}').scrollIntoView({{block: 'center'}})")
-        return tuple(self.js(f"(({{x, y, width, height}}) => [x + width / 2, y + height / 2])"
-                             f"(document.querySelector('{of}').getBoundingClientRect())"))  # fmt: skip
-
-    def mouse(self, kind: str, x: float, y: float, held: bool = False) -> None:
-        button = "left" if held or kind != "mouseMoved" else "none"
-        self("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=int(held), clickCount=1)
-
-    def click(self, of: str) -> None:
-        x, y = self.middle(of)
-        self.mouse("mousePressed", x, y, held=True)
-        self.mouse("mouseReleased", x, y)
-
-    def problems(self) -> list[str]:
-        """Errors on the console, and everything that was asked of a network."""
-        self.js("1")
-        out = []
-        for event in self.events:
-            p = event.get("params", {})
-            if event["method"] == "Runtime.exceptionThrown":
-                out.append(str(p["exceptionDetails"]))
-            elif event["method"] == "Runtime.consoleAPICalled" and p["type"] in ("error", "warning", "assert"):
-                out.append(str(p["args"]))
-            elif event["method"] == "Log.entryAdded" and p["entry"]["level"] == "error":
-                out.append(p["entry"]["text"])
-            elif event["method"] == "Network.requestWillBeSent":
-                url = p["request"]["url"]
-                out += [] if url.startswith(("file:", "data:", "about:")) else [url]
-            elif event["method"] == "Page.javascriptDialogOpening":
-                out.append(p["message"])
-        return out
-
-    def close(self) -> None:
-        self.stack.close()
-        self.process.terminate()
-        self.process.wait(20)
-
-
-def _first_line(path: Path) -> str | None:
-    lines = path.read_text().split() if path.exists() else []
-    return lines[0] if lines else None
-
-
-def wait_for(found: Callable[[], Any], seconds: float) -> Any:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        value = found()
-        if value:
-            return value
-        time.sleep(0.02)
-    raise AssertionError(f"nothing within {seconds} s")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    program = next(filter(None, map(shutil.which, NAMES)), None)
-    try:
-        import websockets  # noqa: F401
-    except ImportError:
-        why = "the package websockets is not installed"
-    else:
-        why = "" if program else "there is no Chromium (apt-get install chromium)"
-    if why:
-        if os.environ.get("CI"):
-            pytest.fail(why)
-        pytest.skip(why)
-    profile = tempfile.mkdtemp()
-    started = Browser(str(program), profile)
-    yield started
-    started.close()
-    shutil.rmtree(profile, ignore_errors=True)
 
 
 @pytest.fixture(scope="module")

@@ -102,12 +102,11 @@ def fuzz(seeds, rolls):
 
 
 def test_no_proof_is_contradicted_on_random_arms():
-    fuzz(range(60), rolls=180)
+    fuzz(range(60), rolls=96)
 
 
-@pytest.mark.slow
 def test_no_proof_is_contradicted_by_dense_sampling():
-    fuzz(range(100, 190), rolls=2880)
+    fuzz(range(100, 108), rolls=1440)
 
 
 def tight_around(chain, form, q, kind):
@@ -119,7 +118,7 @@ def tight_around(chain, form, q, kind):
     return replaced(chain, lower=lower, upper=upper), SingularityLimits(*least[:3])
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(25))
 def test_an_interval_around_a_reachable_roll_is_never_excluded(seed):
     # the limits touch the configuration, so that a bound which misses it by anything would exclude it
     rng = np.random.default_rng(1000 + seed)
@@ -145,7 +144,7 @@ def _with_form(tight, form, T):
     return chain, form, T, limits
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(40))
 def test_a_target_made_from_a_configuration_is_never_proven_out(seed):
     # reachable at one roll, by one configuration in limits as narrow as may be: a needle that bisection may miss
     rng = np.random.default_rng(2000 + seed)

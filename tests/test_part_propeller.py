@@ -20,7 +20,9 @@ def meshes():
 
 @pytest.fixture(scope="module")
 def builder():
-    return runpy.run_path(str(PARTS / "propeller.py"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(PARTS)  # as when it is run as a script
+        return runpy.run_path(str(PARTS / "propeller.py"))
 
 
 def test_the_shipped_meshes_are_what_the_builder_makes(meshes, tmp_path):

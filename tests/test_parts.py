@@ -79,7 +79,8 @@ def test_the_whole_has_the_papers_bounding_box(part):
 
 
 @pytest.mark.parametrize("part", FILES)
-def test_the_body_is_the_builders_and_the_tables(part):
+def test_the_body_is_the_builders_and_the_tables(part, monkeypatch):
+    monkeypatch.syspath_prepend(PARTS)  # as when it is run as a script
     builder = runpy.run_path(str(PARTS / f"{part}.py"))
     assert builder[part.capitalize()]().radius == PAPER["parts"][part]["body_radius_mm"]
 

@@ -385,6 +385,20 @@ def test_a_body_with_a_cone():
     assert np.allclose(parts.outline.points, [(20, 0), (20, 100), (35, 140), (35, 190)])
     assert [line.split(":")[0] for line in parts.warnings] == ["SV2"]
     assert "stands on a cone" in parts.warnings[0]
+    assert [cone is None for cone in parts.cones] == [True, False, True]
+    assert parts.bodies_for("cylindrical") == parts.bodies
+    cone = parts.bodies_for("conical")[1]
+    assert cone.half_angle_deg == pytest.approx(math.degrees(math.atan(15 / 40)), abs=0.01)
+    assert cone.radius_mm == pytest.approx(20 - 100 * 15 / 40, abs=0.02)
+    # one boss by each way of seeing what it stands on: the same footprint, layers h apart along the normal
+    mesh = parts.sub_volumes[1]
+    conical = slice_sub_volume(mesh, cone, SlicingParameters("conical"))
+    revolved = slice_sub_volume(mesh, parts.bodies_for("revolved")[1], SlicingParameters("revolved"))
+    assert [layer.area_mm2 for layer in revolved.layers] == pytest.approx(
+        [layer.area_mm2 for layer in conical.layers], rel=1e-4
+    )
+    with pytest.raises(PartError, match="conical needs a cone"):
+        slice_sub_volume(parts.sub_volumes[0], parts.bodies_for("conical")[0], SlicingParameters("conical"))
 
 
 def test_domes_and_fillets_are_body():

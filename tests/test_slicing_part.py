@@ -101,6 +101,12 @@ def test_faces_that_disagree_are_turned_and_said(cube):
 def test_suspicious_size_names_the_likely_unit(cube, tmp_path):
     assert "m or inch" in mesh_from_arrays("x", cube.vertices / 1000, cube.faces).warnings[0]
     assert "scaled" in mesh_from_arrays("x", cube.vertices * 1000, cube.faces).warnings[0]
+    trimesh.Trimesh(cube.vertices / 375, cube.faces).export(tmp_path / "cube.stl")  # 0.08 long
+    (line,) = load_mesh(tmp_path / "cube.stl").warnings
+    assert "extent 0.08 mm; is the file in cm, m or inch? (units: m would make it 80 mm)" in line
+    trimesh.Trimesh(cube.vertices / 0.375, cube.faces).export(tmp_path / "cube.stl")
+    (line,) = load_mesh(tmp_path / "cube.stl", units="m").warnings  # 80 m
+    assert "extent 8e+04 mm; is the file in mm, cm or inch? (units: mm would make it 80 mm)" in line
 
 
 def test_noise_is_single_precision_only_for_single_precision_numbers():

@@ -279,7 +279,7 @@ def test_document_keeps_the_contract(sliced, targets):
 
 def test_target_rows_keep_the_contract(targets):
     header, rows = targets_rows(targets)
-    expected = "index,sub_volume,layer,path,kind,x_mm,y_mm,z_mm,nx,ny,nz,tx,ty,tz,thickness_mm"
+    expected = "index,sub_volume,layer,path,kind,x_mm,y_mm,z_mm,nx,ny,nz,tx,ty,tz,thickness_mm,speed_mm_s"
     assert ",".join(header) == expected
     assert header == TARGETS_HEADER
     assert len(rows) == len(targets)
@@ -288,7 +288,8 @@ def test_target_rows_keep_the_contract(targets):
         assert len(row) == len(header)
         assert row[4] == "print"
         assert row[5:8] == tuple(position)
-        assert row[-1] == thickness
+        assert row[14] == thickness
+        assert row[15] == 8.0
 
 
 def test_heavy_libraries_stay_out_until_a_file_is_read():

@@ -18,8 +18,8 @@ from types import SimpleNamespace
 import mujoco
 import numpy as np
 import pytest
+from browser import Browser, wait_for
 from conftest import little_case
-from test_html import Browser, browser, wait_for  # noqa: F401 (a fixture)
 
 from cell.check import Result
 from cell.errors import InputError
@@ -119,7 +119,7 @@ def stopped(process: subprocess.Popen[bytes], said: Path) -> None:
 @pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
 def test_it_plays_in_a_browser_and_stops_on_ctrl_c(
     served: tuple[subprocess.Popen[bytes], str, Path],
-    browser: Browser,  # noqa: F811
+    browser: Browser,
 ) -> None:
     process, address, said = served
     assert address.startswith("http://127.0.0.1:")

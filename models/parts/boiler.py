@@ -9,17 +9,12 @@ SV1 is a nozzle with a bore, SV2 a duct that widens from almost the drum's width
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
-from pathlib import Path
 
-import manifold3d
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
+from solids import joined, plate, tube, write
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 SUNK = 5.0  # how far a root reaches into the drum where the two are joined
 AROUND = 192  # corners of a circle
 STEPS = 240  # along the duct's root
@@ -62,63 +57,17 @@ class Boiler:
 
 
 def nozzle(p: Boiler, sunk: float = 0.0) -> trimesh.Trimesh:
-    """SV1, a tube along y.
-
-    Args:
-        p: dimensions.
-        sunk: how far its root is carried on inward, to be joined to the drum.
-
-    Returns:
-        The tube, mm, closed.
-    """
-    angle = 2 * np.pi * np.arange(AROUND) / AROUND
-    outer, inner = p.nozzle_radius, p.nozzle_bore_radius
-    loops = []
-    for r, end in ((outer, False), (outer, True), (inner, True), (inner, False)):
-        x, z = r * np.cos(angle), r * np.sin(angle)
-        y = np.full(AROUND, p.nozzle_top) if end else np.sqrt(p.radius**2 - x**2) - sunk
-        loops.append(np.stack([x, y, z + p.nozzle_z], axis=1))
-    number = np.arange(4 * AROUND).reshape(4, AROUND)
-    number = np.concatenate([number, number[:1]])  # outside, end, inside, root
-    return _closed(np.concatenate(loops), _quads(np.concatenate([number, number[:, :1]], axis=1)))
+    """SV1, a tube along y, mm; `sunk` as in :func:`solids.tube`."""
+    mesh = tube(p.radius, p.nozzle_radius, p.nozzle_bore_radius, p.nozzle_top, AROUND, sunk)
+    mesh.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 0, 1]))
+    mesh.apply_translation([0, 0, p.nozzle_z])
+    return mesh
 
 
 def duct(p: Boiler, sunk: float = 0.0) -> trimesh.Trimesh:
-    """SV2, a plate across z from the drum to a flat end.
-
-    Args:
-        p: dimensions.
-        sunk: how far its root is carried on towards the axis, to be joined to the drum.
-
-    Returns:
-        The plate, mm, closed.
-    """
-    angle = np.deg2rad(np.linspace(-p.duct_half_angle, p.duct_half_angle, STEPS + 1))
-    around = np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    across = np.linspace(-p.duct_width / 2, p.duct_width / 2, STEPS + 1)
-    rows = [p.radius * around, np.stack([across, np.full(STEPS + 1, p.duct_top)], axis=1)]
-    if sunk > 0:
-        rows.insert(0, (p.radius - sunk) * around)
-    plan = np.concatenate(rows)
-    levels = (p.duct_z - p.duct_thickness / 2, p.duct_z + p.duct_thickness / 2)
-    vertices = np.concatenate([np.column_stack([plan, np.full(len(plan), z)]) for z in levels])
-    number = np.arange(len(vertices)).reshape(2, len(rows), STEPS + 1)
-    grids = [number[1], number[0, ::-1]]  # across z, across the root and the end, across the sides
-    grids += [number[:, -1].T, number[:, 0].T[::-1], number[:, :, -1], number[::-1, :, 0]]
-    return _closed(vertices, np.concatenate([_quads(grid) for grid in grids]))
-
-
-def _quads(grid: Ints) -> Ints:
-    """Two triangles for each cell of a grid of vertex numbers, all turned alike."""
-    a, b, c, d = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel(), grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
-    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-
-
-def _closed(vertices: Floats, faces: Ints) -> trimesh.Trimesh:
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    if mesh.volume < 0:
-        mesh.invert()
-    return mesh
+    """SV2, a plate across z, mm; `sunk` as in :func:`solids.plate`."""
+    angle, x, half = p.duct_half_angle, p.duct_width / 2, p.duct_thickness / 2
+    return plate(p.radius, (-angle, angle), (-x, x), p.duct_top, (p.duct_z - half, p.duct_z + half), STEPS, sunk)
 
 
 def body(p: Boiler, sides: int = 360) -> trimesh.Trimesh:
@@ -130,29 +79,14 @@ def body(p: Boiler, sides: int = 360) -> trimesh.Trimesh:
 
 def boiler(p: Boiler) -> trimesh.Trimesh:
     """Drum and sub-volumes in one closed mesh, mm."""
-    mesh = (_solid(body(p)) + _solid(nozzle(p, SUNK)) + _solid(duct(p, SUNK))).to_mesh()
-    return trimesh.Trimesh(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
-
-
-def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
-    solid = manifold3d.Manifold(
-        manifold3d.Mesh64(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.uint64))
-    )
-    if solid.status() != manifold3d.Error.NoError:
-        raise RuntimeError(f"not a solid: {solid.status()}")
-    return solid
+    return joined(body(p), [nozzle(p, SUNK), duct(p, SUNK)])
 
 
 def main() -> None:
     """Build and write the meshes."""
-    parser = argparse.ArgumentParser(description="Build the boiler's meshes.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder to write to")
-    out = parser.parse_args().out
     p = Boiler()
-    for name, mesh in (("", boiler(p)), ("_body", body(p)), ("_sv1", nozzle(p)), ("_sv2", duct(p))):
-        mesh.export(out / f"boiler{name}.stl")
-        size = ", ".join(f"{v:.2f}" for v in mesh.extents)
-        print(f"boiler{name}: {len(mesh.faces)} faces, {size} mm, {mesh.volume:.1f} mm3, closed: {mesh.is_watertight}")
+    meshes = {"boiler": boiler(p), "boiler_body": body(p), "boiler_sv1": nozzle(p), "boiler_sv2": duct(p)}
+    write("Build the boiler's meshes.", meshes)
 
 
 if __name__ == "__main__":

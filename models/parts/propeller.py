@@ -10,14 +10,12 @@ a helix of constant pitch; the tip is crowned.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
-from pathlib import Path
 
-import manifold3d
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from solids import closed, joined, write
 
 Floats = NDArray[np.float64]
 AROUND = 48  # corners of a blade's section
@@ -117,10 +115,7 @@ def blade(p: Propeller, root_radius: float | None = None, around: int = AROUND, 
         cap += [[upper[k], upper[k + 1], lower[k + 1]], [upper[k], lower[k + 1], lower[k]]]
     ends = np.array(cap)
     faces += [ends[:, ::-1], ends + outward * around]
-    mesh = trimesh.Trimesh(np.concatenate(rings), np.concatenate(faces), process=False)
-    if mesh.volume < 0:
-        mesh.invert()
-    return mesh
+    return closed(np.concatenate(rings), np.concatenate(faces))
 
 
 def hub(p: Propeller, sides: int = 240) -> trimesh.Trimesh:
@@ -132,35 +127,20 @@ def hub(p: Propeller, sides: int = 240) -> trimesh.Trimesh:
 
 def propeller(p: Propeller) -> trimesh.Trimesh:
     """Hub and blades in one closed mesh, mm."""
-    whole = _solid(hub(p))
     rooted = blade(p, root_radius=(p.hub_radius + p.bore_radius) / 2)
+    blades = []
     for k in range(p.blades):
         turned = rooted.copy()
         turned.apply_transform(trimesh.transformations.rotation_matrix(2 * np.pi * k / p.blades, [0, 0, 1]))
-        whole += _solid(turned)
-    mesh = whole.to_mesh()
-    return trimesh.Trimesh(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
-
-
-def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
-    solid = manifold3d.Manifold(
-        manifold3d.Mesh64(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.uint64))
-    )
-    if solid.status() != manifold3d.Error.NoError:
-        raise RuntimeError(f"not a solid: {solid.status()}")
-    return solid
+        blades.append(turned)
+    return joined(hub(p), blades)
 
 
 def main() -> None:
     """Build and write the three meshes."""
-    parser = argparse.ArgumentParser(description="Build the propeller's meshes.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder to write to")
-    out = parser.parse_args().out
     p = Propeller()
-    for name, mesh in (("propeller", propeller(p)), ("propeller_hub", hub(p)), ("propeller_blade", blade(p))):
-        mesh.export(out / f"{name}.stl")
-        size = ", ".join(f"{v:.2f}" for v in mesh.extents)
-        print(f"{name}: {len(mesh.faces)} faces, {size} mm, {mesh.volume:.1f} mm3, closed: {mesh.is_watertight}")
+    meshes = {"propeller": propeller(p), "propeller_hub": hub(p), "propeller_blade": blade(p)}
+    write("Build the propeller's meshes.", meshes)
 
 
 if __name__ == "__main__":

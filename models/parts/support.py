@@ -10,17 +10,14 @@ SV1 is an arm set to one side of the post, SV2 a block, SV3 a round-ended pad; a
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
-from pathlib import Path
 
-import manifold3d
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from solids import closed, joined, plate, quads, write
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 SUNK = 5.0  # how far a root reaches into the post where the two are joined
 STEPS = 192  # along a plate's root
 
@@ -103,67 +100,21 @@ def _unrolled_area(p: Support, straight: float) -> float:
     return 0.5 * abs(float(np.dot(s, np.roll(z, -1)) - np.dot(z, np.roll(s, -1))))
 
 
-def plate(
-    radius: float,
-    foot: tuple[float, float],
-    end: tuple[float, float],
-    top: float,
-    z: tuple[float, float],
-    sunk: float = 0.0,
-) -> trimesh.Trimesh:
-    """A plate across z from a cylinder to a flat end.
-
-    Args:
-        radius: of the cylinder.
-        foot: where the root begins and ends, deg from +y towards +x.
-        end: where the end begins and ends, x.
-        top: y of the end.
-        z: of the two faces.
-        sunk: how far its root is carried on towards the axis, to be joined to the cylinder.
-
-    Returns:
-        The plate, mm, closed.
-    """
-    angle = np.deg2rad(np.linspace(*foot, STEPS + 1))
-    around = np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    rows = [radius * around, np.stack([np.linspace(*end, STEPS + 1), np.full(STEPS + 1, top)], axis=1)]
-    if sunk > 0:
-        rows.insert(0, (radius - sunk) * around)
-    plan = np.concatenate(rows)
-    vertices = np.concatenate([np.column_stack([plan, np.full(len(plan), level)]) for level in z])
-    number = np.arange(len(vertices)).reshape(2, len(rows), STEPS + 1)
-    grids = [number[1], number[0, ::-1]]  # across z, across the root and the end, across the sides
-    grids += [number[:, -1].T, number[:, 0].T[::-1], number[:, :, -1], number[::-1, :, 0]]
-    return _closed(vertices, np.concatenate([_quads(grid) for grid in grids]))
-
-
-def _quads(grid: Ints) -> Ints:
-    """Two triangles for each cell of a grid of vertex numbers, all turned alike."""
-    a, b, c, d = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel(), grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
-    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-
-
-def _closed(vertices: Floats, faces: Ints) -> trimesh.Trimesh:
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    if mesh.volume < 0:
-        mesh.invert()
-    return mesh
-
-
 def arm(p: Support, sunk: float = 0.0) -> trimesh.Trimesh:
-    """SV1, mm; `sunk` as in :func:`plate`."""
+    """SV1, mm; `sunk` as in :func:`solids.plate`."""
     half = p.arm_thickness / 2
-    return plate(p.radius, p.arm_foot, p.arm_end, p.arm_top, (p.arm_z - half, p.arm_z + half), sunk)
+    return plate(p.radius, p.arm_foot, p.arm_end, p.arm_top, (p.arm_z - half, p.arm_z + half), STEPS, sunk)
 
 
 def block(p: Support, sunk: float = 0.0) -> trimesh.Trimesh:
-    """SV2, mm; `sunk` as in :func:`plate`."""
+    """SV2, mm; `sunk` as in :func:`solids.plate`."""
     angle, x, half = p.block_half_angle, p.block_width / 2, p.block_length / 2
-    return plate(p.radius, (-angle, angle), (-x, x), p.block_top, (p.block_z - half, p.block_z + half), sunk)
+    levels = (p.block_z - half, p.block_z + half)
+    return plate(p.radius, (-angle, angle), (-x, x), p.block_top, levels, STEPS, sunk)
 
 
 def pad(p: Support, sunk: float = 0.0) -> trimesh.Trimesh:
-    """SV3, mm; `sunk` as in :func:`plate`."""
+    """SV3, mm; `sunk` as in :func:`solids.plate`."""
     x, z = _stadium(p, p.pad_length - p.pad_width).T
     root = np.sqrt(p.radius**2 - x**2)
     rings = [np.stack([x, y, z + p.pad_z], axis=1) for y in (root - sunk, np.full(len(x), p.pad_top))]
@@ -172,10 +123,10 @@ def pad(p: Support, sunk: float = 0.0) -> trimesh.Trimesh:
     # each cap in strips along z, so that the root's strips lie on the cylinder
     half = np.arange(1, around // 2)
     strips = np.concatenate([[[0, 0]], np.stack([half, around - half], axis=1), [[around // 2] * 2]])
-    faces = [_quads(np.concatenate([numbers, numbers[:, :1]], axis=1)), _quads(strips), _quads(strips[::-1] + around)]
+    faces = [quads(np.concatenate([numbers, numbers[:, :1]], axis=1)), quads(strips), quads(strips[::-1] + around)]
     flat = np.concatenate(faces)
     flat = flat[(flat != np.roll(flat, 1, axis=1)).all(axis=1)]  # a strip that begins in a point is one triangle
-    return _closed(np.concatenate(rings), flat)
+    return closed(np.concatenate(rings), flat)
 
 
 def body(p: Support, sides: int = 360) -> trimesh.Trimesh:
@@ -187,33 +138,15 @@ def body(p: Support, sides: int = 360) -> trimesh.Trimesh:
 
 def support(p: Support) -> trimesh.Trimesh:
     """Post and sub-volumes in one closed mesh, mm."""
-    whole = _solid(body(p))
-    for make in (arm, block, pad):
-        whole += _solid(make(p, SUNK))
-    mesh = whole.to_mesh()
-    return trimesh.Trimesh(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
-
-
-def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
-    solid = manifold3d.Manifold(
-        manifold3d.Mesh64(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.uint64))
-    )
-    if solid.status() != manifold3d.Error.NoError:
-        raise RuntimeError(f"not a solid: {solid.status()}")
-    return solid
+    return joined(body(p), (make(p, SUNK) for make in (arm, block, pad)))
 
 
 def main() -> None:
     """Build and write the meshes."""
-    parser = argparse.ArgumentParser(description="Build the support's meshes.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder to write to")
-    out = parser.parse_args().out
     p = Support()
-    made = {"": support(p), "_body": body(p), "_sv1": arm(p), "_sv2": block(p), "_sv3": pad(p)}
-    for name, mesh in made.items():
-        mesh.export(out / f"support{name}.stl")
-        size = ", ".join(f"{v:.2f}" for v in mesh.extents)
-        print(f"support{name}: {len(mesh.faces)} faces, {size} mm, {mesh.volume:.1f} mm3, closed: {mesh.is_watertight}")
+    whole = {"support": support(p), "support_body": body(p)}
+    sub_volumes = {"support_sv1": arm(p), "support_sv2": block(p), "support_sv3": pad(p)}
+    write("Build the support's meshes.", whole | sub_volumes)
 
 
 if __name__ == "__main__":

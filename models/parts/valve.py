@@ -7,17 +7,13 @@ branch points along +x. What was dimensioned after the paper and what was not: R
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
-from pathlib import Path
 
 import manifold3d
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
+from solids import joined, mesh_of, tube, write
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 SUNK = 7.0  # how far the branch's root reaches into the body where the two are joined
 AROUND = 240  # corners of a circle
 
@@ -47,44 +43,9 @@ class Valve:
     branch_top: float = 190.0
 
 
-def tube(radius: float, outer: float, inner: float, top: float, sunk: float = 0.0) -> trimesh.Trimesh:
-    """A tube along x, about the x axis, from a cylinder to a flat end.
-
-    Args:
-        radius: of the cylinder.
-        outer: radius of the tube outside.
-        inner: and inside.
-        top: x of its end.
-        sunk: how far its root is carried on inward, to be joined to the cylinder.
-
-    Returns:
-        The tube, mm, closed.
-    """
-    angle = 2 * np.pi * np.arange(AROUND) / AROUND
-    loops = []
-    for r, end in ((outer, False), (outer, True), (inner, True), (inner, False)):
-        y, z = r * np.cos(angle), r * np.sin(angle)
-        x = np.full(AROUND, top) if end else np.sqrt(radius**2 - y**2) - sunk
-        loops.append(np.stack([x, y, z], axis=1))
-    number = np.arange(4 * AROUND).reshape(4, AROUND)
-    number = np.concatenate([number, number[:1]])  # outside, end, inside, root
-    mesh = trimesh.Trimesh(
-        np.concatenate(loops), _quads(np.concatenate([number, number[:, :1]], axis=1)), process=False
-    )
-    if mesh.volume < 0:
-        mesh.invert()
-    return mesh
-
-
-def _quads(grid: Ints) -> Ints:
-    """Two triangles for each cell of a grid of vertex numbers, all turned alike."""
-    a, b, c, d = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel(), grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
-    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-
-
 def branch(p: Valve, sunk: float = 0.0) -> trimesh.Trimesh:
-    """The branch, mm; `sunk` as in :func:`tube`."""
-    mesh = tube(p.radius, p.branch_radius, p.branch_bore_radius, p.branch_top, sunk)
+    """The branch, mm; `sunk` as in :func:`solids.tube`."""
+    mesh = tube(p.radius, p.branch_radius, p.branch_bore_radius, p.branch_top, AROUND, sunk)
     mesh.apply_translation([0, 0, p.height / 2])
     return mesh
 
@@ -94,12 +55,12 @@ def body(p: Valve) -> trimesh.Trimesh:
     whole = _upright(p.radius, p.radius, (0, p.height))
     for low in (0.0, p.height - p.flange_thickness):
         whole += _upright(*p.flange, (low, low + p.flange_thickness))
-    return _mesh(whole - _upright(p.bore_radius, p.bore_radius, (-1, p.height + 1)))
+    return mesh_of(whole - _upright(p.bore_radius, p.bore_radius, (-1, p.height + 1)))
 
 
 def valve(p: Valve) -> trimesh.Trimesh:
     """Body and branch in one closed mesh, mm."""
-    return _mesh(_solid(body(p)) + _solid(branch(p, SUNK)))
+    return joined(body(p), [branch(p, SUNK)])
 
 
 def _upright(a: float, b: float, z: tuple[float, float]) -> manifold3d.Manifold:
@@ -109,30 +70,10 @@ def _upright(a: float, b: float, z: tuple[float, float]) -> manifold3d.Manifold:
     return outline.extrude(z[1] - z[0]).translate((0, 0, z[0]))
 
 
-def _mesh(solid: manifold3d.Manifold) -> trimesh.Trimesh:
-    mesh = solid.to_mesh()
-    return trimesh.Trimesh(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
-
-
-def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
-    solid = manifold3d.Manifold(
-        manifold3d.Mesh64(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.uint64))
-    )
-    if solid.status() != manifold3d.Error.NoError:
-        raise RuntimeError(f"not a solid: {solid.status()}")
-    return solid
-
-
 def main() -> None:
     """Build and write the three meshes."""
-    parser = argparse.ArgumentParser(description="Build the valve's meshes.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder to write to")
-    out = parser.parse_args().out
     p = Valve()
-    for name, mesh in (("valve", valve(p)), ("valve_body", body(p)), ("valve_sv1", branch(p))):
-        mesh.export(out / f"{name}.stl")
-        size = ", ".join(f"{v:.2f}" for v in mesh.extents)
-        print(f"{name}: {len(mesh.faces)} faces, {size} mm, {mesh.volume:.1f} mm3, closed: {mesh.is_watertight}")
+    write("Build the valve's meshes.", {"valve": valve(p), "valve_body": body(p), "valve_sv1": branch(p)})
 
 
 if __name__ == "__main__":

@@ -1,0 +1,198 @@
+"""Whether a motion from outside welds every target, bead by bead in their order, and how fast.
+
+    order = order_findings(job, motion, progress)      # progress (m,): length along its bead at every row, m
+    order.findings, order.welded, order.pace
+
+Metres and seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ik.chain import Floats
+
+from .collision import Ints
+from .follow import JUMP
+from .job import Job
+from .motion import Motion
+from .motion_bead import along_beads
+from .pace import Pace, speeds, too_slow
+from .place import METRES_PER_MM
+
+REASONS = (
+    "joint_limit",
+    "speed",
+    "singular",
+    "collision",
+    "no_path",
+    "off_bead",
+    "order",
+    "not_welded",
+    "gravity",
+)
+NEAR = 1e-6  # m beyond the limit off the bead
+FASTEST_SHARE = 1.05  # of the deposition speed: a bead laid faster is too thin
+WAIT_SLACK = 0.1  # s
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that is wrong with a motion.
+
+    Attributes:
+        reason: one of ``REASONS``.
+        row: first row concerned.
+        to_row: last row concerned.
+        detail: the worst measure on them.
+    """
+
+    reason: str
+    row: int
+    to_row: int
+    detail: dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """What became of the beads.
+
+    Attributes:
+        findings: what is wrong with their order.
+        welded: targets that are welded.
+        pace: how fast.
+    """
+
+    findings: tuple[Finding, ...]
+    welded: int
+    pace: Pace
+
+
+def order_findings(job: Job, motion: Motion, progress: Floats) -> Order:
+    """Hold the rows with the arc on against the beads.
+
+    Args:
+        job: the job.
+        motion: the motion.
+        progress: length along its bead at every row, (m,), m.
+
+    Returns:
+        What was found.
+    """
+    found: list[Finding] = []
+    pace = Pace.unknown(len(job.targets))
+    welded = np.zeros(len(job.targets), dtype=bool)
+    last_bead, end = -1, 0
+    for first, stop in _blocks(motion):
+        bead = int(motion.bead[first])
+        if bead != last_bead + 1:
+            what = {"bead": bead, "after_bead": last_bead if last_bead >= 0 else None}
+            found.append(Finding("order", first, stop - 1, what))
+        last_bead = max(last_bead, bead)
+        rows = np.arange(first, stop)
+        found += _inside(job, motion, progress, rows)
+        _weld(job, motion, progress, rows, welded, pace)
+        found += _waits(job, motion, progress, rows)
+        end = stop - 1
+    found += _left_out(job, welded, end)
+    found += _paced(job, motion, pace)
+    return Order(tuple(found), int(welded.sum()), pace)
+
+
+def _blocks(motion: Motion) -> list[tuple[int, int]]:
+    """Runs of rows with the arc on in one bead, as first row and one past the last."""
+    on = motion.arc == 1
+    begins = on & np.concatenate([[True], ~(on[:-1] & (motion.bead[1:] == motion.bead[:-1]))])
+    ends = on & np.concatenate([~(on[1:] & (motion.bead[1:] == motion.bead[:-1])), [True]])
+    return list(zip(np.flatnonzero(begins).tolist(), (np.flatnonzero(ends) + 1).tolist(), strict=True))
+
+
+def _tolerance(job: Job) -> float:
+    return job.case.checks.off_bead_mm * METRES_PER_MM + NEAR
+
+
+def _inside(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Finding]:
+    """A bead that goes back, or on which the arm jumps."""
+    found = []
+    back = np.flatnonzero(np.diff(progress[rows]) < -_tolerance(job))
+    for k in back[:1]:
+        by = float(progress[rows[k]] - progress[rows[k + 1]]) / METRES_PER_MM
+        found.append(Finding("order", int(rows[k]), int(rows[k + 1]), {"goes_back_mm": round(by, 3)}))
+    turn = np.abs(np.diff(motion.q[rows], axis=0)).max(axis=1, initial=0.0)
+    for k in np.flatnonzero(turn > JUMP)[:1]:
+        what = {"on_the_way": "jump", "turns_deg": round(float(np.rad2deg(turn[k])), 3)}
+        found.append(Finding("no_path", int(rows[k]), int(rows[k + 1]), what))
+    return found
+
+
+def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.ndarray, pace: Pace) -> None:
+    """Note which targets of a block's bead it passes, and when."""
+    t = job.targets
+    mine = np.flatnonzero(t.path == motion.bead[rows[0]])
+    along = along_beads(job)[mine]
+    s, near = np.maximum.accumulate(progress[rows]), _tolerance(job)
+    passed = (along >= s[0] - near) & (along <= s[-1] + near)
+    welded[mine[passed]] = True
+    # a wait at the start or end of a bead is none of the way between its targets
+    leaves = int(np.searchsorted(s, s[0] + NEAR, side="right")) - 1
+    arrives = int(np.searchsorted(s, s[-1] - NEAR))
+    if arrives <= leaves:
+        return
+    moving = rows[leaves : arrives + 1]
+    rising = np.concatenate([[True], np.diff(s[leaves : arrives + 1]) > 0])
+    when = np.interp(along, s[leaves : arrives + 1][rising], motion.t_s[moving][rising])
+    # a wait on the way belongs to the piece after it
+    both = passed[:-1] & passed[1:]
+    asked = np.diff(along) / speeds(job)[mine[:-1]]
+    taken = np.diff(when)
+    pace.asked_s[mine[:-1][both]] = asked[both]
+    pace.held_s[mine[:-1][both]] = np.maximum(taken[both], 1e-12)
+
+
+def _waits(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Finding]:
+    """An arc that burns where the torch stands."""
+    process, t, s = job.case.process, motion.t_s, progress[rows]
+    start = rows[: int(np.searchsorted(np.maximum.accumulate(s), s[0] + NEAR, side="right"))]
+    end = rows[int(np.searchsorted(np.maximum.accumulate(s), s[-1] - NEAR)) :]
+    found = []
+    for at, allowed in ((start, process.arc_on_s), (end, process.arc_off_s)):
+        stands = float(t[at[-1]] - t[at[0]])
+        if stands > allowed + WAIT_SLACK:
+            what = {"by": "standing still", "seconds": round(stands, 3), "limit_s": allowed}
+            found.append(Finding("speed", int(at[0]), int(at[-1]), what))
+    return found
+
+
+def _left_out(job: Job, welded: np.ndarray, end: int) -> list[Finding]:
+    """Stretches of targets that nothing welds, noted at the last row that welds."""
+    missing = np.flatnonzero(~welded)
+    if not len(missing):
+        return []
+    groups = np.split(missing, np.flatnonzero(np.diff(missing) > 1) + 1)
+    return [Finding("not_welded", end, end, {"target": int(g[0]), "to_target": int(g[-1])}) for g in groups]
+
+
+def _paced(job: Job, motion: Motion, pace: Pace) -> list[Finding]:
+    """Ways from target to target that are laid too slowly or too fast."""
+    welding = motion.arc == 1
+    found = []
+
+    def note(i: int, detail: dict[str, Any]) -> None:
+        rows = np.flatnonzero(welding & (motion.target == i))
+        a, b = (int(rows[0]), int(rows[-1])) if len(rows) else (0, 0)
+        found.append(Finding("speed", a, b, {"by": "deposition", **detail}))
+
+    for target, slow in too_slow(pace, job.case.process.least_speed_share).items():
+        note(target - 1, {key: slow[key] for key in ("from_target", "share", "limit", "seconds")})
+    share = pace.share
+    for i in np.flatnonzero(np.nan_to_num(share) > FASTEST_SHARE).tolist():
+        measure = {
+            "share": round(float(share[i]), 4),
+            "limit": FASTEST_SHARE,
+            "seconds": round(float(pace.held_s[i]), 4),
+        }
+        note(i, {"from_target": i, **measure})
+    return found

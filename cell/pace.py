@@ -1,0 +1,123 @@
+"""How far a bead's speed is held, from target to target: a torch that slows down deposits more.
+
+    pace = motion.pace
+    pace.share[i], pace.held_s[i], pace.axis[i]      # from target i to the next one of its bead
+    too_slow(pace, least_share)                      # targets reached at less than that share, with why
+
+Seconds; a share is the time asked for divided by the time taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from .place import METRES_PER_MM
+
+if TYPE_CHECKING:
+    from .collision import Ints
+    from .job import Job
+
+HELD = 0.98  # share from which on a speed counts as held
+
+
+@dataclass(frozen=True, eq=False)
+class Pace:
+    """The speed from every target to the next of its bead.
+
+    Attributes:
+        asked_s: time that the deposition speed asks for, (n,), s; NaN where no bead goes on.
+        held_s: time taken, (n,), s.
+        axis: the axis that slows it down most, (n,), "" where the speed is held.
+        by: "speed" or "acceleration" of that axis, (n,).
+    """
+
+    asked_s: Floats
+    held_s: Floats
+    axis: NDArray[np.str_]
+    by: NDArray[np.str_]
+
+    @property
+    def share(self) -> Floats:
+        """Share of the speed that is held, (n,); NaN where no bead goes on."""
+        return self.asked_s / self.held_s
+
+    @classmethod
+    def unknown(cls, n: int) -> Pace:
+        """Of n targets, to be filled in."""
+        return cls(np.full(n, np.nan), np.full(n, np.nan), np.full(n, "", dtype="<U32"), np.full(n, "", dtype="<U12"))
+
+
+def speeds(job: Job) -> Floats:
+    """Deposition speed from every target to the next, (n,), m/s: the target's own where it has one."""
+    own = getattr(job.targets, "speed_mm_s", None)
+    if own is None:
+        return np.full(len(job.targets), job.case.process.deposition_speed_mm_s * METRES_PER_MM)
+    return np.asarray(own, dtype=float) * METRES_PER_MM
+
+
+def too_slow(pace: Pace, least_share: float) -> dict[int, dict[str, Any]]:
+    """Targets that are reached too slowly.
+
+    Args:
+        pace: of a motion.
+        least_share: of the deposition speed, to be held from each target to the next.
+
+    Returns:
+        Why, by the number of the target at whose end of the way it is.
+    """
+    share = pace.share
+    return {int(i) + 1: _slow(pace, int(i), least_share) for i in np.flatnonzero(share < least_share)}
+
+
+def _slow(pace: Pace, i: int, least_share: float) -> dict[str, Any]:
+    return {
+        "from_target": i,
+        "on_the_way": "speed",
+        "share": round(float(pace.share[i]), 4),
+        "limit": least_share,
+        "axis": str(pace.axis[i]),
+        "by": str(pace.by[i]),
+        "seconds": round(float(pace.held_s[i]), 4),
+    }
+
+
+def pace_document(pace: Pace, bead: Ints) -> dict[str, Any]:
+    """The speed as the report writes it.
+
+    Args:
+        pace: of a motion.
+        bead: of every target, (n,).
+
+    Returns:
+        ``least_share`` with ``from_target``, ``axis`` and ``by``; ``slowed_s``, the time below 98 % of the speed;
+        ``lost_s``, how much more than asked for all takes; and the slowed ways from target to target.
+    """
+    share = pace.share
+    known = np.isfinite(share)
+    slow = np.flatnonzero(known & (share < HELD))
+    least = int(np.nanargmin(share)) if known.any() else None
+    return {
+        "least_share": None if least is None else round(float(share[least]), 4),
+        "from_target": least,
+        "axis": None if least is None else str(pace.axis[least]) or None,
+        "by": None if least is None else str(pace.by[least]) or None,
+        "slowed_s": round(float(pace.held_s[slow].sum()), 3),
+        "lost_s": round(float(np.nansum(pace.held_s - pace.asked_s)), 3),
+        "slowed": [
+            {
+                "from_target": int(i),
+                "bead": int(bead[i]),
+                "share": round(float(share[i]), 4),
+                "seconds": round(float(pace.held_s[i]), 4),
+                "axis": str(pace.axis[i]) or None,
+                "by": str(pace.by[i]) or None,
+            }
+            for i in slow
+        ],
+    }

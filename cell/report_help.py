@@ -1,0 +1,80 @@
+"""What the terminal says beyond the verdict: what would help, and everything that keeps a target out.
+
+for line in remedy_lines(result, remedies): ...            # rich renderables
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from .check import Result, Row
+from .report import in_words
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from .remedies import Remedy
+
+
+def remedy_lines(result: Result, remedies: Iterable[Remedy]) -> Iterator[RenderableType]:
+    """What would help, a line each, as it is found.
+
+    Args:
+        result: the verdict.
+        remedies: from ``cell.remedies``.
+
+    Yields:
+        rich renderables.
+    """
+    for remedy in remedies:
+        whose = ""
+        if len(remedy.targets) < result.infeasible:
+            reason = str(remedy.reason).replace("_", " ")
+            whose = f" {len(remedy.targets)} targets ({reason}, {_where(result, remedy.targets)})"
+        yield f"what would help{whose}: {remedy.sentence}"
+
+
+def _where(result: Result, targets: Iterable[int]) -> str:
+    """The layers of a group of neighbouring targets, in words."""
+    t, index = result.job.targets, list(targets)
+    low, high = int(t.layer[index].min()), int(t.layer[index].max())
+    name = t.sub_volume[t.sub_volume_index[index[0]]]
+    return f"{name}/{low}" if low == high else f"{name}/{low} to {high}"
+
+
+def all_reasons_lines(result: Result, found: Mapping[int, list[dict[str, Any]]]) -> Iterator[RenderableType]:
+    """Of every infeasible target, how many candidates each reason excludes, and its best measure.
+
+    Args:
+        result: the verdict.
+        found: from ``cell.all_reasons``.
+
+    Yields:
+        rich renderables.
+    """
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for name, justify in (
+        ("target", "right"),
+        ("reason", "left"),
+        ("candidates", "right"),
+        ("the best of them", "left"),
+    ):
+        table.add_column(name, justify=justify)  # type: ignore[arg-type]
+    for i, reasons in found.items():
+        for k, entry in enumerate(reasons):
+            row = Row(entry["reason"], entry, False, None)
+            table.add_row(
+                "" if k else str(i), entry["reason"], str(entry["candidates"]), _candidate_in_words(result, i, row)
+            )
+    yield table
+
+
+def _candidate_in_words(result: Result, i: int, row: Row) -> str:
+    if row.reason == "free":
+        why = result.rows[i].reason
+        return f"nothing is wrong with the target by itself; its verdict is {why}"
+    roll = f", at roll {row.detail['roll_deg']:g}" if "roll_deg" in row.detail else ""
+    return str(row.detail["note"]) if "note" in row.detail else in_words(row) + roll

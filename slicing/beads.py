@@ -1,0 +1,298 @@
+"""From layers to beads: what the torch lays in one go, as fine points on the layers' exact surfaces.
+
+    laid = lay_beads([sliced], BeadParameters("zigzag", width_mm=5.0))
+    laid[0].beads[3].points, laid[0].beads[3].closed         # in the order in which they are laid
+    laid[0].places                                           # where the thickness leaves its limits (slicing.policy)
+
+By default every border of a layer is one bead, as in the paper, the border its centre line. The patterns that fill
+a layer are `slicing.infill`'s. Then, layer by layer: what is too thin or too thick is dealt with (`slicing.policy`),
+directions alternate, closed beads get their seam (`slicing.seams`), beads their order (`slicing.order`), and
+their starts and ends are led in and out (`slicing.leads`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slicing.layers import Layer, SlicedSubVolume
+from slicing.part import Floats, PartError
+
+if TYPE_CHECKING:
+    from slicing.charts import Island
+    from slicing.infill import Stroke
+    from slicing.policy import Place
+
+PATTERNS = ("contour", "contour_parallel", "zigzag")
+SEAMS = ("aligned", "spread", "chosen")
+ORDERS = ("given", "short")
+BORDERS = ("centre", "edge")
+
+
+@dataclass(frozen=True)
+class BeadParameters:
+    """How layers become beads. The defaults are the paper's: the borders alone, seams one above the other.
+
+    Attributes:
+        pattern: contour (borders alone), contour_parallel or zigzag.
+        width_mm: of a bead.
+        overlap: of neighbouring beads, as a share of the width.
+        border: whether a layer's border is the centre line of its outermost bead or that bead's edge; None:
+            centre for pattern contour, edge for those that fill.
+        contours: rounds along the border before zigzag lines fill the rest (0: none).
+        contours_first: whether borders are laid before what is within them.
+        angle_deg: of zigzag lines, against the way round the body (on planes: across z).
+        angle_step_deg: added to the angle from layer to layer.
+        seam: where closed beads start: aligned (near the seam below), spread (far from it) or chosen.
+        seam_angle_deg: chosen place, the angle about the body's axis, or
+        seam_xyz_mm: a point of the part frame.
+        alternate: whether every other layer runs the other way round.
+        order: of the beads in a layer: given (as found), or short (little travel); None: given for pattern
+            contour, short for those that fill.
+        lead_in_mm: how far before its start an arc begins (see `slicing.leads`).
+        lead_out_mm: how far it runs on past its end.
+    """
+
+    pattern: str = "contour"
+    width_mm: float = 5.0
+    overlap: float = 0.25
+    border: str | None = None
+    contours: int = 1
+    contours_first: bool = True
+    angle_deg: float = 0.0
+    angle_step_deg: float = 90.0
+    seam: str = "aligned"
+    seam_angle_deg: float | None = None
+    seam_xyz_mm: tuple[float, float, float] | None = None
+    alternate: bool = False
+    order: str | None = None
+    lead_in_mm: float = 0.0
+    lead_out_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        named = (("pattern", PATTERNS), ("seam", SEAMS), ("order", (*ORDERS, None)), ("border", (*BORDERS, None)))
+        for key, allowed in named:
+            if getattr(self, key) not in allowed:
+                names = ", ".join(name for name in allowed if name)
+                raise PartError(f"{key}: {getattr(self, key)!r} unknown; allowed: {names}")
+        for key in ("width_mm", "overlap", "angle_deg", "angle_step_deg", "lead_in_mm", "lead_out_mm"):
+            if not math.isfinite(getattr(self, key)):
+                raise PartError(f"{key}: {getattr(self, key)} is not allowed; a number is needed")
+        if self.width_mm <= 0:
+            raise PartError(f"width_mm: {self.width_mm} is not allowed; a number above 0 is needed")
+        if not 0 <= self.overlap <= 0.9:
+            raise PartError(f"overlap: {self.overlap} is not allowed; a share of the width within 0 .. 0.9 is needed")
+        if self.contours < 0 or min(self.lead_in_mm, self.lead_out_mm) < 0:
+            raise PartError("contours, lead_in_mm, lead_out_mm: must not be below 0")
+        places = (self.seam_angle_deg is not None) + (self.seam_xyz_mm is not None)
+        if places != (self.seam == "chosen"):
+            raise PartError("seam: chosen needs one of seam_angle_deg, seam_xyz_mm; they go with chosen alone")
+
+    @property
+    def pitch_mm(self) -> float:
+        """Distance of neighbouring beads."""
+        return self.width_mm * (1.0 - self.overlap)
+
+    @property
+    def first_mm(self) -> float:
+        """How far inside the border the outermost bead runs."""
+        border = self.border or ("centre" if self.pattern == "contour" else "edge")
+        return 0.0 if border == "centre" else 0.5 * self.width_mm
+
+    @property
+    def short(self) -> bool:
+        """Whether beads are put in an order of little travel."""
+        return (self.order or ("given" if self.pattern == "contour" else "short")) == "short"
+
+
+@dataclass(frozen=True, eq=False)
+class Bead:
+    """What the torch lays in one go.
+
+    Attributes:
+        points: (n, 3) mm, part frame, fine, on the layer's surface; a closed bead does not repeat its first.
+        closed: whether it ends where it starts; it starts at its first point.
+        kind: contour or infill.
+        layer: its layer's number.
+        hole: whether it runs round a hole of its layer.
+        gained_mm: (n,) thickness taken over from the layer below, mm; see `slicing.policy`.
+        stops: numbers of points that have to become targets.
+        thin: whether its place is narrower than it is.
+    """
+
+    points: Floats
+    closed: bool
+    kind: str
+    layer: int
+    hole: bool = False
+    gained_mm: Floats = field(default_factory=lambda: np.zeros(0))
+    stops: tuple[int, ...] = ()
+    thin: bool = False
+
+    def __post_init__(self) -> None:
+        if len(self.gained_mm) != len(self.points):
+            object.__setattr__(self, "gained_mm", np.zeros(len(self.points)))
+
+    @property
+    def length_mm(self) -> float:
+        """Length of the polyline, mm."""
+        ends = np.roll(self.points, -1, axis=0) if self.closed else self.points[1:]
+        return float(np.sqrt(((ends - self.points[: len(ends)]) ** 2).sum(axis=1)).sum())
+
+    @property
+    def end(self) -> Floats:
+        """Where it ends, (3,)."""
+        return self.points[0] if self.closed else self.points[-1]
+
+    def rolled(self, first: int) -> Bead:
+        """A closed bead that starts at another of its points."""
+        n = len(self.points)
+        stops = tuple(sorted((k - first) % n for k in self.stops))
+        return replace(
+            self, points=np.roll(self.points, -first, axis=0), gained_mm=np.roll(self.gained_mm, -first), stops=stops
+        )
+
+    def reversed(self) -> Bead:
+        """The same bead the other way; a closed one starts at the same place."""
+        order = np.arange(len(self.points))[::-1]
+        order = np.roll(order, 1) if self.closed else order
+        where = np.argsort(order)
+        stops = tuple(sorted(int(where[k]) for k in self.stops))
+        return replace(self, points=self.points[order], gained_mm=self.gained_mm[order], stops=stops)
+
+
+@dataclass(frozen=True, eq=False)
+class LaidSubVolume:
+    """A sub-volume's beads in the order in which they are laid.
+
+    Attributes:
+        sliced: the sub-volume.
+        beads: layer by layer.
+        places: where the thickness leaves its limits, and what was done there (`slicing.policy.Place`).
+        warnings: one line each.
+    """
+
+    sliced: SlicedSubVolume
+    beads: tuple[Bead, ...]
+    places: tuple[Place, ...]
+    warnings: tuple[str, ...]
+
+
+def lay_beads(
+    sliced: Sequence[SlicedSubVolume], parameters: BeadParameters | None = None, locate: bool = True
+) -> tuple[LaidSubVolume, ...]:
+    """The beads of sliced sub-volumes.
+
+    Args:
+        sliced: the sub-volumes in the order of deposition.
+        parameters: how; the paper's beads where left out.
+        locate: whether places outside the limits are looked for even where they are only reported.
+
+    Returns:
+        Their beads.
+
+    Raises:
+        PartError: a layer cannot be filled.
+    """
+    return tuple(_laid(one, parameters or BeadParameters(), locate) for one in sliced)
+
+
+def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> LaidSubVolume:
+    from slicing.leads import with_leads
+    from slicing.order import ordered
+    from slicing.policy import policy_lines, with_policy
+    from slicing.seams import with_seams
+
+    fresh = [layer_beads(layer, parameters, sliced.parameters.tolerance_mm) for layer in sliced.layers]
+    layers: list[list[Bead]] = fresh
+    places: list[Place] = []
+    if locate or sliced.parameters.thickness != "report":
+        layers, places = with_policy(sliced, fresh, parameters)
+    if parameters.alternate:
+        layers = [[b.reversed() for b in some] if k % 2 else some for k, some in enumerate(layers)]
+    layers = with_seams(sliced, layers, parameters)
+    layers = ordered(layers, parameters)
+    beads = tuple(with_leads(sliced, bead, parameters) for some in layers for bead in some)
+    lines = policy_lines(sliced, places)
+    thin = sum(bead.length_mm for bead in beads if bead.thin)
+    if thin:
+        lines.append(
+            f"{sliced.name}: {thin:.1f} mm of beads lie where the layer is narrower than a bead of"
+            f" {parameters.width_mm:g} mm; they stand out beside it"
+        )
+    return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
+
+
+def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 0.01) -> list[Bead]:
+    """A layer's beads as its pattern has them: contours, then infill; seams, order and leads not yet looked at.
+
+    Args:
+        layer: the layer.
+        parameters: how.
+        tolerance_mm: greatest distance of fine points' chords from a line on the surface.
+
+    Returns:
+        The beads.
+
+    Raises:
+        PartError: the layer cannot be unrolled.
+    """
+    if parameters.pattern == "contour" and parameters.first_mm == 0.0:
+        return [Bead(c.points, c.closed, "contour", layer.index, c.hole) for c in layer.curves]
+    from slicing.charts import islands
+
+    # (imported here: shapely is heavy, and the paper's beads do without)
+    beads = [
+        bead_of(stroke, island, layer.index, tolerance_mm)
+        for island in islands(layer)
+        for stroke in _strokes(island, parameters, layer.index)
+    ]
+    return sorted(beads, key=lambda bead: (bead.kind == "infill") == parameters.contours_first)
+
+
+def _strokes(island: Island, p: BeadParameters, layer: int) -> list[Stroke]:
+    """A pattern's strokes on an island."""
+    from slicing.infill import OVER, contour_rounds, narrow_places, zigzag
+
+    found: list[Stroke] = []
+    if p.pattern == "zigzag":
+        angle = p.angle_deg + layer * p.angle_step_deg
+        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, p.contours)
+        over = OVER * p.width_mm if p.contours else 0.0
+        found += zigzag(island, p.first_mm + p.contours * p.pitch_mm, over, p.pitch_mm, p.width_mm, angle)
+    else:
+        rounds = 1 if p.pattern == "contour" else None
+        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, rounds)
+    if p.first_mm > 0.0:
+        found += narrow_places(island, p.first_mm, p.width_mm)
+    return found
+
+
+def bead_of(stroke: Stroke, island: Island, layer: int, tolerance_mm: float) -> Bead:
+    """A stroke put onto its layer's surface, its line cut so fine that chords keep to the surface.
+
+    Args:
+        stroke: in the island's chart.
+        island: its chart.
+        layer: the layer's number.
+        tolerance_mm: greatest distance of chords from the surface.
+
+    Returns:
+        The bead; the corners of open strokes of infill have to become targets.
+    """
+    line = np.concatenate([stroke.line, stroke.line[:1] + stroke.shift]) if stroke.closed else stroke.line
+    step = np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1))
+    count = np.maximum(np.ceil(step / island.chart.spacing(tolerance_mm)), 1).astype(np.int64)
+    first = np.append(0, np.cumsum(count))
+    piece = np.repeat(np.arange(len(step)), count)
+    share = (np.arange(first[-1]) - first[piece]) / count[piece]
+    flat = line[piece] + share[:, None] * (line[piece + 1] - line[piece])
+    if not stroke.closed:
+        flat = np.concatenate([flat, line[-1:]])
+    stops = tuple(int(first[k]) for k in stroke.corners)
+    points = island.chart.lift(flat)
+    return Bead(points, stroke.closed, stroke.kind, layer, stroke.hole, stops=stops, thin=stroke.thin)

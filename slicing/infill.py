@@ -1,0 +1,369 @@
+"""Beads that fill a flat region: rounds along its border, and lines to and fro.
+
+    strokes = zigzag(island, 6.25, 1.0, pitch_mm=3.75, width_mm=5.0, angle_deg=0.0)      # in its chart
+
+The border of the region is the edge of the material ("edge") or the centre line of the outermost bead ("centre"):
+the first round runs half a width inside it, or on it, and every further one a pitch = width * (1 - overlap) inside the
+one before. `contour_parallel` goes on so until nothing is left; where a core wider than what the last round covers
+remains, one more round is laid half a pitch inside it. `zigzag` lays its lines inside the given number of rounds,
+spread evenly at no more than a pitch, and joins the end of each to the next: straight where that stays within the
+lines' region, else along its border; where that is too long a way, a new bead begins.
+
+Where the region is narrower than a bead, one bead runs along its middle and stands out by what is missing; a place too
+small even for that gets the border itself as a bead. Both are marked `thin`.
+
+Rings are filled without a seam: rounds close round the body; lines at an angle are spread so that they meet themselves
+after a turn, and lines along the way round (angles whose rise on a turn is less than a pitch count as such) close.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from slicing.charts import Island
+from slicing.part import Floats
+
+ROUND_MM = 0.002  # sagitta of the rounds about inner corners
+SMOOTH_MM = 0.002  # rounds are simplified to this
+NUDGE = 1e-3  # outermost lines run this share of a width inside the border
+LONGEST_JOINT = 3.0  # times the pitch
+OVER = 0.2  # lines run this share of a width further into the rounds about them
+NARROW = 0.2  # short places with less room than this share of a width are left
+LEAST_GAP = 0.02  # uncovered areas below this share of width² are left as they are
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """The centre line of a bead in a chart.
+
+    Attributes:
+        line: (n, 2) mm; a closed one does not repeat its first point.
+        closed: whether it ends where it starts.
+        hole: whether it runs round a hole.
+        kind: "contour" for rounds along the border, "infill" for what fills them.
+        shift: a whole turn (period, 0) for a closed stroke that goes right round, else (0, 0).
+        thin: whether the place is narrower than the bead.
+        corners: numbers of points where straight lines end.
+    """
+
+    line: Floats
+    closed: bool
+    hole: bool
+    kind: str
+    shift: tuple[float, float] = (0.0, 0.0)
+    thin: bool = False
+    corners: tuple[int, ...] = ()
+
+
+def contour_rounds(
+    island: Island, first_mm: float, pitch_mm: float, width_mm: float, rounds: int | None
+) -> Iterator[Stroke]:
+    """Rounds along the border of an island, from the outside inward.
+
+    Args:
+        island: what to fill.
+        first_mm: how far inside the border the first one runs.
+        pitch_mm: distance of the next from it.
+        width_mm: of the beads.
+        rounds: how many; None fills the whole island.
+
+    Yields:
+        The outermost round as contours, the others as infill (all as contours where rounds is given).
+    """
+    x0, y0, x1, y1 = island.region.bounds
+    island = island.repeated(0.5 * min(x1 - x0, y1 - y0) + 4.0 * width_mm)
+    inset, k = _inset(island.region, first_mm), 0
+    while not inset.is_empty and (rounds is None or k < rounds):
+        kind = "contour" if k == 0 or rounds is not None else "infill"
+        yield from _loops(inset, island, kind)
+        k += 1
+        after = _inset(island.region, first_mm + k * pitch_mm)
+        if rounds is None:
+            yield from _core(island, inset, after, pitch_mm, width_mm)
+        inset = after
+
+
+def _inset(region: Any, by_mm: float) -> Any:
+    """The region's points at least so far inside its border."""
+    import shapely
+
+    if by_mm <= 0.0:
+        return region
+    quarter = max(math.ceil(0.25 * math.pi / math.acos(max(1.0 - ROUND_MM / by_mm, 0.5))), 4)
+    inner = region.buffer(-by_mm, quad_segs=quarter)
+    return shapely.simplify(inner, SMOOTH_MM)
+
+
+def _core(island: Island, inset: Any, after: Any, pitch_mm: float, width_mm: float) -> Iterator[Stroke]:
+    """What a round and the next leave uncovered: half a pitch inside the round, one more."""
+    import shapely
+
+    bare = _inset(inset, 0.5 * width_mm).difference(after.buffer(0.5 * width_mm))
+    bare = [part for part in shapely.get_parts(bare) if part.area > LEAST_GAP * width_mm**2]
+    if not bare:
+        return
+    near = shapely.union_all(bare).buffer(0.5 * width_mm)
+    for stroke in _loops(_inset(inset, 0.5 * pitch_mm), island, "infill"):
+        loop = np.concatenate([stroke.line, stroke.line[:1] + stroke.shift])
+        line = shapely.LineString(loop)
+        if near.covers(line):
+            yield stroke
+            continue
+        kept = shapely.line_merge(line.intersection(near))
+        for part in shapely.get_parts(kept):
+            if part.geom_type == "LineString" and part.length > 0.25 * width_mm:
+                yield Stroke(np.asarray(part.coords), False, False, "infill")
+
+
+def _loops(region: Any, island: Island, kind: str) -> list[Stroke]:
+    """The borders of a region as closed strokes, the region on their left."""
+    import shapely
+    from shapely.geometry.polygon import orient
+
+    found: list[Stroke] = []
+    period = island.chart.period
+    for polygon in shapely.get_parts(region):
+        if polygon.geom_type != "Polygon" or polygon.area <= 1e-9:
+            continue
+        for hole, ring in ((False, orient(polygon).exterior), *((True, r) for r in orient(polygon).interiors)):
+            loop = np.asarray(ring.coords)[:-1]
+            if period is None:
+                found.append(Stroke(loop, True, hole, kind))
+            else:
+                found += _of_one_period(loop, hole, kind, period, region.bounds)
+    return found
+
+
+def _of_one_period(
+    loop: Floats, hole: bool, kind: str, period: float, bounds: tuple[float, float, float, float]
+) -> list[Stroke]:
+    """The strokes of the middle period of a border that repeats."""
+    ends = (loop[:, 0] < bounds[0] + 1e-6) | (loop[:, 0] > bounds[2] - 1e-6)
+    if not ends.any():
+        mine = -0.5 * period <= loop[:, 0].min() < 0.5 * period
+        return [Stroke(loop, True, hole, kind)] if mine else []
+    found = []
+    turned = np.roll(loop, -int(np.flatnonzero(ends)[0]), axis=0)
+    ends = (turned[:, 0] < bounds[0] + 1e-6) | (turned[:, 0] > bounds[2] - 1e-6)
+    marks = np.append(np.flatnonzero(ends), len(turned))
+    for first, last in pairwise(marks.tolist()):
+        run = turned[np.arange(first, last + 1) % len(turned)]
+        if abs(run[-1, 0] - run[0, 0]) > 1.5 * period:
+            found.append(_one_turn(run, kind, period))
+    return found
+
+
+def _one_turn(run: Floats, kind: str, period: float) -> Stroke:
+    """A period of a line that runs on from period to period, as a stroke right round."""
+    back = run[-1, 0] < run[0, 0]
+    run = run[::-1] if back else run
+    cuts = []
+    for x in (-0.5 * period, 0.5 * period):
+        k = int(np.flatnonzero((run[:-1, 0] < x) & (run[1:, 0] >= x))[-1])  # the last passage: the same one in both
+        share = (x - run[k, 0]) / (run[k + 1, 0] - run[k, 0])
+        cuts.append((k, run[k] + share * (run[k + 1] - run[k])))
+    (begin, start), (end, _) = cuts
+    line = np.concatenate([start[None], run[begin + 1 : end + 1]])
+    if not back:
+        return Stroke(line, True, False, kind, (period, 0.0))
+    line = np.concatenate([line[:1] + np.array([period, 0.0]), line[:0:-1]])
+    return Stroke(line, True, False, kind, (-period, 0.0))
+
+
+def zigzag(
+    island: Island, inside_mm: float, over_mm: float, pitch_mm: float, width_mm: float, angle_deg: float
+) -> Iterator[Stroke]:
+    """Lines to and fro.
+
+    Args:
+        island: what to fill.
+        inside_mm: how far inside the border the outermost lines run.
+        over_mm: how much nearer to the border than that their ends may come.
+        pitch_mm: greatest distance between lines.
+        width_mm: of the beads.
+        angle_deg: of the lines against the chart's first axis (round the body; on planes across z).
+
+    Yields:
+        Open strokes, and closed ones where lines go right round.
+    """
+    import shapely
+
+    angle = math.radians(angle_deg % 180.0)
+    period = island.chart.period
+    if period is None:
+        for part in shapely.get_parts(_inset(island.region, inside_mm)):
+            if part.geom_type == "Polygon" and part.area > 1e-9:
+                room = part.buffer(over_mm, join_style="mitre")
+                room = room.intersection(_inset(island.region, inside_mm - over_mm))
+                yield from _to_and_fro(room, _levels(part, angle, pitch_mm, width_mm), angle, pitch_mm)
+        return
+    rise = period * math.sin(angle)
+    height = island.region.bounds[3] - island.region.bounds[1]
+    if rise < pitch_mm:  # as good as along the way round
+        region = _inset(island.repeated(inside_mm + period).region, inside_mm)
+        if not region.is_empty:
+            yield from _right_round(region, period, pitch_mm, width_mm)
+        return
+    steps = math.ceil(rise / pitch_mm - 1e-9)
+    reach = 0.5 * height * abs(math.cos(angle)) / math.sin(angle) + period + inside_mm
+    region = _inset(island.repeated(reach).region, inside_mm - over_mm)
+    middle = 0.5 * (island.region.bounds[1] + island.region.bounds[3]) * math.cos(angle)
+    if not region.is_empty:
+        levels = middle - 0.5 * rise + (np.arange(steps) + 0.5) * rise / steps
+        yield from _to_and_fro(region, levels, angle, pitch_mm)
+
+
+def _levels(part: Any, angle: float, pitch_mm: float, width_mm: float) -> Floats:
+    """Distances of the lines from the origin: evenly spread, the outermost ones just inside the border."""
+    import shapely
+
+    across = shapely.get_coordinates(part) @ [-math.sin(angle), math.cos(angle)]
+    low, high = float(across.min()), float(across.max())
+    nudge = NUDGE * width_mm
+    if high - low <= 4.0 * nudge:
+        return np.array([0.5 * (low + high)])
+    count = max(math.ceil((high - low - 2 * nudge) / pitch_mm - 1e-9), 1)
+    return np.linspace(low + nudge, high - nudge, count + 1)
+
+
+def _pieces(region: Any, levels: Floats, angle: float) -> list[list[Floats]]:
+    """By line its pieces (2, 2) within a region, each along the line's direction and in its order."""
+    import shapely
+
+    along, across = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
+    reach = shapely.get_coordinates(region) @ along
+    ends = np.array([reach.min() - 1.0, reach.max() + 1.0])[:, None] * along
+    lines = shapely.linestrings(levels[:, None, None] * across + ends)
+    out = []
+    for cut in shapely.intersection(lines, region):
+        lines_in = [p for p in shapely.get_parts(cut) if p.geom_type == "LineString" and p.length > 1e-6]
+        parts = [np.asarray(p.coords) for p in lines_in]
+        parts = [p[[0, -1]] if (p[-1] - p[0]) @ along > 0 else p[[-1, 0]] for p in parts]
+        out.append(sorted(parts, key=lambda p: float(p[0] @ along)))
+    return out
+
+
+def _to_and_fro(region: Any, levels: Floats, angle: float, pitch_mm: float) -> Iterator[Stroke]:
+    """Lines joined at their ends as far as the joints stay inside."""
+    yield from _joined(region, _pieces(region, levels, angle), pitch_mm)
+
+
+def _joined(region: Any, rows: list[list[Floats]], pitch_mm: float) -> Iterator[Stroke]:
+    """Pieces of lines joined into strokes: from the end of each to the nearest end on the next line."""
+    import shapely
+
+    grown = region.buffer(1e-4)
+    shapely.prepare(grown)
+    left = [list(row) for row in rows]
+    for begin in range(len(left)):
+        while left[begin]:
+            chain = [(left[begin].pop(0), True)]
+            for row in left[begin + 1 :]:
+                at = chain[-1][0][-1]
+                ends = [(float(np.hypot(*(p[e] - at))), i, e) for i, p in enumerate(row) for e in (0, 1)]
+                near = min(ends, default=(math.inf, 0, 0))
+                if near[0] > LONGEST_JOINT * pitch_mm:
+                    break
+                to = row[near[1]][near[2]]
+                if not grown.covers(shapely.LineString([at, to])):
+                    joint = _along_border(region, at, to, LONGEST_JOINT * pitch_mm)
+                    if joint is None:
+                        break
+                    chain.append((joint, False))
+                piece = row.pop(near[1])
+                chain.append((piece if near[2] == 0 else piece[::-1], True))
+            yield _stroke(chain)
+
+
+def _stroke(chain: list[tuple[Floats, bool]]) -> Stroke:
+    """Lines (True) and joints one after the other; the ends of the lines are corners."""
+    first = np.cumsum([0, *(len(part) for part, _ in chain[:-1])]).tolist()
+    corners = [k for k, (_, is_line) in zip(first, chain, strict=True) if is_line]
+    return Stroke(
+        np.concatenate([part for part, _ in chain]),
+        False,
+        False,
+        "infill",
+        corners=tuple(sorted({*corners, *(k + 1 for k in corners)})),
+    )
+
+
+def _along_border(region: Any, a: Floats, b: Floats, most_mm: float) -> Floats | None:
+    """The inner points of the shorter way along the border between two points of it, if short enough."""
+    import shapely
+    from shapely.ops import substring
+
+    for polygon in shapely.get_parts(region):
+        for ring in (polygon.exterior, *polygon.interiors):
+            if max(ring.distance(shapely.Point(p)) for p in (a, b)) > 1e-3:
+                continue
+            start, end = (ring.project(shapely.Point(p)) for p in (a, b))
+            ahead = (end - start) % ring.length
+            if min(ahead, ring.length - ahead) > most_mm:
+                return None
+            line = shapely.LineString(np.tile(np.asarray(ring.coords)[:-1], (3, 1)))
+            forward = ahead <= ring.length - ahead
+            way = substring(line, start, start + ahead) if forward else substring(line, end, end + ring.length - ahead)
+            way = way if forward else way.reverse()
+            return np.asarray(way.coords)[1:-1]
+    return None
+
+
+def _right_round(region: Any, period: float, pitch_mm: float, width_mm: float) -> Iterator[Stroke]:
+    """Lines along the way round: closed where nothing is in the way, pieces joined to and fro elsewhere."""
+    whole: list[Stroke] = []
+    rows: list[list[Floats]] = []
+    levels = _levels(region, 0.0, pitch_mm, width_mm)
+    for level, row in zip(levels, _pieces(region, levels, 0.0), strict=True):
+        if any(p[0, 0] < -0.75 * period and p[1, 0] > 0.75 * period for p in row):
+            line = np.stack([np.linspace(-0.5, 0.5, 9)[:-1] * period, np.full(8, level)], axis=1)
+            whole.append(Stroke(line, True, False, "infill", (period, 0.0)))
+            rows.append([])
+        else:
+            rows.append([p for p in row if -0.5 * period <= p[0, 0] < 0.5 * period])
+    yield from whole
+    yield from _joined(region, rows, pitch_mm)
+
+
+def narrow_places(island: Island, first_mm: float, width_mm: float) -> Iterator[Stroke]:
+    """One bead along the middle of every place that the first round is too wide for.
+
+    Args:
+        island: what to fill.
+        first_mm: how far inside the border the first round runs.
+        width_mm: of the beads.
+
+    Yields:
+        Open strokes; where the island has room for nothing at all, its border.
+    """
+    import shapely
+
+    from slicing.medial import middle_lines
+
+    island = island.repeated(4.0 * width_mm)
+    wide = _inset(island.region, first_mm)
+    rest = island.region.difference(wide.buffer(first_mm * (1 + 1e-3) + 1e-3, quad_segs=32))
+    period = island.chart.period
+    for part in shapely.get_parts(rest):
+        if part.geom_type != "Polygon" or part.area < LEAST_GAP * width_mm**2:
+            continue
+        if not wide.is_empty and part.length < 4 * width_mm and part.buffer(-NARROW * width_mm).is_empty:
+            continue  # what a round bead leaves in a corner
+        around = period is not None and part.bounds[2] - part.bounds[0] > 1.5 * period
+        if period is not None and not around and not -0.5 * period <= part.bounds[0] < 0.5 * period:
+            continue
+        lines = middle_lines(part, width_mm)
+        for line, closed in lines:
+            length = float(np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1)).sum())
+            if around and period is not None and not closed:
+                yield replace(_one_turn(line, "contour", period), thin=True)
+            elif length > 0.5 * width_mm or wide.is_empty:
+                yield Stroke(line, closed, False, "contour", thin=True)
+        if not lines and wide.is_empty and period is None:
+            yield from (replace(s, thin=True) for s in _loops(part, island, "contour"))

@@ -1,0 +1,161 @@
+"""Every motion called feasible, looked at again by plain MuJoCo on the scene as it is written out.
+
+Nothing of the checker is used: joints on straight lines from row to row in steps of 0.2 mm and 0.2 degrees, the wire
+against the chords between the targets, contacts among what is there at that moment, the sign of MuJoCo's own Jacobian.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import yaml
+
+from cell.check import Result, check
+from cell.config import MODELS_DIR, load_case
+from cell.job import prepare
+from cell.scene import standalone_xml
+
+STEP_MM, STEP_DEG = 0.2, 0.2
+OFF_MM, OFF_DEG = 0.05, 0.05
+
+
+def feasible_cases() -> Iterator[object]:
+    for path in sorted((MODELS_DIR / "cases").glob("*.case.yaml")):
+        expect = yaml.safe_load(path.read_text(encoding="utf-8")).get("expect")
+        if expect == "feasible" or (isinstance(expect, dict) and expect.get("verdict") == "feasible"):
+            yield pytest.param(path, id=path.name.removesuffix(".case.yaml"), marks=pytest.mark.slow)
+
+
+class Bystander:
+    """Plain MuJoCo, looking at one motion."""
+
+    def __init__(self, result: Result) -> None:
+        motion, targets = result.motion, result.job.targets
+        assert motion is not None
+        self.motion, self.targets = motion, targets
+        self.model = mujoco.MjModel.from_xml_string(standalone_xml(result.job.scene))
+        self.data = mujoco.MjData(self.model)
+        self.joints = [self.model.joint(name) for name in (*motion.names, "E1", "E2")]
+        self.qpos = [joint.qposadr[0] for joint in self.joints]
+        self.dofs = [joint.dofadr[0] for joint in self.joints[:-2]]
+        self.J = np.zeros((6, self.model.nv))
+        self.tcp, self.part = self.model.site("tcp").id, self.model.site("part").id
+        names = [self.model.geom(g).name for g in range(self.model.ngeom)]
+        self.born = np.array([int(n.split("/")[1]) if n.startswith("deposit/") else -1 for n in names])
+        # layers are numbered as they are laid
+        layers = list(zip(targets.sub_volume_index.tolist(), targets.layer.tolist(), strict=True))
+        number = {layer: k for k, layer in enumerate(dict.fromkeys(layers))}
+        self.layer = np.array([number[layer] for layer in layers])
+        first = {k: int(targets.path[self.layer == k][0]) for k in number.values()}
+        self.again = np.array(
+            [b > first[k] for k, b in zip(self.layer.tolist(), targets.path.tolist(), strict=True)]
+        )  # another bead of the same layer lies there already
+
+    def problems(self) -> list[str]:
+        row, f = self._steps()
+        m = self.motion
+        axes = np.concatenate([m.q, m.table], axis=1)
+        q = (1 - f) * axes[row] + f * axes[row + 1]
+        low, high = np.array([joint.range for joint in self.joints]).T
+        found = [
+            f"row {row[k]}: outside its range" for k in np.flatnonzero(((q < low - 1e-7) | (q > high + 1e-7)).any(1))
+        ]
+        welding = (m.arc[row] & m.arc[row + 1]).astype(bool)
+        k = m.target[row]
+        laid = np.maximum.accumulate(np.where(m.arc[row] == 1, self.layer[k], -1))
+        below = np.where(welding, self.layer[k] + self.again[k], laid + 1)
+        seen = [self._look(q[i], int(below[i]), bool(welding[i])) for i in range(len(q))]
+        found += [f"row {row[i]}: {what}" for i, (_, _, touching, _) in enumerate(seen) for what in touching]
+        place, wire, side = (np.array([x[j] for x in seen]) for j in (0, 1, 3))
+        on = np.flatnonzero(welding)
+        found += [
+            f"row {row[i]}: {what}" for i, what in zip(on, self._off(k[on], place[on], wire[on]), strict=True) if what
+        ]
+        for bead in np.unique(m.bead):
+            mine = welding & (m.bead[row] == bead)
+            if len(np.unique(side[mine])) != 1:
+                found.append(f"bead {bead}: more than one configuration")
+        return found
+
+    def _steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """The row before every sample, and how far it is to the next, (m, 1)."""
+        axes = np.concatenate([self.motion.q, self.motion.table], axis=1)
+        places = np.array([self._look(q, 0, False)[0] for q in axes])
+        away = np.linalg.norm(np.diff(places, axis=0), axis=1) / STEP_MM
+        turn = np.rad2deg(np.abs(np.diff(axes, axis=0)).max(axis=1)) / STEP_DEG
+        count = np.maximum(np.ceil(np.maximum(away, turn)), 1).astype(int)
+        f = np.concatenate([np.arange(n) / n for n in count] + [[1.0]])
+        return np.append(np.repeat(np.arange(len(count)), count), len(count) - 1), f[:, None]
+
+    def _look(self, q: np.ndarray, below: int, welding: bool) -> tuple[np.ndarray, np.ndarray, list[str], float]:
+        """TCP and wire seen from the part, mm; what touches; and the sign of the Jacobian's determinant.
+
+        That sign changes at every singularity that is crossed.
+        """
+        model, data = self.model, self.data
+        data.qpos[self.qpos] = q
+        mujoco.mj_kinematics(model, data)
+        R = data.site_xmat[self.part].reshape(3, 3)
+        place = R.T @ (data.site_xpos[self.tcp] - data.site_xpos[self.part]) * 1e3
+        wire = R.T @ data.site_xmat[self.tcp].reshape(3, 3)[:, 2]
+        mujoco.mj_collision(model, data)
+        touching = []
+        if data.ncon:
+            contact = data.contact
+            there = (self.born[contact.geom] < below).all(axis=1) & (contact.dist < 0)
+            touching = [str([model.geom(g).name for g in contact.geom[k]]) for k in np.flatnonzero(there)]
+        side = 0.0
+        if welding:
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_jacSite(model, data, self.J[:3], self.J[3:], self.tcp)
+            side = float(np.sign(np.linalg.det(self.J[:, self.dofs])))
+        return place, wire, touching, side
+
+    def _off(self, k: np.ndarray, place: np.ndarray, wire: np.ndarray) -> list[str]:
+        """What is wrong with samples against the chords next to the targets they passed last."""
+        t = self.targets
+        good = np.zeros(len(k), dtype=bool)
+        least = np.full(len(k), np.inf)
+        for shift in (-1, 0, 1):
+            a = np.clip(k + shift, 0, len(t) - 2)
+            mine = (t.path[a] == t.path[k]) & (t.path[a + 1] == t.path[k])
+            chord = t.position[a + 1] - t.position[a]
+            s = np.clip(((place - t.position[a]) * chord).sum(1) / (chord**2).sum(1), 0, 1)[:, None]
+            off = np.linalg.norm(place - t.position[a] - s * chord, axis=1)
+            swing = np.arccos(np.clip((t.normal[a] * t.normal[a + 1]).sum(1), -1, 1))[:, None]
+            across = t.normal[a + 1] - np.cos(swing) * t.normal[a]
+            across /= np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
+            normal = np.cos(s * swing) * t.normal[a] + np.sin(s * swing) * across
+            askew = np.rad2deg(np.arctan2(np.linalg.norm(np.cross(wire, normal), axis=1), -(wire * normal).sum(1)))
+            good |= mine & (off <= OFF_MM) & (askew <= OFF_DEG)
+            least = np.where(mine, np.minimum(least, np.maximum(off / OFF_MM, askew / OFF_DEG)), least)
+        return [
+            "" if ok else f"off its bead by {x:.1f} times what is allowed" for ok, x in zip(good, least, strict=True)
+        ]
+
+
+@pytest.mark.parametrize("path", list(feasible_cases()))
+def test_shipped_cases(path: Path) -> None:
+    case = load_case(path)
+    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    assert result.feasible
+    assert Bystander(result).problems() == []
+
+
+def test_the_bystander_sees_what_is_wrong(make_case) -> None:
+    case = load_case(make_case(slicing={"h_layer_mm": 2.2}))
+    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    motion = result.motion
+    assert motion is not None
+    welding = np.flatnonzero(motion.arc)
+    motion.q[welding[5], 4] += np.deg2rad(0.3)  # 0.3 degrees of the wrist
+    off = [line for line in Bystander(result).problems() if "off its bead" in line]
+    assert off
+    motion.q[welding[5], 4] -= np.deg2rad(0.3)
+    assert Bystander(result).problems() == []
+    motion.q[:, 1] += np.deg2rad(8.0)  # the whole arm lower
+    assert "deposit/" in "".join(Bystander(result).problems())

@@ -1,0 +1,116 @@
+"""Many levels in one go: the same curves as level by level, for any mesh, and in bounded batches."""
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_slicing_solids import blade, box, subdivided
+
+from slicing import chains, levels
+from slicing.edges import edge_table, open_edges
+from slicing.intersect import intersect, intersect_offsets
+from slicing.part import mesh_from_arrays
+from slicing.surfaces import Cone, Cylinder, Plane
+
+AXIS = (0.0, 0.0)
+STACKS = [
+    (Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), np.arange(12.0, 48.0, 1.7)),
+    (Plane((15.0, 0.0, 0.0), (0.6, 0.0, 0.8)), np.arange(-9.0, 30.0, 2.3)),
+    (Cylinder(AXIS, 12.0), np.arange(0.0, 40.0, 1.7)),
+    (Cylinder((26.0, 1.0), 0.5), np.arange(0.0, 30.0, 0.9)),  # its axis passes through faces and dips into edges
+]
+
+
+def same(many, one):
+    """Same loops, wherever they begin."""
+    assert len(many) == len(one)
+    for a in many:
+        b = min(one, key=lambda b: ((b.points - a.points[0]) ** 2).sum(axis=1).min())
+        first = int(((b.points - a.points[0]) ** 2).sum(axis=1).argmin())
+        assert len(a.points) == len(b.points)
+        assert np.abs(np.roll(b.points, -first, axis=0) - a.points).max() < 1e-9
+        assert (a.hole, a.winding) == (b.hole, b.winding)
+        assert a.area_mm2 == pytest.approx(b.area_mm2, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(("base", "heights"), STACKS)
+@pytest.mark.parametrize("solid", [lambda: subdivided(box(), 2), lambda: blade(12, 12)], ids=["box", "blade"])
+def test_all_levels_at_once_are_each_level_by_itself(solid, base, heights):
+    mesh = solid()
+    found = intersect_offsets(mesh, base, heights)
+    assert sum(map(len, found)) > 3
+    for height, curves in zip(heights, found, strict=True):
+        same(curves, intersect(mesh, base.offset(float(height))))
+
+
+def test_small_batches_change_nothing(monkeypatch):
+    mesh, (base, heights) = blade(12, 12), STACKS[2]
+    whole = intersect_offsets(mesh, base, heights)
+    monkeypatch.setattr(levels, "BATCH", 50)
+    for a, b in zip(intersect_offsets(mesh, base, heights), whole, strict=True):
+        same(a, b)
+
+
+def test_no_levels_and_levels_that_miss():
+    mesh = box()
+    assert intersect_offsets(mesh, Cylinder(AXIS, 12.0), []) == []
+    assert intersect_offsets(mesh, Cylinder(AXIS, 500.0), [0.0, 1.0]) == [[], []]
+    cone = Cone(AXIS, 20.0, 5.0)
+    assert [len(c) for c in intersect_offsets(mesh, cone, [0.0, 1e3])] == [len(intersect(mesh, cone)), 0]
+
+
+def test_levels_through_vertices_and_faces_give_each_loop_once():
+    mesh, upwards = mesh_from_arrays("cube", *_cube()), Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    found = intersect_offsets(mesh, upwards, [0, 2.5, 5, 10])
+    for curves, area in zip(found, (100, 100, 100, 0), strict=True):
+        assert sum(c.area_mm2 for c in curves) == pytest.approx(area)
+        assert len(curves) == (area > 0)
+
+
+def _cube():
+    cube = trimesh.creation.box((10, 10, 10))
+    cube.apply_translation([0, 0, 5])
+    fine = cube.subdivide().subdivide()  # with vertices at z = 0, 2.5, 5 ..
+    return fine.vertices, fine.faces
+
+
+@given(st.integers(1, 60), st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_cycles_are_walked_the_same_either_way(n, seed):
+    following = np.random.default_rng(seed).permutation(n)
+    order, first = chains.walk(following)
+    assert np.array_equal(np.sort(order), np.arange(n))
+    for cycle in np.split(order, first[1:]):
+        assert np.array_equal(following[cycle], np.roll(cycle, -1))
+        assert cycle[0] == cycle.min()
+    for ours, theirs in zip((order, first), chains._walk_in_parallel(following), strict=True):
+        assert np.array_equal(ours, theirs)
+
+
+def test_an_edge_with_four_faces_still_gives_closed_loops():
+    # two boxes that share an edge, merged into one vertex list
+    a, b = trimesh.creation.box((10, 10, 10)), trimesh.creation.box((10, 10, 10))
+    b.apply_translation([10, 10, 0])
+    both = trimesh.util.concatenate([a, b])
+    both.merge_vertices()
+    mesh = mesh_from_arrays("touching", both.vertices, both.faces)
+    for curves in intersect_offsets(mesh, Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), [-3.3, 0.0, 4.1]):
+        assert sum(c.area_mm2 for c in curves) == pytest.approx(200.0)
+
+
+def test_edges_are_found_by_either_sort_and_open_ones_counted():
+    mesh = blade(6, 6)
+    edges, of_side = edge_table(len(mesh.vertices), mesh.faces)
+    assert 2 * len(edges) == 3 * len(mesh.faces)
+    sides = np.sort(np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], axis=2), axis=2)
+    assert np.array_equal(edges[of_side], sides)
+    # so many vertices that keys and places do not fit into one number: the other way of sorting
+    far_edges, far_of_side = edge_table(2**31, mesh.faces)
+    assert np.array_equal(far_edges, edges)
+    assert np.array_equal(far_of_side, of_side)
+    assert open_edges(len(mesh.vertices), mesh.faces) == (0, 0)
+    assert open_edges(len(mesh.vertices), mesh.faces[1:]) == (3, 3)
+    turned = mesh.faces.copy()
+    turned[0] = turned[0, ::-1]
+    assert open_edges(len(mesh.vertices), turned) == (0, 3)
