@@ -117,6 +117,7 @@ def test_pictures_are_light_and_differ_by_strategy_and_colouring(boss: Path) -> 
     assert all(np.abs(a - b).mean() > 1 for k, a in enumerate(pictures) for b in pictures[:k])
 
 
+@pytest.mark.slow
 def test_the_command_draws_a_whole_part_with_its_body(boss: Path, tmp_path: Path) -> None:
     from PIL import Image
 

@@ -30,6 +30,7 @@ def gif_frames(path: Path) -> tuple[list[np.ndarray], list[int]]:
     return [f for f, _ in frames], [d for _, d in frames]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("gl")
 def test_a_gif_moves_and_lasts_as_long_as_it_should(little: Result, tmp_path: Path) -> None:
     path = tmp_path / "boss.gif"
@@ -44,6 +45,7 @@ def test_a_gif_moves_and_lasts_as_long_as_it_should(little: Result, tmp_path: Pa
     assert [p.name for p in tmp_path.iterdir()] == ["boss.gif"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("gl")
 def test_an_mp4_moves_and_lasts_as_long_as_it_should(little: Result, tmp_path: Path) -> None:
     try:

@@ -154,6 +154,7 @@ def test_it_plays_in_a_browser_and_stops_on_ctrl_c(
     stopped(process, said)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
 def test_ctrl_c_stops_it_when_nobody_watches(served: tuple[subprocess.Popen[bytes], str, Path]) -> None:
     process, _, said = served
