@@ -58,6 +58,11 @@ def build_parser() -> argparse.ArgumentParser:
             formatter_class=formatter,
         )
         sub.set_defaults(command=name)
+        loud = sub.add_mutually_exclusive_group()
+        loud.add_argument(
+            "-q", "--quiet", action="store_true", help="say nothing but errors: the exit code is the answer"
+        )
+        loud.add_argument("-v", "--verbose", action="store_true", help="all infeasible targets, and what took how long")
         return sub
 
     check = command("check", "say whether the arm can weld the part, and what stops it", CHECK_TEXT)

@@ -31,6 +31,7 @@ from .refine import refined
 from .scene import table_angles
 from .sections import REASONS
 from .setup import Settings, Setup
+from .terminal import stage
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
 
@@ -121,6 +122,7 @@ def settings_of(job: Job) -> Settings:
     )
 
 
+@stage("checking", spins=False)
 def check(
     job: Job,
     E1_deg: float,

@@ -18,6 +18,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from .arguments import BAD_INPUT, build_parser
 from .errors import InputError
+from .terminal import is_quiet, speaking
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -41,7 +42,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     args = build_parser().parse_args(_joined_negatives(sys.argv[1:] if argv is None else argv))
     try:
-        return COMMANDS[args.command](args)
+        with speaking(args.quiet, args.verbose, sys.stderr):
+            return COMMANDS[args.command](args)
     except InputError as error:
         print(f"rbam: {error}", file=sys.stderr)  # noqa: T201 (the one place that speaks)
         return BAD_INPUT
@@ -101,6 +103,8 @@ def _console(stream: IO[str]) -> Console:
 
 
 def _say(lines: Any, to: IO[str]) -> None:
+    if is_quiet():
+        return
     console = _console(to)
     for line in lines:
         console.print(line)

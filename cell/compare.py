@@ -34,6 +34,7 @@ from .config import MODELS_DIR
 from .errors import InputError
 from .parts import read_part
 from .sections import Case, Sampling
+from .terminal import stage
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -116,6 +117,7 @@ def _row(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, sampling: S
     return Row(parameters.strategy, indices(sliced, targets), None, thin)
 
 
+@stage("comparing")
 def compare_case(case: Case) -> list[Comparison]:
     """Slice the sub-volumes of a case by every strategy that suits them, whichever its own is.
 
@@ -139,6 +141,7 @@ def compare_case(case: Case) -> list[Comparison]:
     return found
 
 
+@stage("comparing")
 def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLES) -> list[Comparison]:
     """The shipped stand-ins for the paper's parts, with the paper's own figures.
 

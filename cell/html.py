@@ -20,6 +20,7 @@ from .html_scene import scene_json
 from .html_series import path_json
 from .html_words import ORDER, REASON_WORDS, Words, severity, what_went_wrong, worst
 from .place import METRES_PER_MM
+from .terminal import stage
 
 SCRIPTS = (  # in order of use
     *("data", "math", "scene", "meshes", "shaders", "buffers", "viewer", "controls"),
@@ -27,6 +28,7 @@ SCRIPTS = (  # in order of use
 )
 
 
+@stage("writing the report")
 def html_report(result: Result) -> str:
     """The report of a check.
 

@@ -32,6 +32,7 @@ from .parts import PartInput, read_part
 from .place import METRES_PER_MM
 from .scene import Scene, compose
 from .sections import Case
+from .terminal import stage
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +110,7 @@ def roll_window(case: Case) -> RollWindow:
     return RollWindow(float(low), float(high))
 
 
+@stage("slicing")
 def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
     """Slice the sub-volumes of a part.
 

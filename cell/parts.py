@@ -20,6 +20,7 @@ from slicing.part import Mesh, PartError, load_mesh
 from .errors import InputError
 from .sections import Body as BodySection
 from .sections import Case
+from .terminal import stage
 
 OFF_PLATE_MM = 0.5  # a body printed this far above or below the plate gets a warning
 
@@ -50,6 +51,7 @@ class PartInput:
     round_body: RoundBody | None = None
 
 
+@stage("reading the part")
 def read_part(case: Case) -> PartInput:
     """Load a case's meshes, and take the part apart if it comes in one.
 

@@ -25,11 +25,13 @@ from ik.chain import Floats
 from .colours import Colouring
 from .errors import InputError
 from .staging import FOVY, MARKS, VISIBLE, Frame, Staging
+from .terminal import stage
 
 if TYPE_CHECKING:
     from .check import Result
 
 LARGEST = 8192  # pixels a side
+LITTLE, LITTLE_SHADOWS = 400, 2048  # pixels: a picture this small shows no more of its shadows
 HIDDEN = 4e-3  # m: what a ray meets this near to a point is the point itself
 NO_GL = (
     "cannot render a picture: no OpenGL ({why}); on Debian or Ubuntu install libegl1 and libgl1-mesa-dri "
@@ -150,6 +152,7 @@ def _score(staging: Staging, view: View, eye: Floats, looks: Floats, focus: Floa
     return score
 
 
+@stage("rendering")
 def picture(
     result: Result,
     *,
@@ -238,6 +241,8 @@ class Canvas:
         require_size(width, height)
         model = staging.model
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+        if max(width, height) <= LITTLE:
+            model.vis.quality.shadowsize = min(int(model.vis.quality.shadowsize), LITTLE_SHADOWS)
         self._staging, self._closely = staging, view == "torch"
         if self._closely:
             staging.shade_closely()

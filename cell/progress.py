@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from typing import IO, Any
 
+from .terminal import is_quiet
+
 
 class Bar:
     """A bar that is gone when it is done."""
@@ -24,7 +26,7 @@ class Bar:
             done: how many are done already.
         """
         self._bar: Any = None
-        if stream is None or not stream.isatty():
+        if stream is None or not stream.isatty() or is_quiet():
             return
         from rich.console import Console
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn

@@ -18,6 +18,7 @@ from .lockout import in_words as layers_in_words
 from .pace import pace_document
 from .place import METRES_PER_MM
 from .robot import inverse, pose
+from .terminal import is_verbose
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -279,13 +280,14 @@ def _worst(result: Result) -> RenderableType:
         table.add_column(name, justify=justify)  # type: ignore[arg-type]
     table.add_column("what went wrong")
     table.add_column("")
-    for i in bad[:WORST]:
+    shown = len(bad) if is_verbose() else WORST
+    for i in bad[:shown]:
         row = result.rows[i]
         xyz = ", ".join(f"{v:.0f}" for v in result.placed.position[i] / METRES_PER_MM)
         layer = f"{t.sub_volume[t.sub_volume_index[i]]}/{t.layer[i]}"
         table.add_row(str(i), layer, xyz, row.reason, in_words(row), "proved" if row.proved else "")
-    if len(bad) > WORST:
-        table.caption = f"and {len(bad) - WORST} more; all of them with --json"
+    if len(bad) > shown:
+        table.caption = f"and {len(bad) - shown} more; all of them with --verbose or --json"
         table.caption_justify = "left"
     return table
 

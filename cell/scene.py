@@ -32,6 +32,7 @@ from .pieces import (
 )
 from .robot import chain_of, check_names, inverse, pose, require
 from .sections import Case
+from .terminal import stage
 
 WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
 
@@ -141,6 +142,7 @@ def table_angles(scene: Scene, E1_deg: float, E2_deg: float) -> tuple[float, flo
     return float(E1), float(E2)
 
 
+@stage("composing the cell")
 def compose(case: Case, part: PartShape) -> Scene:
     """Build the cell.
 

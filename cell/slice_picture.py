@@ -23,6 +23,7 @@ from slicing.part import Mesh
 from .colours import DEPTH, HEAT, ramp
 from .errors import InputError
 from .raster import Raster
+from .terminal import stage
 
 if TYPE_CHECKING:
     from PIL import Image, ImageDraw, ImageFont
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 
 By = Literal["thickness", "layer"]
 BODY = (0.93, 0.94, 0.95)
+THIN, THICK = (0.80, 0.10, 0.32), (0.98, 0.50, 0.10)  # outside of what the process allows
+SAME = 5e-3  # mm
 INK, PALE = (40, 42, 46), (120, 124, 130)
 FINER = 2  # drawn that much larger and scaled down, against jagged edges
 TURN, ELEVATION = 52.0, 30.0  # deg: the eye stands aside of where the sub-volumes point, and above
@@ -41,15 +44,20 @@ LEAST, MOST = 200, 8192
 
 @dataclass(frozen=True, eq=False)
 class _Scale:
-    """Colours along a range of numbers."""
+    """Colours along a range of numbers, and one each for what is below and above it."""
 
     low: float
     high: float
     stops: Floats
     label: str
+    below: bool = False  # whether there are such numbers
+    above: bool = False
 
     def colours(self, values: Floats) -> Floats:
-        return ramp(np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0), self.stops)
+        rgb = ramp(np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0), self.stops)
+        rgb[values < self.low - SAME] = THIN
+        rgb[values > self.high + SAME] = THICK
+        return rgb
 
     def ticks(self) -> list[float]:
         """Round numbers inside the range."""
@@ -62,6 +70,7 @@ class _Scale:
         return [float(k * step) for k in np.arange(first, np.floor(self.high / step + 1e-9) + 1)]
 
 
+@stage("drawing")
 def slice_picture(
     sliced: Sequence[SlicedSubVolume],
     body_mesh: Mesh | None,
@@ -130,10 +139,10 @@ def _scale(sliced: Sequence[SlicedSubVolume], beads: Sequence[list[tuple[int, Fl
     if colour == "layer":
         return _Scale(0.0, float(max(1, *(len(s.layers) - 1 for s in sliced))), HEAT, "layer")
     values = np.concatenate([t for some in beads for _, _, t in some])
-    # what the process allows is always on it: pictures of several strategies can be held side by side
-    low = min(float(values.min()), *(s.parameters.h_min_mm for s in sliced))
-    high = max(float(values.max()), *(s.parameters.h_max_mm for s in sliced))
-    return _Scale(low, high if high > low else low + 0.1, DEPTH, "thickness, mm")
+    # the bar is what the process allows: pictures of several strategies can be held side by side
+    low, high = (f(getattr(s.parameters, key) for s in sliced) for f, key in ((min, "h_min_mm"), (max, "h_max_mm")))
+    below, above = bool((values < low - SAME).any()), bool((values > high + SAME).any())
+    return _Scale(low, high if high > low else low + 0.1, DEPTH, "thickness, mm", below, above)
 
 
 def _draw(
@@ -226,12 +235,19 @@ def _bar(image: Image.Image, draw: ImageDraw.ImageDraw, scale: _Scale, width: in
     strip = np.rint(scale.colours(values) * 255).astype(np.uint8)
     image.paste(Image.fromarray(np.repeat(strip[:, None], wide, axis=1)), (x, top))
     draw.rectangle([x, top, x + wide, bottom], outline=PALE)
-    draw.text((x, top - 42 * size), scale.label, INK, _font(22 * size))
+    draw.text((x, top - 84 * size), scale.label, INK, _font(22 * size))
     for value in scale.ticks():
         y = bottom - (value - scale.low) / (scale.high - scale.low) * (bottom - top)
         draw.line([(x + wide, y), (x + wide + 8 * size, y)], PALE, max(1, round(2 * size)))
         said = f"{value:g}" if scale.label == "layer" else f"{value:.2f}"
         draw.text((x + wide + 14 * size, y), said, INK, _font(22 * size), anchor="lm")
+    for there, y, colour, said in (
+        (scale.below, bottom + 14 * size, THIN, f"< {scale.low:.2f}"),
+        (scale.above, top - 14 * size - wide, THICK, f"> {scale.high:.2f}"),
+    ):
+        if there:
+            draw.rectangle([x, y, x + wide, y + wide], fill=tuple(round(255 * v) for v in colour), outline=PALE)
+            draw.text((x + wide + 14 * size, y + wide / 2), said, INK, _font(22 * size), anchor="lm")
 
 
 def _font(size: float) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:

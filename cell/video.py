@@ -22,6 +22,7 @@ from .picture import Canvas, Pixels, View, camera, require_gl, require_size
 from .progress import Bar
 from .replay import Player
 from .staging import Frame, Staging
+from .terminal import stage
 
 if TYPE_CHECKING:
     from .check import Result
@@ -33,6 +34,7 @@ SPEED = 10.0  # s of motion per s of film
 MOMENTS = 5  # of the motion that the camera is chosen for
 FASTEST_GIF = 50.0  # frames a second: browsers show faster ones slowly
 MOST = {".mp4": 60_000, ".gif": 2_000}  # frames; pillow holds those of a gif in memory
+SHADOWS, SAMPLES = 4096, 4  # half of a picture's: a frame is seen for a moment, and costs half as much
 PALETTE_FRAMES = 8  # that a gif's colours are taken from
 NO_ENCODER = "mp4 needs an encoder: pip install 'rbam-cell[video]' (imageio-ffmpeg), or name a .gif"
 
@@ -111,6 +113,7 @@ def film_format(path: str | Path, size: tuple[int, int] | None = None, fps: floa
     return Format(path, width, height, fps)
 
 
+@stage("filming", spins=False)
 def film(
     result: Result,
     path: str | Path,
@@ -149,6 +152,7 @@ def film(
             f"raise --speed or lower --fps"
         )
     staging = Staging(result)
+    staging.model.vis.quality.shadowsize, staging.model.vis.quality.offsamples = SHADOWS, SAMPLES
     staging.colour(colour)
     look = camera(staging, view, form.width / form.height, _moments(player))
     canvas = Canvas(staging, form.width, form.height, view)

@@ -215,6 +215,7 @@ class Stage:
         self._laid, self._table, self._colour = 0, player.frame().table, "layer"
         self._last = time.perf_counter()
         self._view: str | None = None
+        self._pair: tuple[str, ...] = ()  # that is red in the model the browsers have
 
     def update(self, viewer: Any) -> bool:
         """Let time pass and bring the viewer there.
@@ -236,7 +237,8 @@ class Stage:
             self._colour, self._laid = self.player.colour, 0
             self.staging.colour(self.player.colour)
         frame = self.player.frame()
-        tinted = self.staging.pose(frame)
+        self.staging.pose(frame)
+        tinted, self._pair = frame.pair != self._pair, frame.pair
         viewer.data.qpos[:] = self.staging.data.qpos
         count = self.staging.laid(frame)
         laid = self._laid if count >= self._laid and np.array_equal(self._table, frame.table) else 0

@@ -1,32 +1,56 @@
-"""Make the pictures of the documents: the shipped case at two table poses, seen whole and at the torch.
+"""Make the pictures of the documents: parts in the cell, a collision, and the layers of the parts by strategy.
 
-    python docs/make_pictures.py                 # writes docs/pictures/*.png
-    python docs/make_pictures.py my.case.yaml --out somewhere
+    python docs/make_pictures.py                     # writes docs/pictures/*.png
+    python docs/make_pictures.py propeller layers    # some: propeller, collision, support, boiler, valve, layers
 
-Needs no display (Debian: libegl1, libgl1-mesa-dri). Colours are reduced to 256, so that a picture stays small.
+Needs no display (Debian: libegl1, libgl1-mesa-dri). Colours are reduced where a picture would be large. A part is
+shown by its case in models/cases; where it has none, by the one below.
 """
 
 from __future__ import annotations
 
 import argparse
 import io
+from collections.abc import Iterator
 from pathlib import Path
 
 from PIL import Image
 
-from cell.check import check
-from cell.config import DEFAULT_CASE, load_case
-from cell.job import prepare
-from cell.picture import picture
+from cell.check import Result, check
+from cell.config import MODELS_DIR, load_case, parse_case, with_changes
+from cell.job import prepare, slice_part
+from cell.parts import read_part
+from cell.picture import View, picture
+from cell.sections import Case, Support
+from cell.slice_picture import body_of, slice_picture
 
-POSES = ((90, 180), (-45, 0))  # E1, E2, deg
-VIEWS = ("cell", "torch")
+PICTURES = Path(__file__).resolve().parent / "pictures"
+CASES = MODELS_DIR / "cases"
+PARTS = ("propeller", "support", "boiler", "valve")
+STRATEGIES = ("planar", "cylindrical", "nonuniform")
+PROPELLER_POSES = ((90, 180), (-45, 0))  # E1, E2, deg
+WIDE_SUPPORT_MM = 30.0  # the propeller's nozzle has no room beside it
 WIDTH, HEIGHT = 1400, 900
-LARGEST = 400_000  # bytes
+LAYERS_WIDTH, LAYERS_HEIGHT = 1000, 720
+SMALL, LARGEST = 120_000, 250_000  # bytes: up to here nothing is done, beyond here nothing is taken
+COLOURS = (256, 128, 64)
+STANDING = {
+    "positioner": {"position_mm": [1550, 0, 0], "rotation_deg": [0, 0, -90]},
+    "table": {"E1_deg": 90, "E2_deg": 180},
+    "sampling": {"chord_tolerance_mm": 2.5, "min_segment_mm": 20.0},
+}
+OTHERWISE = {
+    "support": {"part": {"mesh": "../parts/support.stl", "rotation_deg": 90}, "support": {"radius_mm": 25}},
+    "boiler": {"part": {"mesh": "../parts/boiler.stl", "rotation_deg": 90}, "support": {"radius_mm": 30}},
+    "valve": {
+        "part": {"mesh": "../parts/valve.stl", "rotation_deg": 180, "take": ["SV2"]},
+        "support": {"radius_mm": 60},
+    },
+}
 
 
 def small(png: bytes) -> bytes:
-    """The picture with 256 colours.
+    """The picture with as many colours as fit into its size.
 
     Args:
         png: a PNG.
@@ -34,30 +58,98 @@ def small(png: bytes) -> bytes:
     Returns:
         A smaller one.
     """
-    few = Image.open(io.BytesIO(png)).convert("RGB").quantize(256, dither=Image.Dither.FLOYDSTEINBERG)
-    out = io.BytesIO()
-    few.save(out, format="PNG", optimize=True)
-    return out.getvalue()
+    if len(png) <= SMALL:
+        return png
+    full = Image.open(io.BytesIO(png)).convert("RGB")
+    for colours in COLOURS:
+        out = io.BytesIO()
+        # dithering would make noise of the even surfaces, and noise does not compress
+        full.quantize(colours, dither=Image.Dither.NONE).save(out, format="PNG", optimize=True)
+        if len(out.getvalue()) <= LARGEST:
+            return out.getvalue()
+    raise SystemExit(f"a picture of {len(out.getvalue())} bytes is too large to commit")
+
+
+def case_of(part: str) -> Case:
+    """The shipped case of a part, or one that shows it.
+
+    Args:
+        part: its name.
+
+    Returns:
+        The case.
+    """
+    path = CASES / f"{part}.case.yaml"
+    if path.exists():
+        return load_case(path)
+    content = {"name": part, **STANDING, **OTHERWISE[part]}
+    content["support"] = {**OTHERWISE[part]["support"], "height_mm": 120}
+    return parse_case(content, path)
+
+
+def seen(result: Result, name: str, views: tuple[View, ...] = ("cell", "torch")) -> Iterator[tuple[str, bytes]]:
+    """Pictures of a result."""
+    for view in views:
+        yield f"{name}_{view}", picture(result, width=WIDTH, height=HEIGHT, view=view)
+
+
+def pictures(what: str) -> Iterator[tuple[str, bytes]]:
+    """The pictures of a part, of the collision, or of the layers.
+
+    Args:
+        what: propeller, support, boiler, valve, collision or layers.
+
+    Yields:
+        Names and PNGs.
+    """
+    if what == "layers":
+        for part in PARTS:
+            yield from layers(part)
+    elif what == "collision":
+        case = case_of("propeller")
+        case = with_changes(case, support=Support(radius_mm=WIDE_SUPPORT_MM, height_mm=case.support.height_mm))
+        yield from seen(check(prepare(case), 90, 180), "collision", ("torch",))
+    elif what == "propeller":
+        job = prepare(case_of(what))
+        for e1, e2 in PROPELLER_POSES:
+            yield from seen(check(job, e1, e2), f"{what}_{e1}_{e2}")
+    else:
+        case = case_of(what)
+        yield from seen(check(prepare(case), case.table.E1_deg, case.table.E2_deg), what)
+
+
+def layers(part: str) -> Iterator[tuple[str, bytes]]:
+    """The layers of a part under every strategy."""
+    case = case_of(part)
+    read = read_part(case)
+    for strategy in STRATEGIES:
+        changed = with_changes(case, slicing=case.slicing.model_copy(update={"strategy": strategy}))
+        png = slice_picture(
+            slice_part(changed, read),
+            body_of(read),
+            title=part,
+            width=LAYERS_WIDTH,
+            height=LAYERS_HEIGHT,
+        )
+        yield f"{part}_layers_{strategy}", png
 
 
 def main() -> None:
-    """Write them all."""
+    """Write them."""
+    everything = ("layers", "propeller", "collision", *PARTS[1:])
     parser = argparse.ArgumentParser(description="Make the pictures of the documents.")
-    parser.add_argument("case", nargs="?", type=Path, default=DEFAULT_CASE)
-    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parent / "pictures")
+    parser.add_argument("what", nargs="*", metavar="WHAT", help=f"which: {', '.join(everything)} (default: all)")
+    parser.add_argument("--out", type=Path, default=PICTURES)
     args = parser.parse_args()
-    case = load_case(args.case)
-    job = prepare(case)
+    unknown = set(args.what) - set(everything)
+    if unknown:
+        parser.error(f"{', '.join(sorted(unknown))}: is none of {', '.join(everything)}")
     args.out.mkdir(parents=True, exist_ok=True)
-    for e1, e2 in POSES:
-        result = check(job, e1, e2)
-        for view in VIEWS:
-            png = small(picture(result, width=WIDTH, height=HEIGHT, view=view))
-            if len(png) > LARGEST:
-                raise SystemExit(f"{view} at {e1}/{e2}: {len(png)} bytes are too many to commit")
-            path = args.out / f"{case.title}_{e1}_{e2}_{view}.png"
-            path.write_bytes(png)
-            print(f"{path.name}: {'feasible' if result.feasible else 'infeasible'}, {len(png) // 1000} kB")
+    for what in args.what or everything:
+        for name, png in pictures(what):
+            few = small(png)
+            (args.out / f"{name}.png").write_bytes(few)
+            print(f"{name}.png: {len(few) // 1000} kB", flush=True)
 
 
 if __name__ == "__main__":

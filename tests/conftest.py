@@ -7,13 +7,16 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco  # noqa: F401  (pytester forgets modules that its tests import first, and these load once a process)
 import pytest
 import trimesh
 import yaml
 from browser import NAMES, Browser
+
+if TYPE_CHECKING:
+    from cell.check import Result
 
 pytest_plugins = ["pytester"]
 
@@ -44,6 +47,51 @@ def make_case(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return make
+
+
+LITTLE = """
+name: boss
+part: {sub_volumes: [boss.stl], body: {radius_mm: 9, z_mm: [0, 40]}}
+support: {radius_mm: 8, height_mm: 100}
+positioner: {position_mm: [1500, 0, 0], rotation_deg: [0, 0, -90]}
+table: {E1_deg: 90, E2_deg: 180}
+"""
+
+
+def little_case(folder: Path) -> Path:
+    """A low box on a cylinder, on the side that is up at E1 = 90, E2 = 180 deg."""
+    box = trimesh.creation.box((8.0, 8.0, 12.0))
+    box.apply_translation((-9.0, 0.0, 20.0))
+    box.export(folder / "boss.stl")
+    path = folder / "boss.case.yaml"
+    path.write_text(LITTLE, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="session")
+def little(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """A feasible result that is quickly had, to look at."""
+    from cell.check import check
+    from cell.config import load_case
+    from cell.job import prepare
+
+    found = check(prepare(load_case(little_case(tmp_path_factory.mktemp("boss")))), 90, 180)
+    assert found.motion is not None
+    return found
+
+
+@pytest.fixture(scope="session")
+def gl() -> None:
+    """Skip where nothing can be rendered; on CI that is a failure."""
+    from cell.errors import InputError
+    from cell.picture import require_gl
+
+    try:
+        require_gl()
+    except InputError as error:
+        if os.environ.get("CI"):
+            raise
+        pytest.skip(str(error))
 
 
 @pytest.fixture(scope="session")

@@ -12,7 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-import trimesh
+from conftest import little_case
 
 from cell import picture as pictures
 from cell.check import Result, check
@@ -22,34 +22,13 @@ from cell.job import prepare
 from cell.picture import camera, picture, still
 from cell.staging import FOVY, VISIBLE, Staging, beads_of
 
-CASE = """
-name: boss
-part: {sub_volumes: [boss.stl], body: {radius_mm: 9, z_mm: [0, 40]}}
-support: {radius_mm: 8, height_mm: 100}
-positioner: {position_mm: [1500, 0, 0], rotation_deg: [0, 0, -90]}
-table: {E1_deg: 90, E2_deg: 180}
-"""
+
+@pytest.fixture
+def result(little: Result) -> Result:
+    return little
 
 
-def boss_case(folder: Path) -> Path:
-    """A low box on a cylinder, on the side that is up at E1 = 90, E2 = 180 deg."""
-    box = trimesh.creation.box((8.0, 8.0, 12.0))
-    box.apply_translation((-9.0, 0.0, 20.0))
-    box.export(folder / "boss.stl")
-    path = folder / "boss.case.yaml"
-    path.write_text(CASE, encoding="utf-8")
-    return path
-
-
-@pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
-    case = load_case(boss_case(tmp_path_factory.mktemp("boss")))
-    found = check(prepare(case), 90, 180)
-    assert found.feasible
-    return found
-
-
-@pytest.fixture(scope="module")
+@pytest.fixture
 def collided(result: Result) -> Result:
     """The same with one target said to collide."""
     detail = {
@@ -61,17 +40,6 @@ def collided(result: Result) -> Result:
     rows = list(result.rows)
     rows[3] = replace(rows[3], reason="collision", detail=detail, q=None, attempt=rows[3].q)
     return replace(result, rows=tuple(rows), motion=None)
-
-
-@pytest.fixture(scope="module")
-def gl(result: Result) -> None:
-    """Skip where nothing can be rendered; on CI that is a failure."""
-    try:
-        picture(result, width=16, height=16)
-    except InputError as error:
-        if os.environ.get("CI"):
-            raise
-        pytest.skip(str(error))
 
 
 def pixels(png: bytes) -> np.ndarray:
@@ -161,7 +129,7 @@ def test_the_whole_arm_is_in_the_picture_of_the_cell(result: Result) -> None:
 
 
 def test_the_model_of_the_result_is_left_alone(tmp_path: Path) -> None:
-    result = check(prepare(load_case(boss_case(tmp_path))), 90, 180)
+    result = check(prepare(load_case(little_case(tmp_path))), 90, 180)
     model = result.job.scene.model
     before = model.geom_rgba.copy(), model.geom_group.copy(), model.opt.disableflags
     staging = Staging(result)
@@ -236,7 +204,7 @@ def test_no_setting_is_needed_without_a_display(tmp_path: Path) -> None:
     env = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY")}
     root = Path(__file__).resolve().parents[1]
     done = subprocess.run(
-        [sys.executable, "-c", code, str(boss_case(tmp_path))],
+        [sys.executable, "-c", code, str(little_case(tmp_path))],
         env=env,
         cwd=root,
         capture_output=True,

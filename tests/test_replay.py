@@ -12,46 +12,25 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-import trimesh
+from conftest import little_case
 
-from cell.check import Result, Row, check
-from cell.config import load_case
+from cell.check import Result, Row
 from cell.errors import InputError
-from cell.job import prepare
 from cell.picture import Staging
 from cell.replay import DWELL, FASTER, KEYS, SLOWER, Player, replay, require_display
 
 ROOT = Path(__file__).resolve().parents[1]
-CASE = """
-name: boss
-part: {sub_volumes: [boss.stl], body: {radius_mm: 9, z_mm: [0, 40]}}
-support: {radius_mm: 8, height_mm: 100}
-positioner: {position_mm: [1500, 0, 0], rotation_deg: [0, 0, -90]}
-table: {E1_deg: 90, E2_deg: 180}
-"""
 
 
-def boss_case(folder: Path) -> Path:
-    """A low box on a cylinder, on the side that is up at E1 = 90, E2 = 180 deg."""
-    box = trimesh.creation.box((8.0, 8.0, 12.0))
-    box.apply_translation((-9.0, 0.0, 20.0))
-    box.export(folder / "boss.stl")
-    path = folder / "boss.case.yaml"
-    path.write_text(CASE, encoding="utf-8")
-    return path
-
-
-@pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
-    found = check(prepare(load_case(boss_case(tmp_path_factory.mktemp("boss")))), 90, 180)
-    assert found.motion is not None
-    return found
+@pytest.fixture
+def result(little: Result) -> Result:
+    return little
 
 
 BAD = (2, 3, 12)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def infeasible(result: Result) -> Result:
     """Three targets that fail: a collision with an attempt, one out of reach, one too far over."""
     rows = list(result.rows)
@@ -273,6 +252,38 @@ def test_the_texts_say_why(infeasible: Result) -> None:
     assert "no attempt" in text
 
 
+def test_o_shows_the_normals_of_all_targets_or_none(result: Result) -> None:
+    player, staging = Player(result), Staging(result)
+    counts = []
+    for _ in range(4):
+        frame = player.frame()
+        staging.pose(frame)
+        scn = mujoco.MjvScene(staging.model, maxgeom=2000)
+        laid = staging.draw(scn, frame)
+        counts.append(scn.ngeom - laid)
+        player.key(KEYS["o"])
+    assert counts == [1, 1 + len(result.rows), 0, 1]
+
+
+def test_c_colours_by_layer_thickness_and_verdict(infeasible: Result) -> None:
+    player, staging = Player(infeasible), Staging(infeasible)
+    said = []
+    for _ in range(3):
+        said.append(dict(player.texts())["colours"])
+        assert staging.colour(player.colour) == said[-1]
+        start = staging.beads.target[:, 0]
+        if player.colour == "verdict":
+            red = staging.beads.rgba[:, 0] > staging.beads.rgba[:, 1]
+            np.testing.assert_array_equal(red, np.isin(start, BAD))
+        if player.colour == "layer":
+            of_layer = [staging.beads.rgba[infeasible.job.targets.layer[start] == k] for k in (0, 1)]
+            assert all(np.ptp(rgba, axis=0).max() == 0 for rgba in of_layer)
+            assert (of_layer[0][0] != of_layer[1][0]).any()
+        player.key(KEYS["c"])
+    assert [words.split()[0].rstrip(":") for words in said] == ["layer", "thickness", "verdict"]
+    assert player.colour == "layer"
+
+
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_speed_that_is_none_is_refused(result: Result, speed: float) -> None:
     with pytest.raises(InputError, match="speed"):
@@ -292,7 +303,7 @@ def test_without_a_display_one_line_names_the_alternative(
     if display:
         monkeypatch.setenv("DISPLAY", display)
     for call in (require_display, lambda: replay(result)):
-        with pytest.raises(InputError, match=r"display.*--picture F\.png.*Xvfb") as error:
+        with pytest.raises(InputError, match=r"display.*--web.*--picture F\.png.*--video.*--html.*Xvfb") as error:
             call()
         assert "\n" not in str(error.value)
 
@@ -333,7 +344,7 @@ def test_the_window_opens_plays_and_closes(tmp_path: Path, table: tuple[str, str
     command = ["xvfb-run", "-a", "-s", "-screen 0 640x480x24", sys.executable, "-c", WINDOW]
     env = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL")}
     done = subprocess.run(
-        [*command, str(boss_case(tmp_path)), *table],
+        [*command, str(little_case(tmp_path)), *table],
         cwd=ROOT,
         env=env,
         capture_output=True,
