@@ -6,6 +6,7 @@ header, rows = targets_rows(targets)
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -42,14 +43,19 @@ def slices_document(
                 "strategy": one.strategy,
                 "layers": [_layer(layer) for layer in one.layers],
                 "indices": some.to_dict(),
-                "volume_mm3": float(one.volume_mm3),
-                "laid_volume_mm3": float(one.laid_volume_mm3),
-                "end_mm": float(one.end_mm),
+                "volume_mm3": _known(one.volume_mm3),
+                "laid_volume_mm3": _known(one.laid_volume_mm3),
+                "end_mm": _known(one.end_mm),
             }
             for one, some in zip(sliced, found, strict=True)
         ],
         "warnings": [*warnings, *(line for one in sliced for line in one.warnings)],
     }
+
+
+def _known(value: float) -> float | None:
+    """A number, or null for one that was not found (JSON has no NaN)."""
+    return float(value) if math.isfinite(value) else None
 
 
 def _layer(layer: Layer) -> dict[str, Any]:
