@@ -6,6 +6,7 @@ header, rows = targets_rows(targets, travels(targets, 30.0), 100.0)
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -48,9 +49,9 @@ def slices_document(
                 "strategy": one.strategy,
                 "layers": [_layer(layer) for layer in one.layers],
                 "indices": some.to_dict(),
-                "volume_mm3": float(one.volume_mm3),
-                "laid_volume_mm3": float(one.laid_volume_mm3),
-                "end_mm": float(one.end_mm),
+                "volume_mm3": _known(one.volume_mm3),
+                "laid_volume_mm3": _known(one.laid_volume_mm3),
+                "end_mm": _known(one.end_mm),
                 **(_beads(laid[k]) if laid else {}),
             }
             for k, (one, some) in enumerate(zip(sliced, found, strict=True))
@@ -81,6 +82,11 @@ def _bead(bead: Bead) -> dict[str, Any]:
         "hole": bead.hole,
         "length_mm": bead.length_mm,
     }
+
+
+def _known(value: float) -> float | None:
+    """A number, or null for one that was not found (JSON has no NaN)."""
+    return float(value) if math.isfinite(value) else None
 
 
 def _layer(layer: Layer) -> dict[str, Any]:

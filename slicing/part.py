@@ -36,7 +36,7 @@ STATED_UNITS = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "i
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 SMALL_MM, LARGE_MM = 1.0, 10_000.0  # extents outside these are almost always a wrong unit
 USUAL_MM = 150.0  # of the units that are possible that one is likely which comes nearest
-MOST_FACES = 5_000_000  # about 1 GB of memory a million
+MOST_FACES = 5_000_000  # 0.7 GB of memory a million
 DOUBLE_NOISE_MM = 1e-6  # coordinates written as text, or computed: what two "equal" heights may differ by
 # what trimesh's readers raise on damaged files (each format its own)
 READ_ERRORS = (

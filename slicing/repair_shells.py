@@ -60,7 +60,9 @@ def one_solid(mesh: Mesh) -> Mesh:
     turned = sign != shells.sign
     faces = np.where(turned[label][:, None], mesh.faces[:, ::-1], mesh.faces)[kept[label]]
     if (kept & (sign > 0)).sum() > 1:
-        united = _united(mesh, faces, label[kept[label]], sign, lines)
+        apart = label[crossing.pairs]
+        cross = bool((apart[:, 0] != apart[:, 1]).any())
+        united = _united(mesh, faces, label[kept[label]], sign, cross, lines)
         if united is not None:
             return united
     if not lines:
@@ -220,8 +222,8 @@ def _inner_line(name: str, count: int) -> str:
     )
 
 
-def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, lines: list[str]) -> Mesh | None:
-    """The union of shells that overlap; None if none do.
+def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines: list[str]) -> Mesh | None:
+    """The union of shells that overlap; None if none do (none `cross`, and together they are as large as one by one).
 
     Raises:
         PartError: the union does not agree with the winding numbers.
@@ -239,7 +241,7 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, lines: list[str]) 
     union = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
     apart, together = sum(solid.volume() for solid in solids), union.volume()
     area = sum(solid.surface_area() for solid in solids)
-    if apart - together <= max(SAME_VOLUME * apart, 4.0 * mesh.noise_mm * area):
+    if not cross and apart - together <= max(SAME_VOLUME * apart, 4.0 * mesh.noise_mm * area):
         return None
     data = union.to_mesh64()
     vertices = np.asarray(data.vert_properties)[:, :3]
