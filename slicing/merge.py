@@ -1,6 +1,7 @@
 """Thin stretches of beads handed to the layer above: which, and what the beads there take over.
 
-    runs, done, above = merged(sliced, bead, fine, runs, above, parameters)
+    runs, done, handed = merged(sliced, bead, fine, runs, above, parameters)
+    above = gaining(sliced, above, handed, parameters)
 
 See `slicing.policy` for when a bead of the layer above takes over what is left out below it.
 """
@@ -8,7 +9,7 @@ See `slicing.policy` for when a bead of the layer above takes over what is left 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +23,21 @@ from slicing.policy import SLACK_MM, SPACING_MM, Fine, Run, ends_of, looked_at, 
 STOP_MM = 3.0  # a bead has targets so close where it takes over thickness
 
 
+@dataclass(frozen=True, eq=False)
+class Handed:
+    """A stretch of a bead that the layer above takes over.
+
+    Attributes:
+        points: (n, 3) along it, mm.
+        normals: (n, 3) of its surface.
+        thickness: (n,) mm.
+    """
+
+    points: Floats
+    normals: Floats
+    thickness: Floats
+
+
 def merged(
     sliced: SlicedSubVolume,
     bead: Bead,
@@ -29,8 +45,8 @@ def merged(
     runs: Sequence[Run],
     above: list[Bead],
     parameters: BeadParameters,
-) -> tuple[list[Run], list[str], list[Bead]]:
-    """Runs split into those the layer above takes over and those that stay, and the beads above.
+) -> tuple[list[Run], list[str], list[Handed]]:
+    """Runs split into those the layer above takes over and those that stay.
 
     Args:
         sliced: the sub-volume.
@@ -41,8 +57,9 @@ def merged(
         parameters: how wide beads are.
 
     Returns:
-        The runs; "merged" or "reported" of each; the beads above with what they take over.
+        The runs; "merged" or "reported" of each; what is handed to the layer above.
     """
+    handed: list[Handed] = []
     out_runs: list[Run] = []
     done: list[str] = []
     for run in runs:
@@ -63,8 +80,8 @@ def merged(
             done.append("merged" if merged else "reported")
             if merged:
                 some = slice(first, last + 1)
-                above = _gaining(sliced, above, points[some], normals[some], thickness[some], 0.5 * parameters.width_mm)
-    return out_runs, done, above
+                handed.append(Handed(points[some], normals[some], thickness[some]))
+    return out_runs, done, handed
 
 
 def _stretches(flags: Bools) -> list[tuple[int, int, bool]]:
@@ -99,36 +116,56 @@ def _sideways(way: Floats, normals: Floats) -> Floats:
     return np.sqrt(((way - (way * normals).sum(axis=1)[:, None] * normals) ** 2).sum(axis=1))
 
 
-def _gaining(
-    sliced: SlicedSubVolume,
-    above: Sequence[Bead],
-    points: Floats,
-    normals: Floats,
-    thickness: Floats,
-    reach_mm: float,
+def gaining(
+    sliced: SlicedSubVolume, above: list[Bead], handed: Sequence[Handed], parameters: BeadParameters
 ) -> list[Bead]:
-    """The beads above, with the thickness of what is left out below them."""
+    """The beads above, with the thickness of what is left out below them.
+
+    Where beads left out lie side by side below a place, the thickest counts: they fill one and the same gap.
+
+    Args:
+        sliced: the sub-volume.
+        above: the beads of a layer.
+        handed: what the layer below hands to it.
+        parameters: how wide beads are.
+
+    Returns:
+        The beads; those that take something over have points every SPACING_MM.
+    """
+    if not handed or not above:
+        return above
     from scipy.spatial import cKDTree
 
-    gap = np.maximum(-sliced.layers[above[0].layer].surface.distance(points), 0.0)
-    lifted = points + gap[:, None] * normals
-    tree = cKDTree(lifted)
+    surface, reach = sliced.layers[above[0].layer].surface, 0.5 * parameters.width_mm
+    lifted = [h.points + np.maximum(-surface.distance(h.points), 0.0)[:, None] * h.normals for h in handed]
+    trees = [cKDTree(line) for line in lifted]
     out = []
     for bead in above:
-        fine = _exactly(sliced, bead)
-        k, share, past = _foot(fine.points, lifted, tree.query(fine.points)[1])
-        below = points[k] + share[:, None] * (points[k + 1] - points[k])
-        takes = ~past & (_sideways(fine.points - below, normals[k]) <= reach_mm)
-        more = np.where(takes, thickness[k] + share * (thickness[k + 1] - thickness[k]), 0.0)
-        if not takes.any():
+        low, high = bead.points.min(axis=0) - 2 * reach, bead.points.max(axis=0) + 2 * reach
+        near = [k for k, p in enumerate(lifted) if (p.max(axis=0) >= low).all() and (p.min(axis=0) <= high).all()]
+        if not near:
             out.append(bead)
             continue
-        # targets have to see where it begins and ends, and how it goes between
-        step = max(round(STOP_MM / SPACING_MM), 1)
-        edge = takes & ~(np.roll(takes, 1) & np.roll(takes, -1))
-        stops = {*fine.stops, *np.flatnonzero(edge).tolist(), *np.flatnonzero(takes)[::step].tolist()}
-        out.append(replace(fine, gained_mm=fine.gained_mm + more, stops=tuple(sorted(stops))))
+        fine = _exactly(sliced, bead)
+        more = np.zeros(len(fine.points))
+        for i in near:
+            h = handed[i]
+            k, share, past = _foot(fine.points, lifted[i], trees[i].query(fine.points)[1])
+            below = h.points[k] + share[:, None] * (h.points[k + 1] - h.points[k])
+            takes = ~past & (_sideways(fine.points - below, h.normals[k]) <= reach)
+            there = h.thickness[k] + share * (h.thickness[k + 1] - h.thickness[k])
+            more = np.maximum(more, np.where(takes, there, 0.0))
+        out.append(_with_more(fine, more) if more.any() else bead)
     return out
+
+
+def _with_more(bead: Bead, more: Floats) -> Bead:
+    """A bead that takes over thickness; targets have to see where it begins and ends, and how it goes between."""
+    takes = more > 0.0
+    step = max(round(STOP_MM / SPACING_MM), 1)
+    edge = takes & ~(np.roll(takes, 1) & np.roll(takes, -1))
+    stops = {*bead.stops, *np.flatnonzero(edge).tolist(), *np.flatnonzero(takes)[::step].tolist()}
+    return replace(bead, gained_mm=bead.gained_mm + more, stops=tuple(sorted(stops)))
 
 
 def _foot(points: Floats, line: Floats, near: Ints) -> tuple[Ints, Floats, Bools]:

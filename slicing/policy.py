@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from slicing.beads import Bead, BeadParameters
 from slicing.exact import point_between
 from slicing.layers import SlicedSubVolume
 from slicing.part import Bools, Floats
+
+if TYPE_CHECKING:
+    from slicing.merge import Handed
 
 SPACING_MM = 0.25
 SLACK_MM = 1e-6  # as near a limit still keeps it
@@ -100,14 +103,15 @@ def with_policy(
     places: list[Place] = []
     policy = sliced.parameters.thickness
     if policy == "merge":
-        from slicing.merge import merged
+        from slicing.merge import gaining, merged
     for k, layer in enumerate(sliced.layers):
         low, high = layer.thickness_mm
-        gaining = any(bead.gained_mm.any() for bead in out[k])
+        gained = any(bead.gained_mm.any() for bead in out[k])
         borders = parameters.pattern == "contour" and parameters.first_mm == 0.0
-        if borders and not gaining and _within(sliced, np.array([low, high])).all():
+        if borders and not gained and _within(sliced, np.array([low, high])).all():
             continue
         kept: list[Bead] = []
+        handed: list[Handed] = []
         for bead in out[k]:
             runs, fine = _runs(sliced, bead)
             if not runs:
@@ -115,12 +119,15 @@ def with_policy(
                 continue
             done = ["trimmed" if policy == "trim" else "reported"] * len(runs)
             if policy == "merge" and k + 1 < len(out):
-                runs, done, out[k + 1] = merged(sliced, bead, fine, runs, out[k + 1], parameters)
+                runs, done, new_handed = merged(sliced, bead, fine, runs, out[k + 1], parameters)
+                handed += new_handed
             cut = [run for run, what in zip(runs, done, strict=True) if what != "reported"]
             kept += _without(sliced, bead, cut) if cut else [bead]
             new = [_place(sliced, bead, fine, run, what) for run, what in zip(runs, done, strict=True)]
             places += [place for place in new if place.length_mm > LEAST_MM]
         out[k] = kept
+        if handed:
+            out[k + 1] = gaining(sliced, out[k + 1], handed, parameters)
     return out, places
 
 
