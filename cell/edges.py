@@ -35,7 +35,6 @@ class Edges:
             step: most that any joint moves between samples, rad.
         """
         self.setup, self.stage, self.step = setup, stage, step
-        self.looks = 0
         self._count: Counter[tuple[int, int]] = Counter()
         self._example: dict[tuple[int, int], Clearances] = {}
 
@@ -67,7 +66,6 @@ class Edges:
 
     def _hit(self, q: Floats, edge: np.ndarray) -> np.ndarray:
         """Which samples are too near to something; of each edge the first is remembered."""
-        self.looks += len(q)
         found = self.setup.screen.clearances(q, np.full(len(q), self.stage))
         hit = found.distance < self.setup.settings.clearance
         _, first = np.unique(edge[hit], return_index=True)
@@ -83,8 +81,3 @@ class Edges:
             return {}
         pair, _ = self._count.most_common(1)[0]
         return self.setup.describe(self._example[pair], 0)
-
-    def deposits(self) -> set[int]:
-        """Numbers of the deposits that were in the way."""
-        of = self.setup.checker.scene.deposit_of_geom
-        return {int(of[g]) for pair in self._count for g in pair if of[g] >= 0}
