@@ -185,8 +185,10 @@ class Page {
   }
 
   _marks() {
-    find("marks").replaceChildren(...this.doc.marks.map((mark, k) =>
-      element("span", [element("b", String.fromCharCode(65 + k)), `${mark.label} (E1 = ${mark.E1_deg}°, E2 = ${mark.E2_deg}°)`])));
+    const marks = this.doc.marks.map((mark, k) =>
+      element("span", [element("b", String.fromCharCode(65 + k)), `${mark.label} (E1 = ${mark.E1_deg}°, E2 = ${mark.E2_deg}°)`]));
+    if (this.doc.poses.some((r) => r.rank === 1)) marks.unshift(element("span", [element("b", "★"), "the best"]));
+    find("marks").replaceChildren(...marks);
   }
 }
 
