@@ -58,8 +58,8 @@ def _at_pose(args: argparse.Namespace, case: Case) -> Case:
     from .sections import Table
     from .sweep_pose import picked_pose
 
-    e1, e2 = picked_pose(case, args.sweep, args.pose or "best")
-    return with_changes(case, table=Table(E1_deg=e1, E2_deg=e2))
+    pose = picked_pose(case, args.sweep, args.pose or "best")
+    return with_changes(pose.applied(case), table=Table(E1_deg=pose.E1_deg, E2_deg=pose.E2_deg))
 
 
 def _needs(args: argparse.Namespace, *options: str) -> None:

@@ -14,14 +14,15 @@ from typing import Any
 
 from .errors import InputError
 from .sections import Case
+from .sweep_grid import Pose
 from .sweep_log import fingerprint
 from .sweep_rank import SCHEMA, sweep_document
 
 LOG_SCHEMA = "rbam-sweep-log/1"
 
 
-def picked_pose(case: Case, path: str, which: str) -> tuple[float, float]:
-    """The table angles of a pose of a sweep.
+def picked_pose(case: Case, path: str, which: str) -> Pose:
+    """A pose of a sweep, with the roll, place and height that it was swept with.
 
     Args:
         case: what was swept.
@@ -29,7 +30,7 @@ def picked_pose(case: Case, path: str, which: str) -> tuple[float, float]:
         which: "best", or the place of a pose in the file, from 0.
 
     Returns:
-        E1, E2, deg.
+        The pose; ``applied`` to the case it is what was swept.
 
     Raises:
         InputError: the file is no sweep or one of another case, or has no such pose.
@@ -44,7 +45,8 @@ def picked_pose(case: Case, path: str, which: str) -> tuple[float, float]:
     else:
         row = rows[int(which)]
     try:
-        return float(row["E1_deg"]), float(row["E2_deg"])
+        pose = Pose.of(row)
+        return pose._replace(E1_deg=float(pose.E1_deg), E2_deg=float(pose.E2_deg))
     except (KeyError, TypeError, ValueError):
         raise InputError(f"{path}: pose {which} has no table angles E1_deg, E2_deg") from None
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import ipaddress
+import logging
 import signal
 import socket
 import sys
@@ -174,6 +175,9 @@ def _opened(staging: Staging, player: Player, place: Place) -> tuple[Any, Any, A
         sockets.append(place.sock)
         return place.sock
 
+    # browsers that come and go in the middle of a handshake are no news, least of all with a traceback
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)
+    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
     endpoint, _ = launch_thread.make_thread_endpoints()
     config = viewer_protocol.ViewerConfig(title=f"rbam: {staging.result.job.case.title}", gfx="web")
     with (

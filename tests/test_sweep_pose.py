@@ -38,18 +38,26 @@ def files(case: Case, folder: Path, rows: list[dict]) -> list[str]:
 
 def test_the_best_or_any_other_pose_is_found_in_map_and_log(case: Case, tmp_path: Path) -> None:
     for path in files(case, tmp_path, ROWS):
-        assert picked_pose(case, path, "best") == (90.0, 180.0)
-        assert [picked_pose(case, path, str(k)) for k in range(3)] == [(0.0, 0.0), (45.0, 90.0), (90.0, 180.0)]
+        assert picked_pose(case, path, "best")[:2] == (90.0, 180.0)
+        assert [picked_pose(case, path, str(k))[:2] for k in range(3)] == [(0.0, 0.0), (45.0, 90.0), (90.0, 180.0)]
         for wrong in ("3", "-1", "worst", "1.0"):
             with pytest.raises(InputError, match=r"0 \.\. 2"):
                 picked_pose(case, path, wrong)
+
+
+def test_a_pose_brings_the_roll_and_height_it_was_swept_with(case: Case, tmp_path: Path) -> None:
+    swept = {**ROWS[2], "roll": "fixed:30", "height_mm": 80.0}
+    for path in files(case, tmp_path, [*ROWS[:2], swept]):
+        changed = picked_pose(case, path, "2").applied(case)
+        assert changed.roll.fixed_deg == 30.0
+        assert changed.support.height_mm == 80.0
 
 
 def test_a_sweep_without_a_feasible_pose_has_no_best(case: Case, tmp_path: Path) -> None:
     for path in files(case, tmp_path, ROWS[:1]):
         with pytest.raises(InputError, match="no pose is feasible"):
             picked_pose(case, path, "best")
-        assert picked_pose(case, path, "0") == (0.0, 0.0)
+        assert picked_pose(case, path, "0")[:2] == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,7 @@ def served(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path]
 def stopped(process: subprocess.Popen[bytes], said: Path) -> None:
     process.send_signal(signal.SIGINT)
     assert process.wait(30) == 0
-    assert "Traceback" not in said.read_text()
+    assert "Traceback" not in said.read_text(), said.read_text()
 
 
 @pytest.mark.slow
