@@ -140,7 +140,8 @@ class BeadSearch:
         length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
         # neighbours far apart may stand far apart: what moves without a jump is found by following it
         self._largest = np.clip(length * STEP_PER_METRE, LARGEST_STEP, np.pi)
-        self._times = np.where(length > 0, length / setup.settings.speed, np.inf)
+        pace = setup.settings.speed[first : first + len(length)]
+        self._times = np.where(length > 0, length / pace, np.inf)
         speed = nodes.solver.chain.max_speed
         self._speed = np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
 

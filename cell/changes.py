@@ -152,6 +152,9 @@ class Start:
         e1, e2 = self.angles(knob, size)
         case = with_changes(changed_case(self.job.case, knob, size), table=Table(E1_deg=e1, E2_deg=e2))
         job = replace(self.job, case=case)
+        if knob.key == "process.deposition_speed_mm_s":
+            speed = np.full(len(job.targets), case.process.deposition_speed_mm_s)
+            job = replace(job, targets=replace(job.targets, speed_mm_s=speed))
         if knob.key.startswith(("positioner", "support", "part", "tool")):
             job = replace(job, scene=compose(case, job.shape))
         return job, e1, e2
@@ -181,13 +184,13 @@ def knobs(start: Start, *, slower: bool = False) -> list[Knob]:
 
     Args:
         start: what would be changed.
-        slower: whether a slower deposition is one of them.
+        slower: whether a slower deposition is one of them, where the case has one speed for all.
 
     Returns:
         Knobs without the sizes that the cell does not have.
     """
     found = [*_roll_knobs(start.job.window), *_table_knobs(), *_place_knobs(start.job.case)]
-    if slower:
+    if slower and not start.job.case.process.speed_by_thickness:
         found.append(Knob("process.deposition_speed_mm_s", "", -1, SLOWER_STEPS, 0.01, "share", SCALE["share"]))
     if start.job.solver.form is None:
         found = [replace(knob, steps=_growing(knob.steps)) for knob in found]

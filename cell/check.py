@@ -24,7 +24,7 @@ from .collision import Checker
 from .job import Job
 from .lockout import with_lockouts
 from .motion import Motion, assemble
-from .pace import too_slow
+from .pace import speeds, too_slow
 from .place import METRES_PER_MM, Placed, place
 from .plan import PartPlan, plan_part
 from .refine import refined
@@ -114,7 +114,7 @@ def settings_of(job: Job) -> Settings:
     case = job.case
     return Settings(
         clearance=case.checks.clearance_mm * METRES_PER_MM,
-        speed=case.process.deposition_speed_mm_s * METRES_PER_MM,
+        speed=speeds(job),
         travel_speed=case.process.travel_speed_mm_s * METRES_PER_MM,
         retract=case.process.retract_mm * METRES_PER_MM,
         roll_step=float(np.deg2rad(case.ik.roll_step_deg)),

@@ -8,7 +8,8 @@ the order of deposition; a check then looks only at deposits below the current n
     shape.first_deposit                       # number of each sub-volume's first layer
 
 A layer that is far from convex (a ring, a C, a hole) is cut into pieces until each fills most of its hull, so that the
-torch can still go in where there is room. Pieces cover what they stand for.
+torch can still go in where there is room. Pieces cover what they stand for: where a border is the centre line of a
+bead, that bead stands out of its layer by half its width (``beyond_borders``).
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ik.chain import Floats
+from slicing.beads import BeadParameters, LaidSubVolume
 from slicing.layers import Layer, SlicedSubVolume
 from slicing.part import Mesh
-from slicing.surfaces import Cylinder, Plane
+from slicing.surfaces import Cylinder, Plane, Surface
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -54,7 +56,10 @@ class PartShape:
 
 
 def part_shape(
-    sliced: Sequence[SlicedSubVolume], body_mesh: Mesh | None, profile: Sequence[tuple[float, float]] | None
+    sliced: Sequence[SlicedSubVolume],
+    body_mesh: Mesh | None,
+    profile: Sequence[tuple[float, float]] | None,
+    beyond_mm: Sequence[Floats] | None = None,
 ) -> PartShape:
     """Shapes of a sliced part.
 
@@ -62,6 +67,8 @@ def part_shape(
         sliced: the sub-volumes, all on one body.
         body_mesh: the body's own shape, to look at; its convex hull collides where there is no profile.
         profile: the body as (r, z) points about its axis, mm, lowest first; band by band it is what collides.
+        beyond_mm: how far the beads of each sub-volume's layers reach beyond the layers' borders, from
+            :func:`beyond_borders`; not at all where left out.
 
     Returns:
         The shapes.
@@ -85,14 +92,33 @@ def part_shape(
     else:
         raise ValueError("a part needs the shape of its body: a mesh or a profile")
     first, number = [], 0
-    for s in sliced:
+    for i, s in enumerate(sliced):
         first.append(number)
         for layer in s.layers:
             above = s.layers[layer.index + 1 :][:1]
-            for k, piece in enumerate(_pieces(layer)):
+            beyond = 0.0 if beyond_mm is None else float(beyond_mm[i][layer.index])
+            for k, piece in enumerate(_pieces(layer, beyond)):
                 hulls[f"deposit/{number}/{s.name}/{k}"] = _slab(layer, piece, above)
             number += 1
     return PartShape(visual, hulls, tuple(first), number)
+
+
+def beyond_borders(laid: LaidSubVolume, parameters: BeadParameters) -> Floats:
+    """How far the beads of a sub-volume's layers reach beyond the layers' borders at most, (layers,), mm.
+
+    Half a width where a border is a bead's centre line, and where a place is narrower than a bead. Beads whose edge
+    is the border stay within, but for surfaces that cannot be unrolled, on which they may stand out.
+
+    Args:
+        laid: the beads.
+        parameters: what they were laid with.
+    """
+    half, layers = 0.5 * parameters.width_mm, laid.sliced.layers
+    if parameters.first_mm < half:
+        return np.full(len(layers), half - parameters.first_mm)
+    beyond = np.array([0.0 if isinstance(layer.surface, Cylinder | Plane) else half for layer in layers])
+    beyond[[bead.layer for bead in laid.beads if bead.thin]] = half
+    return beyond
 
 
 def _slab(layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:
@@ -106,17 +132,18 @@ def _slab(layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:
     return np.concatenate([points - normals * SIMPLIFY_MM, top])
 
 
-def _pieces(layer: Layer) -> Iterator[Floats]:
-    """Outlines of a layer's nearly convex pieces, each (k, 3), mm."""
+def _pieces(layer: Layer, beyond: float) -> Iterator[Floats]:
+    """Outlines of a layer's nearly convex pieces, carried on beyond its borders, each (k, 3), mm."""
     surface = layer.surface
     if not isinstance(surface, Plane):
         # rings have no outline to unroll, and cones and profiles are taken by sectors as well
         rings = any(_winds(surface.axis_point, c.points) for c in layer.curves if c.closed)
         if rings or not isinstance(surface, Cylinder):
-            yield from _sectors(surface.axis_point, np.concatenate([c.points for c in layer.curves]))
+            points = np.concatenate([c.points for c in layer.curves])
+            yield from (_carried_on(surface, piece, beyond) for piece in _sectors(surface.axis_point, points))
             return
     rolled_back = _way_back(surface)
-    for polygon in _polygons(layer, surface):
+    for polygon in _polygons(layer, surface, beyond):
         for piece in _cut(polygon):
             if isinstance(surface, Cylinder):
                 # straight in the unrolled plane is bowed in space: corners alone would cut the crown off
@@ -138,17 +165,31 @@ def _sectors(axis_point: tuple[float, float], points: Floats) -> Iterator[Floats
             yield points[near]
 
 
-def _polygons(layer: Layer, surface: Cylinder | Plane) -> Iterator[Polygon]:
-    """The layer's regions in its unrolled surface."""
+def _carried_on(surface: Surface, points: Floats, beyond: float) -> Floats:
+    """Points whose hull covers all that is less than ``beyond`` from given ones, across the surface's normal."""
+    if beyond == 0.0:
+        return points
+    normals = surface.normals(points)
+    around = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(points))], axis=1)
+    around /= np.maximum(np.linalg.norm(around, axis=1), 1e-12)[:, None]
+    up = np.cross(normals, around)
+    far = np.sqrt(2.0) * beyond  # a square on its corner holds the circle
+    return np.concatenate([points + far * way for way in (around, -around, up, -up)])
+
+
+def _polygons(layer: Layer, surface: Cylinder | Plane, beyond: float) -> Iterator[Polygon]:
+    """The layer's regions in its unrolled surface, carried on beyond their borders."""
     import shapely
 
     outer = [c for c in layer.curves if c.closed and not c.hole]
     holes = [c for c in layer.curves if c.closed and c.hole]
     for curve in outer:
         flat = surface.unrolled(curve.points)
-        polygon = shapely.Polygon(flat).buffer(SIMPLIFY_MM, join_style="mitre")
+        polygon = shapely.Polygon(flat)
         for hole in holes:
             polygon = polygon.difference(shapely.Polygon(_same_turn(surface, hole.points, flat)))
+        # eight chords a quarter turn, moved out to hold the circle
+        polygon = polygon.buffer(beyond / np.cos(np.pi / 32), quad_segs=8).buffer(SIMPLIFY_MM, join_style="mitre")
         yield polygon.simplify(SIMPLIFY_MM)
 
 

@@ -25,7 +25,7 @@ from slicing.speeds import BeadSpeed
 from slicing.targets import Targets, sample_beads
 
 from .collision import Ints
-from .deposit import PartShape, part_shape
+from .deposit import PartShape, beyond_borders, part_shape
 from .drives import Drives, drives
 from .errors import InputError
 from .parts import PartInput, read_part
@@ -177,12 +177,14 @@ def prepare(case: Case) -> Job:
     """
     part = read_part(case)
     sliced = slice_part(case, part)
-    _, targets, told = sample_part(case, sliced)
+    laid, targets, told = sample_part(case, sliced)
     if len(targets) == 0:
         raise InputError(
             f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
         )
-    shape = part_shape(sliced, part.body_mesh, part.profile)
+    parameters = BeadParameters(**case.beads.model_dump())
+    beyond = [beyond_borders(one, parameters) for one in laid]
+    shape = part_shape(sliced, part.body_mesh, part.profile, beyond)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
     job = Job(case, sliced, shape, targets, compose(case, shape), warnings)
     _ = job.drives  # what is wrong with them is to be said before any search

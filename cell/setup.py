@@ -31,7 +31,7 @@ class Settings:
 
     Attributes:
         clearance: least distance of everything from everything, m.
-        speed: deposition speed, m/s.
+        speed: deposition speed from every target to the next, (n,), m/s.
         travel_speed: TCP speed of retracting and approaching, m/s.
         retract: way out along the normal before travelling, m.
         roll_step: distance of the roll's samples, rad.
@@ -40,7 +40,7 @@ class Settings:
     """
 
     clearance: float
-    speed: float
+    speed: Floats
     travel_speed: float
     retract: float
     roll_step: float

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from cell.deposit import part_shape
+from cell.deposit import beyond_borders, part_shape
+from slicing.beads import BeadParameters, lay_beads
 from slicing.layers import Body, SlicingParameters
 from slicing.part import mesh_from_arrays
 from slicing.slicer import slice_sub_volume
@@ -63,6 +64,37 @@ def test_every_layer_is_covered_by_its_pieces(solid, strategy):
             # and the material above it, up to the next layer
             raised = curve.points + 0.9 * 1.39 * layer.surface.normals(curve.points)
             assert inside(solids, raised).all()
+
+
+@pytest.mark.parametrize("solid", [boss, ring, tube])
+@pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
+def test_beads_that_stand_out_of_their_layers_are_covered(solid, strategy):
+    s, parameters = sliced(solid(), strategy), BeadParameters(width_mm=4.0)
+    (laid,) = lay_beads([s], parameters)
+    beyond = beyond_borders(laid, parameters)
+    assert (beyond == 2.0).all()
+    shape = part_shape([s], None, BODY, [beyond])
+    for layer in s.layers:
+        mine = {n: v for n, v in shape.hulls.items() if n.startswith(f"deposit/{layer.index}/")}
+        solids = [trimesh.PointCloud(v).convex_hull for v in mine.values()]
+        for curve in layer.curves:
+            normals = layer.surface.normals(curve.points)
+            along = np.cross(normals, [0.0, 0.0, 1.0])
+            along /= np.linalg.norm(along, axis=1)[:, None]
+            angles = np.linspace(0, 2 * np.pi, 9)[:, None, None]
+            way = np.cos(angles) * along + np.sin(angles) * np.cross(normals, along)
+            # on the layer's surface, 1.9 mm from the centre line
+            points = (curve.points + 1.9 * way).reshape(-1, 3)
+            points -= layer.surface.distance(points)[:, None] * layer.surface.normals(points)
+            assert inside(solids, points).all()
+
+
+def test_beads_within_their_layers_do_not_stand_out():
+    s = sliced(boss())
+    wide = BeadParameters("zigzag", width_mm=4.0)
+    assert not beyond_borders(lay_beads([s], wide)[0], wide).any()
+    narrow = BeadParameters("contour_parallel", width_mm=14.0)  # the boss is 12 wide
+    assert (beyond_borders(lay_beads([s], narrow)[0], narrow) == 7.0).all()
 
 
 def test_a_boss_is_one_piece_a_layer_no_larger_than_it_must_be():

@@ -160,3 +160,10 @@ def test_an_axis_too_slow_is_named(make_case):
     for row in slow:
         assert row.detail["axis"] == "A1"
         assert row.detail["needed_deg_s"] > row.detail["allowed_deg_s"] == 0.01
+
+
+def test_a_slower_bead_is_held_against_its_own_speed(make_case):
+    slow_axis = {"robot": {"max_speed_deg_s": [0.1, 100, 100, 100, 100, 100]}, "roll": {"fixed_deg": -60}}
+    assert {row.reason for row in failures(run(make_case(**slow_axis))).values()} == {"speed"}
+    process = {"speed_by_thickness": [[1.0, 0.1], [2.0, 0.1]], "deposition_speed_mm_s": 8.0}
+    assert run(make_case("slow", **slow_axis, process=process)).feasible

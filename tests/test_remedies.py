@@ -77,6 +77,9 @@ def test_what_is_screened_is_what_the_changed_case_has(roll, make_case):
         there = np.broadcast_to(own[:, None], (*ok.shape, 4, 4))[ok]
         np.testing.assert_allclose(job.solver.chain.forward(q[ok]), there, atol=1e-9)
         assert np.isclose(job.window.high - job.window.low, window.high - window.low)
+        if knob.key == "process.deposition_speed_mm_s":
+            assert (job.targets.speed_mm_s == job.case.process.deposition_speed_mm_s).all()
+            assert (job.targets.speed_mm_s < start.job.targets.speed_mm_s).all()
         seen.add((knob.key, knob.how))
     assert {key for key, _ in seen} >= {"roll", "table.E1_deg", "table.E2_deg", "table", "positioner.position_mm"}
     assert ("part.position_mm", "x") in seen or ("support.height_mm", "") in seen
