@@ -367,7 +367,8 @@ def _play(viewer: mujoco.viewer.Handle, staging: Staging, player: Player, presse
         with viewer.lock():
             viewer.user_scn.ngeom = laid
             laid = staging.draw(viewer.user_scn, frame, laid)
-            viewer.opt.flags[OURS] = 0  # t, c and o are the viewer's keys as well
+            for flag in OURS:
+                viewer.opt.flags[flag] = 0  # t, c and o are the viewer's keys as well
         texts = player.texts()
         if texts != said:
             viewer.set_texts(_overlay(texts))
