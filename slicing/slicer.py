@@ -212,8 +212,11 @@ def _thin_beads(sliced: SlicedSubVolume) -> list[str]:
         thin = total = 0.0
         for curve in layer.curves:
             points = resampled(curve.points, layer.surface, THIN_SPACING_MM)
-            below = sliced.thickness_at(layer.index, points) < least - 1e-6
-            thin, total = thin + curve.length_mm * float(below.mean()), total + curve.length_mm
+            over = sliced.thickness_at(layer.index, points) - (least - 1e-6)
+            after = np.roll(over, -1)
+            # of a stretch that crosses the limit, the part before or after the crossing
+            share = np.clip(np.minimum(over, after) / np.minimum(-np.abs(over - after), -1e-12), 0.0, 1.0)
+            thin, total = thin + curve.length_mm * float(share.mean()), total + curve.length_mm
         lines.append(
             f"{sliced.name}: layer {layer.index}: bead thinner than h_min {least:g} mm along {thin:.1f} of"
             f" {total:.1f} mm (least {layer.thickness_mm[0]:.3f} mm)"
