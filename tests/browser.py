@@ -66,7 +66,9 @@ class Browser:
 
     def settle(self) -> None:
         """Wait until the view has been drawn as it is drawn at rest."""
-        self.js("new Promise((done) => setTimeout(() => requestAnimationFrame(done), 350))")
+        # the frame after the one in which it is drawn: only then is that one on the screen
+        frame = "requestAnimationFrame(() => requestAnimationFrame(done))"
+        self.js(f"new Promise((done) => setTimeout(() => {frame}, 350))")
 
     def pixels(self, of: str = "#view") -> np.ndarray:
         from PIL import Image
