@@ -21,6 +21,7 @@ from .robot import require
 from .staging import PALE_RED, RED, VISIBLE, Staging
 
 MOST_NAMES = 150  # names of colliding geoms that get shapes to be shown in red
+SQUARE = 1.0  # width over height for which the cameras are chosen; narrower views stand farther off
 
 
 def scene_json(pack: Pack, result: Result) -> dict[str, Any]:
@@ -150,11 +151,14 @@ def _culprits(result: Result, staging: Staging) -> dict[str, list[int]]:
 
 
 def _cameras(result: Result, staging: Staging) -> dict[str, Any]:
-    """The best looks, as pictures choose them; the page fits the distance to its own shape."""
-    staging.pose(still(result, middle(result)))
+    """The best looks over the whole motion, as films choose them; the page fits the distance to its own shape."""
+    n = len(result.rows)
+    some = sorted({0, n // 4, middle(result), 3 * n // 4, n - 1})
+    known = [i for i in some if result.rows[i].q is not None or result.rows[i].attempt is not None]
+    frames = [still(result, i) for i in known or [middle(result)]]
     views = {}
     for name in ("cell", "torch"):
-        found = camera(staging, "cell" if name == "cell" else "torch", 1.3)
+        found = camera(staging, "cell" if name == "cell" else "torch", SQUARE, frames)
         views[name] = {
             "azimuth": round(float(np.deg2rad(found.azimuth)), 5),
             "elevation": round(float(np.deg2rad(found.elevation)), 5),

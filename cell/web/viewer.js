@@ -74,7 +74,7 @@ export class Viewer {
     this.view = view;
     const found = this.doc.scene.cameras[view === "cell" ? "cell" : "torch"];
     this.camera = { ...found, lookat: [...found.lookat] };
-    const narrow = Math.max(1, 1.3 / this.aspect());
+    const narrow = Math.max(1, 1 / this.aspect()); // they are chosen for a square view
     this.camera.distance *= narrow;
     if (view === "part") {
       const { centre, radius } = this._extent();
