@@ -57,12 +57,14 @@ class Skin:
     @classmethod
     def of(cls, mesh: Mesh, finer: float = 1.0) -> Skin:
         """A mesh's faces, the large ones divided; `finer` times smaller than usual."""
+        most = int(MOST_FACES * finer**2)
+        if len(mesh.faces) >= most:
+            return cls(mesh.vertices, mesh.faces)
         area = 0.5 * float(np.sqrt((mesh.normals**2).sum(axis=1)).sum())
         around = 0.5 * float(np.ptp(mesh.bounds, axis=0)[:2].max())
         limit = max(math.sqrt(8.0 * SAG_MM * around), math.sqrt(2.0 * area / ENOUGH_FACES)) / finer
         vertices, faces = mesh.vertices, mesh.faces
         done: list[Ints] = []
-        most = max(int(MOST_FACES * finer**2), len(faces))
         while len(faces) and sum(map(len, done)) + len(faces) <= most:
             side = vertices[np.roll(faces, -1, axis=1)] - vertices[faces]
             length2 = (side**2).sum(axis=2)
