@@ -26,8 +26,8 @@ from typing import Any
 
 import numpy as np
 
+from slicing.edges import Edges
 from slicing.part import Bools, Floats, Ints, Mesh, PartError, mesh_from_arrays
-from slicing.repair import Edges
 from slicing.repair_crossings import Crossings, crossings
 
 SHALLOW_MM = 0.01  # the tolerance of curves
