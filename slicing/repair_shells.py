@@ -177,7 +177,9 @@ class _Shells:
         sign = self.sign.copy()
         if (sign[kept] > 0).all():
             return sign, kept
-        turned, inner, outer = (np.zeros(self.count, dtype=bool) for _ in range(3))
+        turned, inner, outer, sticks_out = (np.zeros(self.count, dtype=bool) for _ in range(4))
+        apart = self.label[crossing.pairs]
+        sticks_out[apart[apart[:, 0] != apart[:, 1]]] = True  # what crosses another is in it with a part only: united
         larger: list[int] = []
         for shell in np.argsort(-np.abs(self.volume), kind="stable").tolist():
             if not kept[shell]:
@@ -192,7 +194,7 @@ class _Shells:
                 sign[shell], turned[shell] = 1, True
             elif turned[around].any() and outside > 0 and sign[shell] > 0:
                 raise self._untold("two shells, one within the other, both face inward", shell)
-            inner[shell] = outside > 0 and outside + sign[shell] > 0
+            inner[shell] = outside > 0 and outside + sign[shell] > 0 and not sticks_out[shell]
             self._refuse_torn(shell, around, sign, turned, crossing)
         if (turned == outer).all():
             lines.append(f"{name}: the mesh was inside out; turned")
@@ -223,7 +225,9 @@ def _inner_line(name: str, count: int) -> str:
 
 
 def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines: list[str]) -> Mesh | None:
-    """The union of shells that overlap; None if none do (none `cross`, and together they are as large as one by one).
+    """The union of shells that overlap.
+
+    None if none do: none `cross`, none lies within another, and together they are as large as one by one.
 
     Raises:
         PartError: the union does not agree with the winding numbers.
@@ -241,9 +245,12 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines
     union = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
     apart, together = sum(solid.volume() for solid in solids), union.volume()
     area = sum(solid.surface_area() for solid in solids)
-    if not cross and apart - together <= max(SAME_VOLUME * apart, 4.0 * mesh.noise_mm * area):
-        return None
     data = union.to_mesh64()
+    # a shell within another leaves no face, however small it is against the rounding of those that merely touch
+    left = np.asarray(data.run_original_id)[np.diff(data.run_index) > 0]
+    within = sum(solid.original_id() not in left for solid in solids)
+    if not (cross or within) and apart - together <= max(SAME_VOLUME * apart, 4.0 * mesh.noise_mm * area):
+        return None
     vertices = np.asarray(data.vert_properties)[:, :3]
     triangles = np.asarray(data.tri_verts).astype(np.int64)
     _require_same_inside(mesh, faces, vertices[triangles])
@@ -251,6 +258,8 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines
         f"{mesh.name}: {len(solids)} shells overlap and were united ({apart:.6g} mm³ counting the overlaps twice,"
         f" {together:.6g} mm³ as one solid)"
     )
+    if within:
+        lines.append(_inner_line(mesh.name, within))
     made = mesh_from_arrays(mesh.name, vertices, triangles, mesh.noise_mm)
     return replace(made, warnings=(*mesh.warnings, *lines))
 
@@ -283,7 +292,7 @@ def _solids(mesh: Mesh, faces: Ints, label: Ints, sign: Ints) -> list[Any]:
         solid = manifold3d.Manifold(data)
         if solid.status() != manifold3d.Error.NoError:
             raise PartError(f"{mesh.name}: the mesh does not bound a solid (manifold3d: {solid.status().name})")
-        solids.append(solid)
+        solids.append(solid.as_original())
     return solids
 
 

@@ -219,10 +219,31 @@ def test_nested_shells():
     filled = sound(*joined(BOX, SMALL))
     assert filled.volume == pytest.approx(6000)
     said(filled, "overlap")
+    said(filled, "1 shell within the material of others, facing outward, dropped")
     filled = sound(*joined(BOX, SMALL, reversed_(box((1, 1, 20), (2, 2, 21)))))
     assert filled.volume == pytest.approx(6000 - 1)
     said(filled, "1 shell within the material of others, facing outward, dropped")
     assert "cannot be told" in refusal(*joined(reversed_(BOX), reversed_(SMALL)))
+
+
+def test_a_small_shell_within_a_large_one_is_no_rounding():
+    """In coordinates so coarse (a file in metres) that touching shells may overlap by more than it holds."""
+    large = box((0, 0, 0), (200, 200, 200))
+    mesh = sound(*joined(large, box((50, 50, 50), (52, 52, 52))), noise_mm=1e-3)
+    assert mesh.volume == pytest.approx(8e6, rel=1e-12)
+    said(mesh, "1 shell within the material of others")
+
+
+def test_a_shell_that_sticks_out_of_a_recess_is_united_whatever_else_there_is():
+    """Most of it lies in the other's material, all of it in the other's box; a cavity far off changes nothing."""
+    recess = trimesh.creation.box(bounds=[(-1, 10, 10), (11, 21, 20)])
+    u = trimesh.boolean.difference([trimesh.creation.box(bounds=[(0, 0, 0), (10, 20, 30)]), recess])
+    bar = box((4, 12, 2), (6, 14, 11))
+    cavity = reversed_(box((1, 1, 1), (2, 2, 2)))
+    for more, volume in (((), 0.0), ((cavity,), 1.0)):
+        mesh = sound(*joined((u.vertices, u.faces), bar, *more))
+        assert mesh.volume == pytest.approx(5000 + 4 - volume)
+        said(mesh, "overlap and were united")
 
 
 def test_a_sheet_with_two_sides_encloses_nothing():
