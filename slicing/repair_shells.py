@@ -31,7 +31,7 @@ from slicing.part import Bools, Floats, Ints, Mesh, PartError, mesh_from_arrays
 from slicing.repair_crossings import Crossings, crossings
 
 SHALLOW_MM = 0.01  # the tolerance of curves
-FLAT = 1e-9  # of its extent cubed: a shell of less volume is a sheet
+FLAT = 1e-12  # of its extent cubed: a shell of less volume is a sheet
 SAME_VOLUME = 1e-6  # shells whose union is as large as they are together do not overlap
 MOST_ANGLES = 20_000_000  # solid angles in a check by winding numbers
 SEED = 20240901
@@ -47,15 +47,17 @@ def one_solid(mesh: Mesh) -> Mesh:
         The same mesh where nothing was wrong, else the repaired one, what was done added to its warnings.
 
     Raises:
-        PartError: crossing faces, or shells of which it cannot be told what is solid; one line.
+        PartError: crossing faces, no volume, or shells of which it cannot be told what is solid; one line.
     """
     reach = max(4.0 * mesh.noise_mm, 1e-9 * float(np.ptp(mesh.bounds, axis=0).max()))
     crossing = crossings(mesh.vertices, mesh.faces, reach)
     label, count = shell_labels(mesh)
     lines = _crossing_lines(mesh, crossing, label)
+    shells = _Shells(mesh, label, count)
+    if not shells.solid.any():
+        raise PartError(f"{mesh.name}: the mesh encloses no volume; a solid is needed")
     if count == 1:
         return _alone(mesh, lines)
-    shells = _Shells(mesh, label, count)
     sign, kept = shells.settled(crossing, lines)
     turned = sign != shells.sign
     faces = np.where(turned[label][:, None], mesh.faces[:, ::-1], mesh.faces)[kept[label]]
@@ -146,6 +148,7 @@ class _Shells:
         corners = mesh.vertices[mesh.faces[self._order]]
         self.low = np.minimum.reduceat(corners.min(axis=1), self._first[:-1])
         self.high = np.maximum.reduceat(corners.max(axis=1), self._first[:-1])
+        self.solid = np.asarray(np.abs(self.volume) > FLAT * (self.high - self.low).max(axis=1) ** 3)
 
     def triangles(self, shell: int) -> Floats:
         """Corners (k, 3, 3) of a shell's faces."""
@@ -170,8 +173,7 @@ class _Shells:
         Raises:
             PartError: it cannot be told.
         """
-        name, extent = self.mesh.name, (self.high - self.low).max(axis=1)
-        kept = np.asarray(np.abs(self.volume) > FLAT * extent**3)
+        name, kept = self.mesh.name, self.solid
         if not kept.all():
             lines.append(f"{name}: {int((~kept).sum())} shells without volume dropped")
         sign = self.sign.copy()

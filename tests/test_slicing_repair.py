@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 import trimesh
@@ -244,6 +246,30 @@ def test_a_shell_that_sticks_out_of_a_recess_is_united_whatever_else_there_is():
         mesh = sound(*joined((u.vertices, u.faces), bar, *more))
         assert mesh.volume == pytest.approx(5000 + 4 - volume)
         said(mesh, "overlap and were united")
+
+
+def test_sheets_alone_and_coordinates_of_no_part_are_refused(tmp_path):
+    flat = BOX.vertices * [1, 1, 0]
+    assert "encloses no volume" in refusal(flat, BOX.faces)
+    assert "encloses no volume" in refusal(*joined((flat, BOX.faces), (flat + np.array([0, 0, 9.0]), BOX.faces)))
+    assert "at most 1e+09 mm" in refusal(BOX.vertices * 1e200, BOX.faces)
+    huge = tmp_path / "huge.obj"
+    huge.write_text("v 0 0 1e300\nv 1 0 0\nv 0 1 0\nv 0 0 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(PartError, match="coordinates up to 1e\\+300 mm"):
+            load_mesh(huge)
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"), [("stl", "its text is not UTF-8|not readable"), ("3mf", "not readable|needs")]
+)
+def test_rubbish_is_one_line(kind, says, tmp_path):
+    file = tmp_path / f"rubbish.{kind}"
+    file.write_bytes(np.random.default_rng(1).integers(0, 256, 4000, dtype=np.uint8).tobytes())
+    with pytest.raises(PartError, match=says) as caught:
+        load_mesh(file)
+    assert "\n" not in str(caught.value)
 
 
 def test_a_sheet_with_two_sides_encloses_nothing():
