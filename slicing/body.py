@@ -111,10 +111,14 @@ def turned_solid(profile: Sequence[tuple[float, float]], axis_xy_mm: tuple[float
     j = (i + 1) % corners
     faces = []
     for k, (below, above) in enumerate(itertools.pairwise(rings)):
-        # a ring on the axis is one point: its corners are all the same
-        a, b = (first[k + n] + (i if len(ring) > 1 else 0 * i) for n, ring in enumerate((below, above)))
-        a2, b2 = (first[k + n] + (j if len(ring) > 1 else 0 * j) for n, ring in enumerate((below, above)))
-        faces += [np.stack([a, a2, b2], axis=1), np.stack([a, b2, b], axis=1)]
+        a, b = first[k], first[k + 1]
+        # at a ring that is one point, on the axis, one of the two triangles of each quadrilateral has no area
+        if len(below) > 1:
+            faces.append(np.stack([a + i, a + j, b + (j if len(above) > 1 else 0 * j)], axis=1))
+        if len(above) > 1:
+            faces.append(np.stack([a + (i if len(below) > 1 else 0 * i), b + j, b + i], axis=1))
+    if not faces:
+        raise PartError(f"{BODY_NAME}: its profile lies on the axis; a solid is needed")
     return mesh_from_arrays(BODY_NAME, np.concatenate(rings), np.concatenate(faces))
 
 

@@ -1,10 +1,13 @@
 """The edges of a triangle mesh: one sort, everything else by counting.
 
 edges, of_side = edge_table(len(vertices), faces)
-unpaired, unbalanced = open_edges(len(vertices), faces)
+found = Edges.of(len(vertices), faces)
+found.is_surface, found.count, found.balance
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -45,15 +48,47 @@ def edge_table(n: int, faces: Ints) -> tuple[Ints, Ints]:
     return np.stack([lower, keys - lower * n], axis=1), of_side.reshape(-1, 3)
 
 
-def open_edges(n: int, faces: Ints) -> tuple[int, int]:
-    """How many edges lack a partner altogether, and how many have one that runs the same way.
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """The edges of triangles, each once.
 
-    Args:
-        n: how many vertices there are.
-        faces: (m, 3) vertex indices.
+    Attributes:
+        side: (3 m,) sides of the faces (3 f + k), sorted by their edge.
+        first: (e,) where each edge's sides begin in `side`.
+        count: (e,) how many sides an edge has.
+        balance: (e,) how many more of them run one way than the other.
     """
-    order, keys = _sorted_sides(n, faces)
-    first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
-    up = np.where(faces.ravel() < faces[:, [1, 2, 0]].ravel(), 1, -1)
-    count = np.diff(np.append(first, len(keys)))
-    return int((count % 2 == 1).sum()), int((np.add.reduceat(up[order], first) != 0).sum())
+
+    side: Ints
+    first: Ints
+    count: Ints
+    balance: Ints
+
+    @classmethod
+    def of(cls, n: int, faces: Ints) -> Edges:
+        """Edges of faces (m, 3) on n vertices."""
+        side, keys = _sorted_sides(n, faces)
+        first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1])) if len(keys) else np.zeros(0, dtype=np.int64)
+        sense = np.where(faces.ravel() < faces[:, [1, 2, 0]].ravel(), 1, -1)[side]
+        count = np.diff(np.append(first, len(keys)))
+        balance = np.add.reduceat(sense, first) if len(first) else np.zeros(0, dtype=np.int64)
+        return cls(side, first, count, balance)
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether every edge has an even number of sides."""
+        return not (self.count % 2).any()
+
+    @property
+    def is_surface(self) -> bool:
+        """Whether every edge has two sides that run opposite ways."""
+        return bool((self.count == 2).all() and (self.balance == 0).all())
+
+    def pairs(self) -> Ints:
+        """(k, 2) sides of the edges that have exactly two."""
+        at = self.first[self.count == 2]
+        return np.stack([self.side[at], self.side[at + 1]], axis=1)
+
+    def odd_sides(self) -> Ints:
+        """Sides of the edges that have an odd number of them."""
+        return self.side[np.repeat(self.count % 2 == 1, self.count)]

@@ -14,6 +14,8 @@ from __future__ import annotations
 import math
 import re
 import struct
+import zipfile
+import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -37,20 +39,25 @@ UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 SMALL_MM, LARGE_MM = 1.0, 10_000.0  # extents outside these are almost always a wrong unit
 USUAL_MM = 150.0  # of the units that are possible that one is likely which comes nearest
 MOST_FACES = 5_000_000  # 0.7 GB of memory a million
+FARTHEST_MM = 1e9  # coordinates beyond this are no part's; their squares and cubes would leave no digits
 DOUBLE_NOISE_MM = 1e-6  # coordinates written as text, or computed: what two "equal" heights may differ by
 # what trimesh's readers raise on damaged files (each format its own)
 READ_ERRORS = (
-    *(
-        ArithmeticError,
-        AssertionError,
-        AttributeError,
-        BufferError,
-        EOFError,
-        ImportError,
-        LookupError,
-        OSError,
-    ),
-    *(RuntimeError, SyntaxError, TypeError, ValueError, struct.error),
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    BufferError,
+    EOFError,
+    ImportError,
+    LookupError,
+    OSError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
 )
 
 
@@ -134,8 +141,9 @@ def mesh_from_arrays(
         The mesh.
 
     Raises:
-        PartError: nothing in it, more than MOST_FACES, numbers that are not finite, indices out of range, not closed,
-            or no volume; of every shell: faces that cross, or shells of which it cannot be told what is solid.
+        PartError: nothing in it, more than MOST_FACES, numbers that are not finite or beyond FARTHEST_MM, indices out
+            of range, not closed, or no volume; of every shell: faces that cross, or shells of which it cannot be told
+            what is solid.
     """
     from slicing.repair import closed_surface  # these build on this module
     from slicing.repair_shells import one_solid
@@ -151,6 +159,7 @@ def mesh_from_arrays(
     whole = (a != b) & (b != c) & (c != a)
     if not whole.any():
         raise PartError(f"{name}: every face is degenerate (uses a vertex twice)")
+    _require_near(name, points)
     points, triangles, warnings = closed_surface(name, points, triangles if whole.all() else triangles[whole])
     if not whole.all():
         warnings.insert(0, f"{name}: {int((~whole).sum())} faces that use a vertex twice dropped")
@@ -185,6 +194,7 @@ def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> M
     if not file.is_file():
         raise PartError(f"{file}: {'not a file' if file.exists() else 'no such file'}")
     vertices, faces = _read(file, units)
+    _require_near(str(file), vertices * UNITS_MM[units])
     vertices, faces = _merge_duplicates(vertices, faces)
     scale = UNITS_MM[units]
     noise = max(_noise(vertices) * scale, 1e-9)
@@ -227,6 +237,8 @@ def _read(file: Path, units: str) -> tuple[Floats, Ints]:
         loaded = trimesh.load(str(file), process=False, force="mesh")
     except READ_ERRORS as error:
         reason = " ".join(str(error).split()) or type(error).__name__
+        if isinstance(error, ImportError):  # trimesh asks for a guesser of encodings
+            reason = "its text is not UTF-8"
         raise PartError(f"{file}: not readable as a {file.suffix.lstrip('.').upper()} mesh ({reason[:120]})") from None
     _require_unit(file, getattr(loaded, "units", None), units)
     vertices = np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), dtype=np.float64)
@@ -293,6 +305,13 @@ def _require_size(name: str, faces: int) -> None:
     """Refuse more faces than fit."""
     if faces > MOST_FACES:
         raise PartError(f"{name}: {faces:,} faces; at most {MOST_FACES:,} are taken: simplify the mesh first")
+
+
+def _require_near(name: str, points: Floats) -> None:
+    """Refuse coordinates that no part has; what is not finite is looked at elsewhere."""
+    farthest = float(np.abs(points[np.isfinite(points)]).max(initial=0.0))
+    if farthest > FARTHEST_MM:
+        raise PartError(f"{name}: coordinates up to {farthest:.3g} mm; at most {FARTHEST_MM:g} mm are taken")
 
 
 def _size_warnings(name: str, points: Floats, units: str) -> list[str]:

@@ -18,64 +18,14 @@ running each way, is passed on as it is: that check costs one sort.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from slicing.edges import Edges
 from slicing.part import Bools, Floats, Ints, PartError
 
 JOIN_MM = 0.01  # farther apart two vertices are never one: the tolerance of curves
 JOIN_SHARE = 0.1  # of the shortest open edge
 HOLE_MM = 0.05  # across; filling it changes no bead
-
-
-@dataclass(frozen=True, eq=False)
-class Edges:
-    """The edges of triangles, each once.
-
-    Attributes:
-        side: (3 m,) sides of the faces (3 f + k), sorted by their edge.
-        first: (e,) where each edge's sides begin in `side`.
-        count: (e,) how many sides an edge has.
-        balance: (e,) how many more of them run one way than the other.
-    """
-
-    side: Ints
-    first: Ints
-    count: Ints
-    balance: Ints
-
-    @classmethod
-    def of(cls, n: int, faces: Ints) -> Edges:
-        """Edges of faces (m, 3) on n vertices."""
-        start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-        keys = np.minimum(start, end) * n + np.maximum(start, end)
-        side = np.argsort(keys, kind="stable")
-        keys = keys[side]
-        first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1])) if len(keys) else np.zeros(0, dtype=np.int64)
-        sense = np.where(start < end, 1, -1)[side]
-        count = np.diff(np.append(first, len(keys)))
-        balance = np.add.reduceat(sense, first) if len(first) else np.zeros(0, dtype=np.int64)
-        return cls(side, first, count, balance)
-
-    @property
-    def is_closed(self) -> bool:
-        """Whether every edge has an even number of sides."""
-        return not (self.count % 2).any()
-
-    @property
-    def is_surface(self) -> bool:
-        """Whether every edge has two sides that run opposite ways."""
-        return bool((self.count == 2).all() and (self.balance == 0).all())
-
-    def pairs(self) -> Ints:
-        """(k, 2) sides of the edges that have exactly two."""
-        at = self.first[self.count == 2]
-        return np.stack([self.side[at], self.side[at + 1]], axis=1)
-
-    def odd_sides(self) -> Ints:
-        """Sides of the edges that have an odd number of them."""
-        return self.side[np.repeat(self.count % 2 == 1, self.count)]
 
 
 def closed_surface(name: str, points: Floats, faces: Ints) -> tuple[Floats, Ints, list[str]]:

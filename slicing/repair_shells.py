@@ -26,12 +26,12 @@ from typing import Any
 
 import numpy as np
 
+from slicing.edges import Edges
 from slicing.part import Bools, Floats, Ints, Mesh, PartError, mesh_from_arrays
-from slicing.repair import Edges
 from slicing.repair_crossings import Crossings, crossings
 
 SHALLOW_MM = 0.01  # the tolerance of curves
-FLAT = 1e-9  # of its extent cubed: a shell of less volume is a sheet
+FLAT = 1e-12  # of its extent cubed: a shell of less volume is a sheet
 SAME_VOLUME = 1e-6  # shells whose union is as large as they are together do not overlap
 MOST_ANGLES = 20_000_000  # solid angles in a check by winding numbers
 SEED = 20240901
@@ -47,15 +47,17 @@ def one_solid(mesh: Mesh) -> Mesh:
         The same mesh where nothing was wrong, else the repaired one, what was done added to its warnings.
 
     Raises:
-        PartError: crossing faces, or shells of which it cannot be told what is solid; one line.
+        PartError: crossing faces, no volume, or shells of which it cannot be told what is solid; one line.
     """
     reach = max(4.0 * mesh.noise_mm, 1e-9 * float(np.ptp(mesh.bounds, axis=0).max()))
     crossing = crossings(mesh.vertices, mesh.faces, reach)
     label, count = shell_labels(mesh)
     lines = _crossing_lines(mesh, crossing, label)
+    shells = _Shells(mesh, label, count)
+    if not shells.solid.any():
+        raise PartError(f"{mesh.name}: the mesh encloses no volume; a solid is needed")
     if count == 1:
         return _alone(mesh, lines)
-    shells = _Shells(mesh, label, count)
     sign, kept = shells.settled(crossing, lines)
     turned = sign != shells.sign
     faces = np.where(turned[label][:, None], mesh.faces[:, ::-1], mesh.faces)[kept[label]]
@@ -146,6 +148,7 @@ class _Shells:
         corners = mesh.vertices[mesh.faces[self._order]]
         self.low = np.minimum.reduceat(corners.min(axis=1), self._first[:-1])
         self.high = np.maximum.reduceat(corners.max(axis=1), self._first[:-1])
+        self.solid = np.asarray(np.abs(self.volume) > FLAT * (self.high - self.low).max(axis=1) ** 3)
 
     def triangles(self, shell: int) -> Floats:
         """Corners (k, 3, 3) of a shell's faces."""
@@ -170,14 +173,15 @@ class _Shells:
         Raises:
             PartError: it cannot be told.
         """
-        name, extent = self.mesh.name, (self.high - self.low).max(axis=1)
-        kept = np.asarray(np.abs(self.volume) > FLAT * extent**3)
+        name, kept = self.mesh.name, self.solid
         if not kept.all():
             lines.append(f"{name}: {int((~kept).sum())} shells without volume dropped")
         sign = self.sign.copy()
         if (sign[kept] > 0).all():
             return sign, kept
-        turned, inner, outer = (np.zeros(self.count, dtype=bool) for _ in range(3))
+        turned, inner, outer, sticks_out = (np.zeros(self.count, dtype=bool) for _ in range(4))
+        apart = self.label[crossing.pairs]
+        sticks_out[apart[apart[:, 0] != apart[:, 1]]] = True  # what crosses another is in it with a part only: united
         larger: list[int] = []
         for shell in np.argsort(-np.abs(self.volume), kind="stable").tolist():
             if not kept[shell]:
@@ -192,7 +196,7 @@ class _Shells:
                 sign[shell], turned[shell] = 1, True
             elif turned[around].any() and outside > 0 and sign[shell] > 0:
                 raise self._untold("two shells, one within the other, both face inward", shell)
-            inner[shell] = outside > 0 and outside + sign[shell] > 0
+            inner[shell] = outside > 0 and outside + sign[shell] > 0 and not sticks_out[shell]
             self._refuse_torn(shell, around, sign, turned, crossing)
         if (turned == outer).all():
             lines.append(f"{name}: the mesh was inside out; turned")
@@ -223,7 +227,9 @@ def _inner_line(name: str, count: int) -> str:
 
 
 def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines: list[str]) -> Mesh | None:
-    """The union of shells that overlap; None if none do (none `cross`, and together they are as large as one by one).
+    """The union of shells that overlap.
+
+    None if none do: none `cross`, none lies within another, and together they are as large as one by one.
 
     Raises:
         PartError: the union does not agree with the winding numbers.
@@ -241,9 +247,12 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines
     union = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
     apart, together = sum(solid.volume() for solid in solids), union.volume()
     area = sum(solid.surface_area() for solid in solids)
-    if not cross and apart - together <= max(SAME_VOLUME * apart, 4.0 * mesh.noise_mm * area):
-        return None
     data = union.to_mesh64()
+    # a shell within another leaves no face, however small it is against the rounding of those that merely touch
+    left = np.asarray(data.run_original_id)[np.diff(data.run_index) > 0]
+    within = sum(solid.original_id() not in left for solid in solids)
+    if not (cross or within) and apart - together <= max(SAME_VOLUME * apart, 4.0 * mesh.noise_mm * area):
+        return None
     vertices = np.asarray(data.vert_properties)[:, :3]
     triangles = np.asarray(data.tri_verts).astype(np.int64)
     _require_same_inside(mesh, faces, vertices[triangles])
@@ -251,6 +260,8 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines
         f"{mesh.name}: {len(solids)} shells overlap and were united ({apart:.6g} mm³ counting the overlaps twice,"
         f" {together:.6g} mm³ as one solid)"
     )
+    if within:
+        lines.append(_inner_line(mesh.name, within))
     made = mesh_from_arrays(mesh.name, vertices, triangles, mesh.noise_mm)
     return replace(made, warnings=(*mesh.warnings, *lines))
 
@@ -283,7 +294,7 @@ def _solids(mesh: Mesh, faces: Ints, label: Ints, sign: Ints) -> list[Any]:
         solid = manifold3d.Manifold(data)
         if solid.status() != manifold3d.Error.NoError:
             raise PartError(f"{mesh.name}: the mesh does not bound a solid (manifold3d: {solid.status().name})")
-        solids.append(solid)
+        solids.append(solid.as_original())
     return solids
 
 

@@ -13,7 +13,7 @@ from cell.parts import read_part
 from slicing.body import slice_body, turned_solid
 from slicing.indices import indices
 from slicing.layers import Body, ConicalBody, SlicingParameters
-from slicing.part import mesh_from_arrays
+from slicing.part import PartError, mesh_from_arrays
 from slicing.targets import sample_targets
 
 H = 1.5
@@ -70,6 +70,22 @@ def test_a_cone_and_a_stepped_profile_that_starts_on_the_axis():
     bobbin = turned((0.0, 0.0), (15.0, 0.0), (15.0, 5.0), (6.0, 5.0), (6.0, 20.0), (0.0, 26.0), tolerance=1e-3)
     assert bobbin.volume == pytest.approx(np.pi * (225 * 5 + 36 * 15 + 36 * 6 / 3), rel=2e-4)
     assert len(slice_body(bobbin, Body(6.0, AXIS), PARAMETERS).layers) == 18
+
+
+@pytest.mark.parametrize("profile", [((20.0, 0.0), (20.0, 9.0)), ((0.0, 0.0), (8.0, 4.0), (0.0, 9.0))])
+def test_the_poles_of_a_turned_solid_are_fans(profile):
+    mesh = turned(*profile)
+    assert not mesh.warnings
+    assert (mesh.normals**2).sum(axis=1).min() > 0.0
+    rings = sum(r > 0 for r, _ in profile)
+    around = (len(mesh.vertices) - 2) // rings
+    assert len(mesh.faces) == 2 * around * rings
+    assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).is_watertight
+
+
+def test_a_profile_that_lies_on_the_axis_is_refused():
+    with pytest.raises(PartError, match="lies on the axis"):
+        turned((0.0, 0.0), (0.0, 9.0))
 
 
 def test_the_body_comes_first_and_is_not_there_before_it_is_printed(make_case):

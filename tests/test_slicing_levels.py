@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from test_slicing_solids import blade, box, subdivided
 
 from slicing import chains, levels
-from slicing.edges import edge_table, open_edges
+from slicing.edges import Edges, edge_table
 from slicing.intersect import intersect, intersect_offsets
 from slicing.part import mesh_from_arrays
 from slicing.surfaces import Cone, Cylinder, Plane
@@ -109,8 +109,21 @@ def test_edges_are_found_by_either_sort_and_open_ones_counted():
     far_edges, far_of_side = edge_table(2**31, mesh.faces)
     assert np.array_equal(far_edges, edges)
     assert np.array_equal(far_of_side, of_side)
-    assert open_edges(len(mesh.vertices), mesh.faces) == (0, 0)
-    assert open_edges(len(mesh.vertices), mesh.faces[1:]) == (3, 3)
+    whole, far = Edges.of(len(mesh.vertices), mesh.faces), Edges.of(2**31, mesh.faces)
+    assert whole.is_surface
+    assert np.array_equal(whole.side, far.side)
+    assert np.array_equal(whole.first, far.first)
+    open_ = Edges.of(len(mesh.vertices), mesh.faces[1:])
+    assert (int((open_.count == 1).sum()), open_.is_closed) == (3, False)
+    assert sorted(open_.odd_sides() // 3) == sorted(of for of in range(len(mesh.faces) - 1) if _touches(mesh, of + 1))
     turned = mesh.faces.copy()
     turned[0] = turned[0, ::-1]
-    assert open_edges(len(mesh.vertices), turned) == (0, 3)
+    found = Edges.of(len(mesh.vertices), turned)
+    assert (int((found.balance != 0).sum()), found.is_closed, found.is_surface) == (3, True, False)
+    none = Edges.of(5, np.zeros((0, 3), dtype=np.int64))
+    assert len(none.count) == len(none.pairs()) == 0
+
+
+def _touches(mesh, face):
+    """Whether a face has a common edge with face 0."""
+    return len(set(mesh.faces[face].tolist()) & set(mesh.faces[0].tolist())) == 2

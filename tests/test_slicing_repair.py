@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 import trimesh
@@ -219,10 +221,55 @@ def test_nested_shells():
     filled = sound(*joined(BOX, SMALL))
     assert filled.volume == pytest.approx(6000)
     said(filled, "overlap")
+    said(filled, "1 shell within the material of others, facing outward, dropped")
     filled = sound(*joined(BOX, SMALL, reversed_(box((1, 1, 20), (2, 2, 21)))))
     assert filled.volume == pytest.approx(6000 - 1)
     said(filled, "1 shell within the material of others, facing outward, dropped")
     assert "cannot be told" in refusal(*joined(reversed_(BOX), reversed_(SMALL)))
+
+
+def test_a_small_shell_within_a_large_one_is_no_rounding():
+    """In coordinates so coarse (a file in metres) that touching shells may overlap by more than it holds."""
+    large = box((0, 0, 0), (200, 200, 200))
+    mesh = sound(*joined(large, box((50, 50, 50), (52, 52, 52))), noise_mm=1e-3)
+    assert mesh.volume == pytest.approx(8e6, rel=1e-12)
+    said(mesh, "1 shell within the material of others")
+
+
+def test_a_shell_that_sticks_out_of_a_recess_is_united_whatever_else_there_is():
+    """Most of it lies in the other's material, all of it in the other's box; a cavity far off changes nothing."""
+    recess = trimesh.creation.box(bounds=[(-1, 10, 10), (11, 21, 20)])
+    u = trimesh.boolean.difference([trimesh.creation.box(bounds=[(0, 0, 0), (10, 20, 30)]), recess])
+    bar = box((4, 12, 2), (6, 14, 11))
+    cavity = reversed_(box((1, 1, 1), (2, 2, 2)))
+    for more, volume in (((), 0.0), ((cavity,), 1.0)):
+        mesh = sound(*joined((u.vertices, u.faces), bar, *more))
+        assert mesh.volume == pytest.approx(5000 + 4 - volume)
+        said(mesh, "overlap and were united")
+
+
+def test_sheets_alone_and_coordinates_of_no_part_are_refused(tmp_path):
+    flat = BOX.vertices * [1, 1, 0]
+    assert "encloses no volume" in refusal(flat, BOX.faces)
+    assert "encloses no volume" in refusal(*joined((flat, BOX.faces), (flat + np.array([0, 0, 9.0]), BOX.faces)))
+    assert "at most 1e+09 mm" in refusal(BOX.vertices * 1e200, BOX.faces)
+    huge = tmp_path / "huge.obj"
+    huge.write_text("v 0 0 1e300\nv 1 0 0\nv 0 1 0\nv 0 0 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(PartError, match="coordinates up to 1e\\+300 mm"):
+            load_mesh(huge)
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"), [("stl", "its text is not UTF-8|not readable"), ("3mf", "not readable|needs")]
+)
+def test_rubbish_is_one_line(kind, says, tmp_path):
+    file = tmp_path / f"rubbish.{kind}"
+    file.write_bytes(np.random.default_rng(1).integers(0, 256, 4000, dtype=np.uint8).tobytes())
+    with pytest.raises(PartError, match=says) as caught:
+        load_mesh(file)
+    assert "\n" not in str(caught.value)
 
 
 def test_a_sheet_with_two_sides_encloses_nothing():
