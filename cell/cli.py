@@ -144,11 +144,6 @@ def _check(args: argparse.Namespace) -> int:
 
     case = _load(args)
     result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
-    if args.html:
-        from .files import write_bytes
-        from .html import html_report
-
-        write_bytes(args.html, html_report(result).encode())
     if args.motion:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")
@@ -166,6 +161,11 @@ def _check(args: argparse.Namespace) -> int:
         reasons = all_reasons(result)
         _say(all_reasons_lines(result, reasons), to)
     remedies = _what_would_help(result, args.remedies, to)
+    if args.html:
+        from .files import write_bytes
+        from .html import html_report
+
+        write_bytes(args.html, html_report(result, remedies).encode())
     if args.json:
         _put_json(args.json, report_document(result, remedies, reasons))
     return FEASIBLE if result.feasible else INFEASIBLE

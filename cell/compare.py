@@ -41,8 +41,12 @@ if TYPE_CHECKING:
 
 PAPER_TABLES = MODELS_DIR / "parts" / "paper_tables.yaml"
 STRATEGIES = ("planar", "cylindrical", "nonuniform")  # those of the paper, in its order
-TITLES = {"nonuniform": "non-uniform"}  # where they differ from the strategy's key
 SAME_AREA = 1e-3  # relative: cylinders a nudge apart have areas this close
+
+
+def title_of(strategy: str) -> str:
+    """A strategy as it is read."""
+    return "non-uniform" if strategy == "nonuniform" else strategy
 
 
 @dataclass(frozen=True)
@@ -317,7 +321,7 @@ def _table(one: Comparison) -> RenderableType:
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column(one.name, style="dim", min_width=16)
     for row in one.rows:
-        table.add_column(TITLES.get(row.strategy, row.strategy), justify="right", min_width=18)
+        table.add_column(title_of(row.strategy), justify="right", min_width=18)
     ours, best = _cells(one.rows), best_strategy(one.rows)
     paper = {} if one.paper is None else _cells(one.paper)
     for title, key, digits in CRITERIA:

@@ -9,7 +9,8 @@ policy forbids it to. The same result gives the same page.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,9 +19,13 @@ from .html_pack import Pack
 from .html_page import page, script_of, template
 from .html_scene import scene_json
 from .html_series import path_json
-from .html_words import ORDER, REASON_WORDS, Words, severity, what_went_wrong, worst
+from .html_words import REASON_WORDS, Words, what_went_wrong, worst
 from .place import METRES_PER_MM
+from .report import GRAVEST_FIRST, severity
 from .terminal import stage
+
+if TYPE_CHECKING:
+    from .remedies import Remedy
 
 SCRIPTS = (  # in order of use
     *("data", "math", "scene", "meshes", "shaders", "buffers", "viewer", "controls"),
@@ -29,16 +34,17 @@ SCRIPTS = (  # in order of use
 
 
 @stage("writing the report")
-def html_report(result: Result) -> str:
+def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
     """The report of a check.
 
     Args:
         result: the verdict.
+        remedies: what would help, from ``cell.remedies``.
 
     Returns:
         The whole file; UTF-8.
     """
-    words = Words(result)
+    words = Words(result, remedies)
     good = result.feasible
     fill = {
         "title": words.title(),
@@ -50,6 +56,8 @@ def html_report(result: Result) -> str:
         "facts": words.facts(),
         "warnings": words.warnings(),
         "no_warnings": "" if result.job.warnings else "hidden",
+        "help": words.help(),
+        "no_help": "" if remedies else "hidden",
         "settings": words.settings(),
         "table_hidden": "hidden" if good else "",
         "x_name": "Time" if result.motion is not None else "Target",
@@ -62,7 +70,7 @@ def packed(result: Result) -> str:
     """The page's numbers, as ``cell.html_pack`` writes them."""
     pack = Pack()
     job, t = result.job, result.job.targets
-    verdicts = ("feasible", *ORDER)
+    verdicts = ("feasible", *GRAVEST_FIRST)
     document: dict[str, Any] = {
         "schema": "rbam-html/1",
         "case": job.case.title,

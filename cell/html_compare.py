@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from html import escape
 from typing import Any
 
-from .compare import CRITERIA, TITLES
+from .compare import CRITERIA, title_of
 from .html_page import page, template
 
 BARS = (("NL", "layers NL", "fewer is better"), ("A_mm2", "adhesion A, mm²", "more is better"),
@@ -41,7 +41,7 @@ def html_compare(document: dict[str, Any]) -> str:
         "css": template("report.css") + template("compare.css"),
         "sentence": escape(_sentence(subs)),
         "legend": "".join(
-            f'<span><i class="swatch" data-strategy="{s}"></i>{TITLES[s]}</span>' for s in document["strategies"]
+            f'<span><i class="swatch" data-strategy="{s}"></i>{title_of(s)}</span>' for s in document["strategies"]
         )
         + ('<span><i class="paper"></i>as the paper has it</span>' if _beside(subs) else ""),
         "sections": "".join(_section(sub, document["strategies"]) for sub in subs),
@@ -54,8 +54,8 @@ def _beside(subs: list[dict[str, Any]]) -> bool:
 
 
 def _sentence(subs: list[dict[str, Any]]) -> str:
-    best = [TITLES[sub["best"]] for sub in subs]
-    counts = ", ".join(f"{name} for {best.count(name)}" for name in TITLES.values() if name in best)
+    best = [title_of(sub["best"]) for sub in subs]
+    counts = ", ".join(f"{name} for {best.count(name)}" for name in dict.fromkeys(best))
     words = f"The highest total score F: {counts} of {len(subs)} sub-volume{'s' if len(subs) > 1 else ''}."
     if not _beside(subs):
         return words
@@ -65,9 +65,9 @@ def _sentence(subs: list[dict[str, Any]]) -> str:
 
 
 def _section(sub: dict[str, Any], strategies: list[str]) -> str:
-    problems = "".join(f"<li>{escape(TITLES[s])}: {escape(why)}</li>" for s, why in sub["problems"].items())
+    problems = "".join(f"<li>{escape(title_of(s))}: {escape(why)}</li>" for s, why in sub["problems"].items())
     return (
-        f'<section class="sub"><h2>{escape(sub["name"])} <small>best: {TITLES[sub["best"]]}</small></h2>'
+        f'<section class="sub"><h2>{escape(sub["name"])} <small>best: {title_of(sub["best"])}</small></h2>'
         f'<div class="both">{_table(sub, strategies)}<div class="group">{"".join(_charts(sub, strategies))}</div></div>'
         + (f'<ul class="warnings">{problems}</ul>' if problems else "")
         + _orders(sub)
@@ -82,7 +82,7 @@ def _figures(of: dict[str, Any], strategy: str) -> dict[str, float]:
 
 
 def _table(sub: dict[str, Any], strategies: list[str]) -> str:
-    head = "".join(f'<th scope="col">{TITLES[s]}</th>' for s in strategies)
+    head = "".join(f'<th scope="col">{title_of(s)}</th>' for s in strategies)
     rows = []
     for words, key, digits in CRITERIA:
         cells = []
@@ -93,7 +93,8 @@ def _table(sub: dict[str, Any], strategies: list[str]) -> str:
             text = f"<strong>{text}</strong>" if key == "F" and s == sub["best"] else text
             text += "" if theirs is None else f' <span class="theirs">({theirs:.{digits}f})</span>'
             cells.append(f"<td>{text}</td>")
-        rows.append(f'<tr><th scope="row">{escape(words)}</th>{"".join(cells)}</tr>')
+        title = escape(words.replace("mm2", "mm²"))
+        rows.append(f'<tr><th scope="row">{title}</th>{"".join(cells)}</tr>')
     return (
         f'<div class="wide"><table><thead><tr><th></th>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
     )
@@ -116,7 +117,7 @@ def _bar(strategy: str, value: float | None, theirs: float | None, most: float, 
     mark = "" if theirs is None else f'<i class="paper" style="left:{100 * theirs / most:.2f}%"></i>'
     wide = 100 * (value or 0.0) / most
     return (
-        f'<div class="row"><span class="name">{TITLES[strategy]}</span><span class="lane">'
+        f'<div class="row"><span class="name">{title_of(strategy)}</span><span class="lane">'
         f'<i class="bar-of" data-strategy="{strategy}" style="width:{wide:.2f}%"></i>{mark}</span>'
         f'<span class="number">{text}</span></div>'
     )

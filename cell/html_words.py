@@ -8,14 +8,18 @@ Everything that comes from a case (names, file names) is escaped here. Millimetr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .check import Result, Row
-from .report import in_words, report_document
+from .report import GRAVEST_FIRST, in_words, report_document, speed_in_words, worst_first
+from .report_help import whom_it_helps
+
+if TYPE_CHECKING:
+    from .remedies import Remedy
 
 REASON_WORDS = {
     "unreachable": "out of the arm's reach",
@@ -26,19 +30,19 @@ REASON_WORDS = {
     "speed": "too fast for a joint",
     "gravity": "too far off upright",
 }
-ORDER = ("unreachable", "joint_limit", "collision", "singular", "no_path", "speed", "gravity")  # the gravest first
 
 
 class Words:
     """The words on a result."""
 
-    def __init__(self, result: Result) -> None:
+    def __init__(self, result: Result, remedies: Sequence[Remedy] = ()) -> None:
         """Collect the figures.
 
         Args:
             result: the verdict.
+            remedies: what would help, from ``cell.remedies``.
         """
-        self.result = result
+        self.result, self.remedies = result, remedies
         self.document = {k: v for k, v in report_document(result).items() if k != "rows"}
 
     def title(self) -> str:
@@ -66,7 +70,7 @@ class Words:
         return f"The worst: {_jump(i)} ({escape(where)}): {escape(what_went_wrong(self.result, row))}."
 
     def _counts(self) -> list[tuple[str, int]]:
-        return [(r, self.result.reasons[r]) for r in ORDER if self.result.reasons[r]]
+        return [(r, self.result.reasons[r]) for r in GRAVEST_FIRST if self.result.reasons[r]]
 
     def reasons(self) -> str:
         """A button for every reason that occurs; it filters the table."""
@@ -91,7 +95,10 @@ class Words:
         if self.result.motion is not None:
             motion = d["motion"]
             waits = f", waiting {_duration(motion['dwell_s'])}" if motion["dwell_s"] else ""
-            yield "Cycle time", f"{_duration(motion['time_s'])}, arc on {_duration(motion['arc_on_s'])}{waits}"
+            travels = f", travelling {_duration(motion['travel_s'])}"
+            yield "Cycle time", f"{_duration(motion['time_s'])}, arc on {_duration(motion['arc_on_s'])}{travels}{waits}"
+            if motion["speed"] is not None:
+                yield "Deposition speed", self._speed(motion["speed"])
         yield "Least clearance", self._clearance(d["least_clearance"])
         if d["least_singularity_margin"] is not None:
             s = d["least_singularity_margin"]
@@ -107,6 +114,11 @@ class Words:
         asked, stands = self.result.asked, np.rad2deg(self.result.table)
         turned = "" if abs(stands[1] - asked[1]) < 1e-6 else f" (the axis stands at {_angle(stands[1])})"
         return f"E1 = {_angle(asked[0])}, E2 = {_angle(asked[1])}{turned}"
+
+    def _speed(self, held: dict[str, Any]) -> str:
+        words, i = escape(speed_in_words(held)), held["from_target"]
+        # the number is the same in words and as a link
+        return words.replace(f"least from target {i}", f"least from {_jump(i)}") if held["slowed"] else words
 
     def _clearance(self, least: dict[str, Any] | None) -> str:
         limit = self.result.job.case.checks.clearance_mm
@@ -124,6 +136,15 @@ class Words:
     def warnings(self) -> str:
         """Items of a list; empty where there are none."""
         return "".join(f"<li>{escape(line)}</li>" for line in self.document["warnings"])
+
+    def help(self) -> str:
+        """Items of a list of what would help; empty where nothing was searched."""
+        said = []
+        for remedy in self.remedies:
+            whose = whom_it_helps(self.result, remedy)
+            of = f"for {escape(whose)}: " if whose else ""
+            said.append(f"<li>{of}{escape(remedy.sentence.replace('->', '→'))}</li>")
+        return "".join(said)
 
     def settings(self) -> str:
         """The settings that the verdict hangs on."""
@@ -169,22 +190,7 @@ def what_went_wrong(result: Result, row: Row) -> str:
 
 def worst(result: Result) -> int | None:
     """The gravest infeasible target: the reason that is hardest to mend, then the largest measure."""
-    bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
-    return max(bad, key=lambda i: severity(result.rows[i]), default=None)
-
-
-def severity(row: Row) -> float:
-    """How bad an infeasible target is; larger is worse, whole reasons apart."""
-    d = row.detail
-    measure = d.get("beyond_reach_mm") or d.get("inside_reach_mm") or d.get("over_deg") or 0.0
-    if "distance_mm" in d:
-        measure = d.get("required_mm", 0.0) - d["distance_mm"]
-    elif "margin" in d:
-        measure = d.get("limit", 0.0) - d["margin"]
-    elif "angle_deg" in d:
-        measure = d["angle_deg"] - d.get("limit_deg", 0.0)
-    rank = len(ORDER) - ORDER.index(row.reason) if row.reason in ORDER else 0
-    return rank * 1e6 + float(np.clip(measure, -4e5, 4e5))
+    return next(iter(worst_first(result)), None)
 
 
 def _jump(target: int, least: bool = False) -> str:

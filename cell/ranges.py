@@ -29,10 +29,10 @@ def values_of(text: object) -> list[float]:
     if isinstance(text, (list, tuple)):
         found = [value for item in text for value in values_of(item)]
         if not found:
-            raise ValueError(f"is {FORMS}")
+            raise ValueError(f"is not {FORMS}")
         return found
     if isinstance(text, bool) or not isinstance(text, (int, float, str)):
-        raise ValueError(f"is {FORMS}")
+        raise ValueError(f"is not {FORMS}")
     try:
         numbers = [float(v) for v in str(text).split(":")]
     except ValueError:
@@ -42,7 +42,7 @@ def values_of(text: object) -> list[float]:
     if len(numbers) == 1:
         return numbers
     if len(numbers) != 3 or not numbers[0] <= numbers[1] or not numbers[2] > 0:
-        raise ValueError(f"is {FORMS}")
+        raise ValueError(f"is not {FORMS}")
     low, high, step = numbers
     if (high - low) / step > MOST_VALUES:
         raise ValueError(f"has {(high - low) / step:.3g} values; at most {MOST_VALUES} at once")

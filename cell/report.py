@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .remedies import Remedy
 
 WORST = 8  # infeasible targets shown on the terminal
+GRAVEST_FIRST = ("unreachable", "joint_limit", "collision", "singular", "no_path", "speed", "gravity")
 
 
 def tcp_in_flange(result: Result) -> Floats:
@@ -248,19 +249,19 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
             f"travelling{dwell}; {len(motion.t_s)} samples checked",
         )
         if motion.pace is not None:
-            yield "speed", _speed_in_words(pace_document(motion.pace, job.targets.path))
+            yield "speed", speed_in_words(pace_document(motion.pace, job.targets.path))
     for line in job.warnings:
         yield "warning", line
 
 
-def _speed_in_words(d: dict[str, Any]) -> str:
-    """How far the deposition speed is held."""
+def speed_in_words(d: dict[str, Any]) -> str:
+    """How far the deposition speed is held, of what ``cell.pace.pace_document`` says."""
     if not d["slowed"]:
         return "held from target to target"
     why = f" ({d['axis']}'s {d['by']})" if d["axis"] else ""
     return (
         f"held to {100 * d['least_share']:.0f} % or more from target to target, least from target "
-        f"{d['from_target']}{why}; {d['slowed_s']:.0f} s below 98 %"
+        f"{d['from_target']}{why}; {d['slowed_s']:.0f} s on ways below 98 %"
     )
 
 
@@ -268,8 +269,7 @@ def _worst(result: Result) -> RenderableType:
     from rich.table import Table
 
     t = result.job.targets
-    bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
-    bad.sort(key=lambda i: -_severity(result.rows[i]))
+    bad = worst_first(result)
     table = Table(box=None, pad_edge=False, header_style="dim", title_justify="left")
     for name, justify in (
         ("target", "right"),
@@ -292,21 +292,26 @@ def _worst(result: Result) -> RenderableType:
     return table
 
 
-def _severity(row: Row) -> float:
-    """How bad, so that the worst come first: cannot be mended by turning a margin down before what can."""
-    order = {
-        "unreachable": 6,
-        "joint_limit": 5,
-        "collision": 4,
-        "singular": 3,
-        "no_path": 2,
-        "speed": 1,
-        "gravity": 0,
-    }
+def worst_first(result: Result) -> list[int]:
+    """Infeasible targets, the gravest first."""
+    bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    return sorted(bad, key=lambda i: -severity(result.rows[i]))
+
+
+def severity(row: Row) -> float:
+    """How bad an infeasible target is, so that what no lower margin mends comes first; whole reasons are 1e6 apart."""
     d = row.detail
-    measure = d.get("beyond_reach_mm", 0) or d.get("inside_reach_mm", 0) or d.get("over_deg", 0)
-    measure = measure or d.get("required_mm", 0) - d.get("distance_mm", 0) or d.get("limit", 0) - d.get("margin", 0)
-    return order[row.reason or "gravity"] * 1e6 + float(measure)
+    measure = d.get("beyond_reach_mm") or d.get("inside_reach_mm") or d.get("over_deg") or 0.0
+    if "distance_mm" in d:
+        measure = d.get("required_mm", 0.0) - d["distance_mm"]
+    elif "margin" in d:
+        measure = d.get("limit", 0.0) - d["margin"]
+    elif "share" in d:
+        measure = d.get("limit", 0.0) - d["share"]
+    elif "angle_deg" in d:
+        measure = d["angle_deg"] - d.get("limit_deg", 0.0)
+    rank = len(GRAVEST_FIRST) - GRAVEST_FIRST.index(row.reason) if row.reason in GRAVEST_FIRST else 0
+    return rank * 1e6 + float(np.clip(measure, -4e5, 4e5))
 
 
 def slice_lines(

@@ -9,7 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from .check import Result, Row
-from .report import in_words
+from .report import WORST, in_words, worst_first
+from .terminal import is_verbose
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -28,12 +29,17 @@ def remedy_lines(result: Result, remedies: Iterable[Remedy]) -> Iterator[Rendera
         rich renderables.
     """
     for remedy in remedies:
-        whose = ""
-        if len(remedy.targets) < result.infeasible:
-            reason = str(remedy.reason).replace("_", " ")
-            some = "1 target" if len(remedy.targets) == 1 else f"{len(remedy.targets)} targets"
-            whose = f" {some} ({reason}, {_where(result, remedy.targets)})"
-        yield f"what would help{whose}: {remedy.sentence}"
+        whose = whom_it_helps(result, remedy)
+        yield f"what would help{whose and ' '}{whose}: {remedy.sentence}"
+
+
+def whom_it_helps(result: Result, remedy: Remedy) -> str:
+    """The targets that a remedy is about, in words; empty where it is about all infeasible ones."""
+    if len(remedy.targets) >= result.infeasible:
+        return ""
+    reason = str(remedy.reason).replace("_", " ")
+    some = "1 target" if len(remedy.targets) == 1 else f"{len(remedy.targets)} targets"
+    return f"{some} ({reason}, {_where(result, remedy.targets)})"
 
 
 def _where(result: Result, targets: Iterable[int]) -> str:
@@ -45,7 +51,9 @@ def _where(result: Result, targets: Iterable[int]) -> str:
 
 
 def all_reasons_lines(result: Result, found: Mapping[int, list[dict[str, Any]]]) -> Iterator[RenderableType]:
-    """Of every infeasible target, how many candidates each reason excludes, and its best measure.
+    """Of the worst infeasible targets, how many candidates each reason excludes, and its best measure.
+
+    With --verbose of all of them.
 
     Args:
         result: the verdict.
@@ -56,6 +64,8 @@ def all_reasons_lines(result: Result, found: Mapping[int, list[dict[str, Any]]])
     """
     from rich.table import Table
 
+    if not found:
+        return
     table = Table(box=None, pad_edge=False, header_style="dim")
     for name, justify in (
         ("target", "right"),
@@ -64,12 +74,16 @@ def all_reasons_lines(result: Result, found: Mapping[int, list[dict[str, Any]]])
         ("the best of them", "left"),
     ):
         table.add_column(name, justify=justify)  # type: ignore[arg-type]
-    for i, reasons in found.items():
+    shown = found if is_verbose() else sorted(worst_first(result)[:WORST])
+    for i, reasons in ((i, found[i]) for i in shown):
         for k, entry in enumerate(reasons):
             row = Row(entry["reason"], entry, False, None)
             table.add_row(
                 "" if k else str(i), entry["reason"], str(entry["candidates"]), _candidate_in_words(result, i, row)
             )
+    if len(found) > len(shown):
+        table.caption = f"and {len(found) - len(shown)} more; all of them with --verbose or --json"
+        table.caption_justify = "left"
     yield table
 
 

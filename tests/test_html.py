@@ -24,9 +24,12 @@ from cell.check import Result, Row, check
 from cell.config import DEFAULT_CASE, load_case, with_changes
 from cell.html import html_report, packed
 from cell.html_pack import Pack, unpack
-from cell.html_words import in_plain_words, severity, what_went_wrong, worst
+from cell.html_words import in_plain_words, what_went_wrong, worst
 from cell.job import prepare
 from cell.motion import Motion
+from cell.pace import pace_document
+from cell.remedies import Remedy
+from cell.report import severity
 from cell.sections import REASONS
 
 NASTY = "<script>alert(1)</script> & \"quotes\" '{{data}}'"
@@ -322,6 +325,32 @@ def test_the_worst_target_is_named_on_top(bad: Result, bad_page: str) -> None:
     assert bad.rows[i].detail["beyond_reach_mm"] == max(over)
     assert f"{bad.infeasible} of {len(bad.rows)} targets cannot be welded" in bad_page
     assert f'data-target="{i}"' in bad_page
+
+
+def test_what_would_help_is_on_top_and_escaped(bad: Result, bad_page: str) -> None:
+    reached = [i for i, row in enumerate(bad.rows) if row.reason == "joint_limit"]
+    whole = np.flatnonzero([row.reason is not None for row in bad.rows])
+    found = [
+        Remedy(whole, None, {}, "part", 0, "roll fixed:-60 -> free (checked: whole part feasible)"),
+        Remedy(np.array(reached), "joint_limit", None, None, 3, NASTY),
+    ]
+    page = html_report(bad, found)
+    header = page[: page.index("</header>")]
+    assert "<li>roll fixed:-60 → free (checked: whole part feasible)</li>" in header
+    assert f"<li>for {len(reached)} targets (joint limit, SV1/0 to 20): &lt;script&gt;" in header
+    assert 'class="help" hidden' in bad_page
+    assert 'class="help" hidden' not in page
+
+
+def test_the_header_says_how_far_the_speed_is_held(good: Result, good_page: str) -> None:
+    assert good.motion is not None
+    assert good.motion.pace is not None
+    held = pace_document(good.motion.pace, good.job.targets.path)
+    header = good_page[: good_page.index("</header>")]
+    assert held["slowed"]
+    assert f"held to {100 * held['least_share']:.0f} % or more" in header
+    assert f'data-target="{held["from_target"]}"' in header
+    assert "travelling" in header
 
 
 def test_every_reason_has_its_place_in_the_order_and_its_words() -> None:

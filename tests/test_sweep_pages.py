@@ -140,12 +140,14 @@ def comparison(name: str = "boss") -> dict[str, Any]:
         "planar": (21, 15.0, 130, 0.1),
         "cylindrical": (19, 25.0, 175, 0.04),
         "nonuniform": (21, 25.0, 143, 0.16),
+        "conical": (20, 24.0, 150, 0.05),
+        "revolved": (20, 24.5, 151, 0.05),
     }
     rows = tuple(Row(s, Indices(*v)) for s, v in figures.items())
     paper = tuple(Row(s, Indices(v[0] + 1, v[1] / 2, v[2] + 9, v[3])) for s, v in figures.items())
     broken = (rows[0].__class__("planar", None, f"{name}: planes do not fit"), *rows[1:])
     settings = SlicingParameters("planar", 1.73, 1.39, 2.2), Sampling()
-    one = Comparison(name, rows, *settings, paper=paper)
+    one = Comparison(name, rows, *settings, paper=paper[:3])
     return compare_document(name, [one, Comparison("second", broken, *settings)])
 
 
@@ -153,7 +155,10 @@ def test_the_comparison_shows_every_figure_with_the_papers_beside() -> None:
     page = html_compare(comparison())
     for text in ("130", "(139)", "25.00", "(12.50)", "cannot", "boss: planes do not fit"):
         assert text in page
-    assert page.count('class="bar-of"') == 2 * 5 * 3
+    assert page.count('class="bar-of"') == 2 * 5 * 5
+    swatches = set(re.findall(r'class="swatch" data-strategy="(\w+)"', page))
+    assert all(f'[data-strategy="{strategy}"]' in page.split("</style>")[0] for strategy in swatches)
+    assert len(swatches) == 5
     widths = [float(v) for v in re.findall(r"width:([\d.]+)%", page)]
     assert max(widths) <= 100
     assert min(widths) == 0
