@@ -12,18 +12,28 @@ complex environments, IEEE T-RO 2005.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from ik.chain import Floats
 
-from .collision import Checker, Clearances, Ints
+from .collision import Clearances, Ints
 
 if TYPE_CHECKING:
     from .scene import Scene
 
 HALVINGS = 8
+
+
+class Sees(Protocol):
+    """Collision detection, of the arm or of the table."""
+
+    reach: float
+
+    def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
+        """As of :class:`cell.collision.Checker`."""
+        ...
 
 
 def radii(scene: Scene) -> Floats:
@@ -55,7 +65,7 @@ def radii(scene: Scene) -> Floats:
 
 
 def unproved(
-    checker: Checker, radius: Floats, q: Floats, stage: Ints, found: Clearances, apart: Ints | None = None
+    checker: Sees, radius: Floats, q: Floats, stage: Ints, found: Clearances, apart: Ints | None = None
 ) -> tuple[Ints, Clearances]:
     """Steps of a motion that cannot be proved free of contact.
 

@@ -31,6 +31,7 @@ from .refine import refined
 from .scene import table_angles
 from .sections import REASONS
 from .setup import Settings, Setup
+from .table_motion import TableChecker
 from .terminal import stage
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
@@ -182,7 +183,9 @@ def check(
 
 def _table_in_the_way(job: Job, checker: Checker) -> dict[str, Any] | None:
     """A collision that no arm can help: the workpiece or the table in the cell around it."""
-    found = checker.table_alone()
+    found = TableChecker(job.scene, checker.reach).clearances(
+        np.array([checker.table]), np.array([job.scene.n_deposits])
+    )
     if found.distance[0] >= 0.0:
         return None
     return {

@@ -22,12 +22,14 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
+from .errors import InputError
 from .poses import ArmPoses
 
 if TYPE_CHECKING:
     from .scene import Scene
 
 Ints = NDArray[np.int64]
+NEVER = -1e3  # m, as the gap of named pairs: they are not reported
 MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
 
@@ -65,7 +67,15 @@ class Checker:
     table: tuple[float, float]
     reach: float
 
-    def __init__(self, scene: Scene, table: tuple[float, float], reach: float, without: Collection[int] = ()) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        table: tuple[float, float],
+        reach: float,
+        without: Collection[int] = (),
+        *,
+        pair_gap: float | None = None,
+    ) -> None:
         """Prepare the model.
 
         Args:
@@ -73,18 +83,22 @@ class Checker:
             table: E1 and E2, rad.
             reach: distances are known out to here, m.
             without: deposits that do not count, laid or not.
+            pair_gap: the same of the pairs that the model names, m; the reach where it is not given.
         """
         self.scene = scene
         self.table = table
         self.reach = reach
+        self.without = tuple(without)
         self._model = scene.model
         self._data = mujoco.MjData(scene.model)
         self._data.qpos[scene.table_qpos] = table
         # MuJoCo reports a pair out to the sum of its geoms' gaps
         self._geom_gap = np.where(scene.contact_bits.any(axis=0), reach / 2, 0.0)
-        self._pair_gap = reach
+        self._pair_gap = reach if pair_gap is None else pair_gap
         mujoco.mj_kinematics(scene.model, self._data)  # what stands on the table stays there
-        self._poses = ArmPoses(scene) if scene.model.ngeom > MANY else None
+        # where the table's axes move as well, all of it has to follow
+        arm_alone = len(scene.arm_qpos) == scene.chain.n
+        self._poses = ArmPoses(scene) if scene.model.ngeom > MANY and arm_alone else None
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
@@ -114,6 +128,9 @@ class Checker:
                     distance = contact.dist
                     k = int(distance.argmin())
                     out.distance[i], out.pair[i], out.position[i] = distance[k], contact.geom[k], contact.pos[k]
+        if data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
+            # pairs were left out: the nearest may be among them
+            raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
         return out
 
     def _put(self, q: Floats) -> Iterator[None]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ik.chain import Floats
 
-from .collision import Clearances
+from .collision import Checker, Clearances
 from .setup import Setup
 
 BLOCK = 6  # samples of a move looked at before it is known whether the next are wanted
@@ -26,15 +26,16 @@ BLOCK = 6  # samples of a move looked at before it is known whether the next are
 class Edges:
     """Looks at moves and remembers what was in their way."""
 
-    def __init__(self, setup: Setup, stage: int, step: float) -> None:
+    def __init__(self, setup: Setup, stage: int, step: float, wire: Checker | None = None) -> None:
         """Prepare.
 
         Args:
             setup: what the search needs.
             stage: deposits laid by then.
             step: most that any joint moves between samples, rad.
+            wire: from ``cell.wire.wire_checker``: keeps the wire out of the part.
         """
-        self.setup, self.stage, self.step = setup, stage, step
+        self.setup, self.stage, self.step, self.wire = setup, stage, step, wire
         self._count: Counter[tuple[int, int]] = Counter()
         self._example: dict[tuple[int, int], Clearances] = {}
 
@@ -66,14 +67,24 @@ class Edges:
 
     def _hit(self, q: Floats, edge: np.ndarray) -> np.ndarray:
         """Which samples are too near to something; of each edge the first is remembered."""
-        found = self.setup.screen.clearances(q, np.full(len(q), self.stage))
+        laid = np.full(len(q), self.stage)
+        found = self.setup.screen.clearances(q, laid)
         hit = found.distance < self.setup.settings.clearance
+        if self.wire is not None:
+            drawn = self.wire.clearances(q, laid)
+            through = ~hit & (drawn.distance <= 0)
+            self._remember(drawn, through, edge)
+            self._remember(found, hit, edge)
+            return hit | through
+        self._remember(found, hit, edge)
+        return hit
+
+    def _remember(self, found: Clearances, hit: np.ndarray, edge: np.ndarray) -> None:
         _, first = np.unique(edge[hit], return_index=True)
         for k in np.flatnonzero(hit)[first]:
             pair = (int(found.pair[k].min()), int(found.pair[k].max()))
             self._count[pair] += 1
             self._example.setdefault(pair, found.rows(np.array([k])))
-        return hit
 
     def met(self) -> dict[str, Any]:
         """The pair met most often, in words and figures; empty where nothing was met."""

@@ -10,26 +10,21 @@ data: stretches of rows with a reason and the worst measure on them. Radians, me
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from ik.chain import Floats
 from ik.singularity import KINDS, margins, sides, smallest_singular_value
 
-from .between import radii, unproved
-from .check import CLEARANCE_REACH
-from .collision import Checker, Clearances, Ints
+from .collision import Clearances
 from .job import Job
 from .motion import STANDING, Motion
 from .motion_bead import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
 from .motion_file import ReadMotion
-from .motion_order import Finding, order_findings
+from .motion_hits import collisions, stages, stretches_of
+from .motion_order import Finding, order_findings, skips
 from .pace import Pace
 from .place import METRES_PER_MM
-from .scene import Scene
 from .timing import TRAVEL_ZONE, rounded
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
@@ -95,8 +90,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     on = against_beads(job, fine, motion.target[fine.row])
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
-    stage = _stage(job, motion, coarse.row)
-    clear, hits = _collisions(job, coarse, stage)
+    clear, hits = collisions(job, motion, coarse, stages(job, motion, coarse.row))
     order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
     findings = [
         *_limit_findings(job, motion, rows.q),
@@ -105,6 +99,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
         *_singular_findings(job, fine, margin),
         *hits,
         *order.findings,
+        *skips(fine, on, motion.bead[fine.row]),
         *_gravity_findings(job, fine, on),
     ]
     findings.sort(key=lambda f: (f.row, f.reason))
@@ -127,24 +122,6 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
 def _most(values: Floats, way: Way, read: ReadMotion) -> tuple[float, int]:
     k = int(np.argmax(values))
     return float(values[k]), int(read.row[way.row[k]])
-
-
-def stretches_of(bad: NDArray[np.bool_], row: Ints, measure: Floats) -> list[tuple[int, int, int]]:
-    """Stretches of samples that are bad, as first row, last row and the worst sample.
-
-    Args:
-        bad: (m,).
-        row: of each sample, ascending, (m,).
-        measure: greater is worse, (m,).
-
-    Returns:
-        One a stretch.
-    """
-    index = np.flatnonzero(bad)
-    if not len(index):
-        return []
-    groups = np.split(index, np.flatnonzero((np.diff(index) > 1) & (np.diff(row[index]) > 1)) + 1)
-    return [(int(row[g[0]]), int(row[g[-1]]), int(g[np.argmax(measure[g])])) for g in groups]
 
 
 def _deg(angle: float, digits: int = 3) -> float:
@@ -177,16 +154,17 @@ def _acceleration_use(job: Job, motion: Motion, rows: Way) -> Floats:
     """Share of its acceleration that each axis needs about each row, (m, j + 2).
 
     Of the motion with its corners rounded; a second difference over ``WINDOW`` or more is a mean of the accelerations
-    in it.
+    in it. Before its first row and after its last the motion is at rest.
     """
     q, t = _rounded(job, motion, rows), motion.t_s
+    q = np.concatenate([q[:1], q, q[-1:]])
+    t = np.concatenate([t[:1] - WINDOW, t, t[-1:] + WINDOW])
     i = np.arange(1, len(t) - 1)
     a = np.clip(np.searchsorted(t, t[i] - WINDOW, side="right") - 1, 0, i - 1)
     b = np.clip(np.searchsorted(t, t[i] + WINDOW), i + 1, len(t) - 1)
     ahead = (q[b] - q[i]) / (t[b] - t[i])[:, None]
     behind = (q[i] - q[a]) / (t[i] - t[a])[:, None]
-    out = np.zeros_like(q)
-    out[1:-1] = np.abs(ahead - behind) / ((t[b] - t[a]) / 2)[:, None] / job.drives.acceleration
+    out: Floats = np.abs(ahead - behind) / ((t[b] - t[a]) / 2)[:, None] / job.drives.acceleration
     return out
 
 
@@ -272,67 +250,6 @@ def _changes(job: Job, way: Way) -> list[Finding]:
         what = {"on_the_way": "configuration change", "singularity": kinds[int(np.argmax(crossed[at]))]}
         found.append(Finding("no_path", int(way.row[at]), int(way.row[at + 1]), what))
     return found
-
-
-def _stage(job: Job, motion: Motion, row: Ints) -> Ints:
-    """Deposits there are at samples after each row: what the rows say has been laid by then."""
-    welding = motion.arc == 1
-    done = np.maximum.accumulate(np.where(welding, job.laid[motion.target], 0))
-    at_row = np.where(welding, job.stage[motion.target], done)
-    after = np.minimum(row + 1, len(at_row) - 1)
-    inside = motion.welding[np.minimum(row, len(motion.welding) - 1)]
-    return np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))
-
-
-def _collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:
-    """Clearances at samples, and where they are too small or what lies between is not proved free."""
-    scene = job.scene
-    least = job.case.checks.clearance_mm * METRES_PER_MM
-    table = (float(way.q[0, -2]), float(way.q[0, -1]))
-    # the table's axes are moved like the arm's
-    eight = replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
-    checker = Checker(eight, table, max(CLEARANCE_REACH, 2 * least))
-    clear = checker.clearances(way.q, stage)
-    found = [
-        Finding("collision", a, b, _hit(scene, clear, k, least))
-        for a, b, k in stretches_of(clear.distance < least, way.row, -clear.distance)
-    ]
-    radius = np.concatenate([radii(scene), table_radii(scene)])
-    step, nearest = unproved(checker, radius, way.q, stage, clear)
-    for n, at in enumerate(step.tolist()):
-        if clear.distance[at] >= least and clear.distance[at + 1] >= least:
-            between = {"between_rows": True, **_hit(scene, nearest, n, least)}
-            found.append(Finding("collision", int(way.row[at]), int(way.row[at + 1]), between))
-    return clear, found
-
-
-def _hit(scene: Scene, clear: Clearances, k: int, least: float) -> dict[str, Any]:
-    return {
-        "pair": [scene.geom_name(int(g)) for g in clear.pair[k] if g >= 0],
-        "distance_mm": round(float(clear.distance[k]) / METRES_PER_MM, 3) if np.isfinite(clear.distance[k]) else None,
-        "required_mm": round(least / METRES_PER_MM, 3),
-    }
-
-
-def table_radii(scene: Scene) -> Floats:
-    """How far anything on the table can be from E1 and from E2, (2,), m; see ``cell.between.radii``."""
-    model = scene.model
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    joint = [model.joint(name).id for name in scene.case.positioner.joints]
-    body = [int(model.jnt_bodyid[j]) for j in joint]
-    out = np.zeros(2)
-    for g in np.flatnonzero(scene.contact_bits.any(axis=0)):
-        b = int(model.geom_bodyid[g])
-        while b not in (0, *body):
-            b = int(model.body_parentid[b])
-        if b in body:
-            axis = body.index(b)
-            reach = float(np.linalg.norm(data.geom_xpos[g] - data.xanchor[joint[axis]]) + model.geom_rbound[g])
-            out[axis] = max(out[axis], reach)
-    apart = float(np.linalg.norm(data.xanchor[joint[1]] - data.xanchor[joint[0]]))
-    out[0] = max(out[0], apart + out[1])
-    return out
 
 
 def _gravity_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:

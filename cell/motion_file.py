@@ -14,6 +14,7 @@ from __future__ import annotations
 import csv
 import io
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,10 +27,14 @@ from .errors import InputError
 from .files import write_bytes, write_csv
 from .job import Job
 from .motion import Motion
+from .pieces import one_line
 
 JUMP_DEG = 60.0  # more between neighbouring rows is no motion: nothing says which way round
 WHOLE = ("arc", "bead", "layer", "target")
 SUFFIXES = (".csv", ".npz")
+MOST_WHOLE = 2.0**53  # numbers beyond it have no units' place
+MOST_BYTES = 256 * 2**20  # unpacked: two million rows
+_ZIP = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError)  # damaged, of another packing, encrypted
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,11 +118,24 @@ def read_motion(path: str | Path, job: Job) -> ReadMotion:
     return ReadMotion(motion, row + 1, repaired)
 
 
-def _csv(path: str | Path) -> dict[str, list[str]]:
+def _check_size(path: str | Path) -> None:
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
+        _check_bytes(path, Path(path).stat().st_size)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error})") from None
+
+
+def _check_bytes(path: str | Path, size: int) -> None:
+    if size > MOST_BYTES:
+        raise InputError(f"{path}: holds {size / 2**20:.0f} MiB; a motion is at most {MOST_BYTES // 2**20} MiB")
+
+
+def _csv(path: str | Path) -> dict[str, list[str]]:
+    _check_size(path)
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as text ({error})") from None
     try:
@@ -137,13 +155,18 @@ def _csv(path: str | Path) -> dict[str, list[str]]:
 
 
 def _npz(path: str | Path) -> dict[str, Floats]:
+    _check_size(path)
     try:
+        # np.load takes other files as well, by what they begin with
+        with zipfile.ZipFile(path) as archive:
+            _check_bytes(path, sum(entry.file_size for entry in archive.infolist()))
         with np.load(path, allow_pickle=False) as file:
             table = {name: np.asarray(file[name]) for name in file.files}
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: not an npz of arrays ({error})") from None
+    except (OSError, ValueError, EOFError, MemoryError, *_ZIP) as error:
+        raise InputError(f"{path}: not an npz of arrays ({one_line(error)})") from None
+    for name, values in table.items():
+        if values.dtype.kind not in "fiubSU":
+            raise InputError(f"{path}: {name} does not hold numbers (holds {values.dtype})")
     sizes = {values.shape for values in table.values()}
     if len(sizes) > 1 or any(len(shape) != 1 for shape in sizes):
         shown = ", ".join(f"{name} {values.shape}" for name, values in table.items())
@@ -181,7 +204,7 @@ def _distinct(
 
 
 def _integers(path: str | Path, name: str, values: Floats, row: NDArray[np.int64]) -> NDArray[np.int64]:
-    bad = np.flatnonzero(values != np.round(values))
+    bad = np.flatnonzero((values != np.round(values)) | (np.abs(values) > MOST_WHOLE))
     if len(bad):
         raise InputError(f"{path}: row {row[bad[0]] + 1}: {name} is not a whole number (is {values[bad[0]]:g})")
     return values.astype(np.int64)

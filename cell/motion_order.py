@@ -19,7 +19,7 @@ from .collision import Ints
 from .follow import JUMP
 from .job import Job
 from .motion import Motion
-from .motion_bead import along_beads
+from .motion_bead import OnBead, Way, along_beads
 from .pace import Pace, speeds, too_slow
 from .place import METRES_PER_MM
 
@@ -37,6 +37,7 @@ REASONS = (
 NEAR = 1e-6  # m beyond the limit off the bead
 FASTEST_SHARE = 1.05  # of the deposition speed: a bead laid faster is too thin
 WAIT_SLACK = 0.1  # s
+SKIP = 1e-3  # m: at a hairpin two samples are as far apart along the bead, and near one another
 
 
 @dataclass(frozen=True)
@@ -117,15 +118,38 @@ def _tolerance(job: Job) -> float:
 def _inside(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Finding]:
     """A bead that goes back, or on which the arm jumps."""
     found = []
-    back = np.flatnonzero(np.diff(progress[rows]) < -_tolerance(job))
-    for k in back[:1]:
-        by = float(progress[rows[k]] - progress[rows[k + 1]]) / METRES_PER_MM
-        found.append(Finding("order", int(rows[k]), int(rows[k + 1]), {"goes_back_mm": round(by, 3)}))
+    # from the farthest place reached: many short steps back are a way as well
+    behind = np.maximum.accumulate(progress[rows]) - progress[rows]
+    if behind.max() > _tolerance(job):
+        first, worst = int(np.argmax(behind > _tolerance(job))), float(behind.max())
+        back = {"goes_back_mm": round(worst / METRES_PER_MM, 3)}
+        found.append(Finding("order", int(rows[first - 1]), int(rows[first]), back))
     turn = np.abs(np.diff(motion.q[rows], axis=0)).max(axis=1, initial=0.0)
     for k in np.flatnonzero(turn > JUMP)[:1]:
         what = {"on_the_way": "jump", "turns_deg": round(float(np.rad2deg(turn[k])), 3)}
         found.append(Finding("no_path", int(rows[k]), int(rows[k + 1]), what))
     return found
+
+
+def skips(way: Way, on: OnBead, bead: Ints) -> list[Finding]:
+    """Where the torch gets on along its bead further than it moves: from one pass over a place to a later one.
+
+    Args:
+        way: samples with the arc on.
+        on: where they are on their beads.
+        bead: of each sample, (m,).
+
+    Returns:
+        What was found.
+    """
+    moved = np.linalg.norm(np.diff(way.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
+    with np.errstate(invalid="ignore"):
+        more = np.diff(on.progress) - moved
+    more = np.where((np.diff(bead) == 0) & (np.diff(way.row) <= 1) & np.isfinite(more), more, 0.0)
+    return [
+        Finding("order", int(way.row[k]), int(way.row[k + 1]), {"skips_mm": round(float(more[k]) / METRES_PER_MM, 3)})
+        for k in np.flatnonzero(more > SKIP).tolist()
+    ]
 
 
 def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.ndarray, pace: Pace) -> None:
@@ -157,8 +181,14 @@ def _waits(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Findi
     process, t, s = job.case.process, motion.t_s, progress[rows]
     start = rows[: int(np.searchsorted(np.maximum.accumulate(s), s[0] + NEAR, side="right"))]
     end = rows[int(np.searchsorted(np.maximum.accumulate(s), s[-1] - NEAR)) :]
+    waits = [(start, process.arc_on_s), (end, process.arc_off_s)]
+    if process.least_speed_share > 0:
+        # on the way: of a long chord a wait is lost in the mean
+        still = np.diff(s[len(start) - 1 : len(s) - len(end) + 1]) <= NEAR
+        ends = np.flatnonzero(np.diff(still, prepend=False, append=False))
+        waits += [(rows[len(start) - 1 :][a : b + 1], 0.0) for a, b in zip(ends[::2], ends[1::2], strict=True)]
     found = []
-    for at, allowed in ((start, process.arc_on_s), (end, process.arc_off_s)):
+    for at, allowed in waits:
         stands = float(t[at[-1]] - t[at[0]])
         if stands > allowed + WAIT_SLACK:
             what = {"by": "standing still", "seconds": round(stands, 3), "limit_s": allowed}

@@ -122,6 +122,8 @@ def _place_in_words(reason: str, d: dict[str, Any]) -> str:
     if reason == "order":
         if "goes_back_mm" in d:
             return f"goes back by {d['goes_back_mm']:g} mm along its bead"
+        if "skips_mm" in d:
+            return f"gets on along its bead by {d['skips_mm']:g} mm more than it moves"
         return f"bead {d['bead']} " + ("first" if d["after_bead"] is None else f"after bead {d['after_bead']}")
     if "off_mm" in d:
         return f"TCP {d['off_mm']:g} mm off the bead, allowed {d['limit']:g}"

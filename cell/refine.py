@@ -92,6 +92,10 @@ def _refined(setup: Setup, stretch: Stretch) -> tuple[Stretch, dict[int, dict[st
         new = np.insert(new, step + 1, True)
         if spoilt:
             break
+    else:
+        # what is still off the bead after the last halving is not run along it
+        for k in _open(setup, stretch):
+            spoilt[int(stretch.edge[k]) + 1] = {"from_target": int(stretch.edge[k]), "on_the_way": "jump"}
     if new.any():
         spoilt.update(_checked(setup, stretch, new))
     return stretch, spoilt

@@ -27,6 +27,7 @@ from .edges import Edges
 from .follow import JUMP
 from .planner import Space, Trees, connect, rounded, sampled, shortened
 from .setup import Setup
+from .wire import wire_checker
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
 SEARCH_STEPS = np.deg2rad(
@@ -74,6 +75,7 @@ class _Travel:
     def __init__(self, setup: Setup, end: Stretch, start: Stretch, stage: int) -> None:
         self.setup, self.end, self.start, self.stage = setup, end, start, stage
         self.why: dict[str, Any] = {}
+        self.wire = wire_checker(setup.checker)
 
     def search(self) -> Way | dict[str, Any]:
         """The first way that is free, of ever dearer ones."""
@@ -117,12 +119,31 @@ class _Travel:
         if not isinstance(found, Clearances):
             self.why = found
             return None
+        dragged = self._dragged(middle)
+        if dragged is not None:
+            self.why = dragged
+            return None
         # at half the joints' speed: accelerations are not looked at
         speed = 0.5 * _speed(self.setup)
         out = 2 * settings.steps.position / settings.travel_speed
         legs = [np.full(len(leg) - 1, out) for leg in (leave, arrive)]
         dt = np.concatenate([legs[0], (np.abs(np.diff(middle, axis=0)) / speed).max(axis=1), legs[1]])
         return q, dt, found
+
+    def _dragged(self, q: Floats) -> dict[str, Any] | None:
+        """What the wire is drawn through on the way across, if anything."""
+        if self.wire is None:
+            return None
+        laid = np.full(len(q), self.stage)
+        found = self.wire.clearances(q, laid)
+        if found.distance.min() <= 0:
+            hit = self.setup.describe(found, int(np.argmin(found.distance)))
+        else:
+            step, nearest = unproved(self.wire, self.setup.radius, q, laid, found)
+            if not len(step):
+                return None
+            hit = self.setup.describe(nearest, 0)
+        return {"on_the_way": "collision", **hit, "required_mm": 0.0}
 
     def _around(self, leaves: list[Floats], arrives: list[Floats]) -> Way | dict[str, Any]:
         """Search a way round what is in the way of the straight ones."""
@@ -132,7 +153,7 @@ class _Travel:
         starts, goals = (np.array([leg[-1] for leg in legs]) for legs in (leaves, arrives))
         trees = Trees(starts, goals, self._hints(starts[0], goals[0]))
         for turn, step in enumerate(SEARCH_STEPS):
-            edges = Edges(setup, self.stage, float(step))
+            edges = Edges(setup, self.stage, float(step), self.wire)
             found = connect(space, trees, edges, setup.settings.travel_attempts, SEED + turn)
             if found.way is None:
                 shut_in = "leaving" if found.sizes[0] <= found.sizes[1] else "arriving"

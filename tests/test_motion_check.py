@@ -14,8 +14,9 @@ from boss_motion import boss_case, job_of, result_of
 from cell.check import Result
 from cell.job import Job
 from cell.motion import Motion
-from cell.motion_check import MotionResult, check_motion, table_radii
+from cell.motion_check import MotionResult, check_motion
 from cell.motion_file import ReadMotion
+from cell.motion_hits import table_radii
 from cell.motion_report import finding_in_words, motion_document, motion_lines
 from ik.singularity import sides
 
