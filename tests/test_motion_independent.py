@@ -2,7 +2,7 @@
 
 Nothing of the checker is used: joints on straight lines from row to row in steps of 0.2 mm and 0.2 degrees, the wire
 against the chords between the targets, contacts among what is there at that moment, the sign of MuJoCo's own Jacobian.
-Of long motions whole beads are looked at, with the ways to them, spread over the part; all of them with RBAM_EVERY_SAMPLE=1.
+Of long motions whole beads are looked at, with the ways to them, spread over the part; RBAM_EVERY_SAMPLE=1 takes all.
 """
 
 from __future__ import annotations
