@@ -271,6 +271,7 @@ class Canvas:
         if self._closely:
             self._staging.shade_closely()
         self._renderer.update_scene(self._staging.data, look, self._option)
+        self._renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = True
         self._staging.draw(self._renderer.scene, frame)
         return self._renderer.render().copy()
 

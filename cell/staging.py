@@ -34,7 +34,9 @@ PIECES = 6000  # bead pieces drawn at most
 MARKS = 600  # target marks drawn at most
 TWIN = 5e-3  # m: a visual geom this close in size to the geom that collides stands for it
 FLOOR, MARGIN = 12.0, 4.0  # m: half the floor's side at least, and what it extends beyond the cell
-SHADED = 0.6  # m around the torch
+SHADED = 1.2  # m around the torch
+HAZE = (0.88, 0.905, 0.93, 1.0)  # the sky's colour where the floor ends
+FAR = 3.5  # a camera that has all of a cell in view is at most this many times the cell's size away
 ARROW = 0.18  # m; past the torch's bend, or the neck would hide it
 NORMALS = 14.0  # length of a normal in bead radii
 BLUE = (0.1, 0.3, 0.75, 1.0)
@@ -135,7 +137,7 @@ class Staging:
         self._tinted: tuple[str, ...] = ()
 
     def _light_the_floor(self) -> None:
-        """Have the whole floor inside the shadow map: where the map's border crosses it there would be specks."""
+        """Have the whole floor inside the shadow map, whose border would show as specks, and its edge in haze."""
         m, centre = self.model, self.model.stat.center
         mujoco.mj_kinematics(m, self.data)
         planes = m.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
@@ -145,6 +147,10 @@ class Staging:
             m.geom_size[geom, :2] = half
             m.geom_pos[geom, :2] = centre[:2]
         m.vis.map.shadowclip = 1.5 * half / m.stat.extent
+        # the floor's edge would look like a tilted horizon; nothing of the cell itself is to be in the haze
+        start = max(0.65 * half, FAR * float(away.max(initial=0.0)))
+        m.vis.map.fogstart, m.vis.map.fogend = start / m.stat.extent, 1.5 * start / m.stat.extent
+        m.vis.rgba.fog[:] = HAZE
         directional = m.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
         # seen along the light, the map is centred where the light stands
         m.light_pos[directional] = np.append(centre[:2], 0.0) - m.light_dir[directional] * 2 * half

@@ -14,7 +14,7 @@ import pytest
 from cell import video
 from cell.check import Result
 from cell.errors import InputError
-from cell.picture import Canvas, camera
+from cell.picture import Canvas, _cell_points, camera
 from cell.replay import Player
 from cell.staging import FOVY, Staging
 from cell.video import film, parse_size
@@ -171,3 +171,25 @@ def test_the_floor_has_no_specks_where_the_shadows_end(little: Result) -> None:
         grey = canvas.render(frame, look).astype(int).sum(axis=2)
     floor = grey[120:]
     assert floor.min() > 0.75 * floor.max()
+
+
+@pytest.mark.usefixtures("gl")
+def test_the_floor_ends_in_haze_and_the_cell_is_clear_of_it(little: Result) -> None:
+    """Where the floor ends neighbouring rows of pixels differ little, and what is in view is nearer than the haze."""
+    staging = Staging(little)
+    frame = replace(Player(little).frame(), arrow=False)
+    staging.pose(frame)
+    look = camera(staging, "cell", 1.5)
+    start = staging.model.vis.map.fogstart * staging.model.stat.extent
+    corners = _cell_points(staging)
+    forward = np.array([np.cos(np.deg2rad(v)) for v in (look.azimuth, look.azimuth - 90.0)])
+    away = np.append(forward * np.cos(np.deg2rad(look.elevation)), np.sin(np.deg2rad(look.elevation)))
+    eye = look.lookat - away * look.distance
+    assert ((corners - eye) @ away).max() < start
+    # as it is seen by who looks past the cell
+    look.azimuth += 25.0
+    ahead = np.array([np.cos(np.deg2rad(look.azimuth)), np.sin(np.deg2rad(look.azimuth)), 0.0])
+    look.lookat[:], look.elevation, look.distance = eye + ahead, 0.0, 1.0
+    with Canvas(staging, 320, 200, "cell") as canvas:
+        column = canvas.render(frame, look).astype(int).sum(axis=2)[:150, 160]
+    assert np.abs(np.diff(column)).max() < 30
