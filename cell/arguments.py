@@ -203,7 +203,8 @@ REPLAY_TEXT = """\
 Opens MuJoCo's viewer; without a display there are --web, --picture and --video. Space plays and
 pauses, left and right step by target, up and down by bead, + and - change the speed, n goes to the
 next infeasible target, t shows targets, o normals, c changes what colours mean, v the view. An
-infeasible case shows its infeasible targets with what went wrong."""
+infeasible case shows its infeasible targets with what went wrong. --motion plays a motion file as it is, feasible or
+not, with what a check of it finds."""
 
 
 def _version() -> str:
@@ -225,6 +226,7 @@ def _replay_arguments(replay: argparse.ArgumentParser) -> None:
     replay.add_argument(
         "--speed", type=float, metavar="X", help="seconds of motion per second (default 5; of a film 10)"
     )
+    replay.add_argument("--motion", metavar="F", help="show the motion of a .csv or .npz file, feasible or not")
     replay.add_argument("--loop", action="store_true", help="start again at the end")
     replay.add_argument(
         "--colour", choices=("layer", "thickness", "verdict"), default="layer", help="what the beads' colours mean"

@@ -42,7 +42,8 @@ KEYS = {
     **{"n": 78, "t": 84, "v": 86, "c": 67, "o": 79},
 }
 FASTER, SLOWER = (61, 334), (45, 333)  # + and - on the main block and on the keypad
-OURS = [mujoco.mjtVisFlag.mjVIS_TRANSPARENT, mujoco.mjtVisFlag.mjVIS_CONTACTPOINT, mujoco.mjtVisFlag.mjVIS_PERTOBJ]
+_FLAG = mujoco.mjtVisFlag
+OURS = [int(flag) for flag in (_FLAG.mjVIS_TRANSPARENT, _FLAG.mjVIS_CONTACTPOINT, _FLAG.mjVIS_PERTOBJ)]
 DWELL = 2.0  # s that an infeasible target is shown for
 SPEEDS = (1 / 32, 256.0)
 FRAME_TIME = 1 / 60  # s
@@ -247,7 +248,8 @@ class Player:
 def _arrivals(motion: Motion, n: int) -> Floats:
     """When each of n targets is reached, (n,), s."""
     welding = np.flatnonzero(motion.arc)
-    reached = np.searchsorted(motion.target[welding], np.arange(n))
+    # a motion from a file may leave out targets, and go back
+    reached = np.searchsorted(np.maximum.accumulate(motion.target[welding]), np.arange(n))
     return motion.t_s[welding[np.minimum(reached, len(welding) - 1)]]
 
 

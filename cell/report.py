@@ -150,6 +150,8 @@ def _least(result: Result, what: str) -> dict[str, Any] | None:
 def in_words(row: Row) -> str:
     """An infeasible target's reason and measure in a few words."""
     d = row.detail
+    if "in_words" in d:
+        return str(d["in_words"])
     if row.reason == "unreachable":
         if "beyond_reach_mm" in d:
             return f"{d['beyond_reach_mm']:.1f} mm beyond the arm's reach"

@@ -1,4 +1,4 @@
-"""What ``rbam replay`` does: a window, a browser, a picture or a film of a checked case.
+"""What ``rbam replay`` does: a window, a browser, a picture or a film of a checked case, or of a motion from a file.
 
     show(args, case)          # args from cell.arguments
 
@@ -12,6 +12,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from .errors import InputError
+from .terminal import is_quiet
 
 if TYPE_CHECKING:
     from .check import Result
@@ -32,6 +33,8 @@ def show(args: argparse.Namespace, case: Case) -> None:
     """
     if args.speed is not None and not 0 < args.speed < float("inf"):
         raise InputError(f"--speed: {args.speed} is not a number above 0")
+    if args.motion is not None:
+        _motion_alone(args)
     case = _at_pose(args, case)
     if args.picture:
         _picture(args, case)
@@ -44,7 +47,17 @@ def show(args: argparse.Namespace, case: Case) -> None:
         from .replay import replay, require_display
 
         require_display()
-        replay(_checked(case), speed=args.speed or SPEED, loop=args.loop, colour=args.colour)
+        replay(_checked(args, case), speed=args.speed or SPEED, loop=args.loop, colour=args.colour)
+
+
+def _motion_alone(args: argparse.Namespace) -> None:
+    """Refuse what would put a motion from a file elsewhere, and a name that is none of a motion."""
+    from .motion_file import check_suffix
+
+    for option in ("--e1", "--e2", "--sweep", "--pose"):
+        if getattr(args, option.removeprefix("--")) is not None:
+            raise InputError(f"{option}: does not go with --motion, which holds its own table angles")
+    check_suffix(args.motion)
 
 
 def _at_pose(args: argparse.Namespace, case: Case) -> Case:
@@ -70,11 +83,22 @@ def _needs(args: argparse.Namespace, *options: str) -> None:
             raise InputError(f"{option}: goes with {wants[option]}")
 
 
-def _checked(case: Case) -> Result:
+def _checked(args: argparse.Namespace, case: Case) -> Result:
     from .check import check
     from .job import prepare
 
-    return check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
+    job = prepare(case)
+    if args.motion is None:
+        return check(job, case.table.E1_deg, case.table.E2_deg, sys.stderr)
+    from .motion_check import check_motion
+    from .motion_file import read_motion
+    from .motion_show import played
+
+    found = check_motion(job, read_motion(args.motion, job))
+    if found.findings and not is_quiet():
+        count = len(found.findings)
+        sys.stderr.write(f"rbam: {args.motion}: infeasible, {count} finding(s); rbam check --motion-in lists them\n")
+    return played(job, found, args.target)
 
 
 def _picture(args: argparse.Namespace, case: Case) -> None:
@@ -86,7 +110,9 @@ def _picture(args: argparse.Namespace, case: Case) -> None:
     check_writable(args.picture)
     width, height = parse_size(args.size) if args.size else (1600, 1000)
     require_gl()
-    png = picture(_checked(case), width=width, height=height, view=args.view, target=args.target, colour=args.colour)
+    png = picture(
+        _checked(args, case), width=width, height=height, view=args.view, target=args.target, colour=args.colour
+    )
     write_bytes(args.picture, png)
 
 
@@ -98,7 +124,7 @@ def _video(args: argparse.Namespace, case: Case) -> None:
     size = parse_size(args.size) if args.size else None
     film_format(args.video, size, args.fps)
     film(
-        _checked(case),
+        _checked(args, case),
         args.video,
         size=size,
         fps=args.fps,
@@ -114,4 +140,4 @@ def _web(args: argparse.Namespace, case: Case) -> None:
     from .web_view import LOOPBACK, listen, replay_in_browser
 
     with listen(args.host or LOOPBACK, args.port or 0) as place:
-        replay_in_browser(_checked(case), place, speed=args.speed or SPEED, loop=args.loop, colour=args.colour)
+        replay_in_browser(_checked(args, case), place, speed=args.speed or SPEED, loop=args.loop, colour=args.colour)

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import pytest
+import yaml
 
 from cell.config import load_case, parse_case
 from cell.errors import InputError
+from cell.yaml_loader import Loader
 
 MINIMAL = {"part": {"sub_volumes": ["a.stl"], "body": {"radius_mm": 20}}}
 
@@ -106,3 +108,21 @@ def test_extending_in_a_circle_is_refused(tmp_path):
         load_case(path)
     with pytest.raises(InputError, match=r"gone\.yaml: no such file"):
         load_case(write(tmp_path / "c.yaml", "extends: gone.yaml\n"))
+
+
+def test_words_that_older_yaml_takes_for_true_and_false(tmp_path):
+    path = tmp_path / "case.yaml"
+    path.write_text(
+        "name: no\npart: {sub_volumes: [a.stl], body: {radius_mm: 20}}\n"
+        "fixtures:\n  - name: off\n    on: table\n    box: {size_mm: [1, 1, 1]}\n"
+        "  - {name: y, on: floor, box: {size_mm: [1, 1, 1]}}\n",
+        encoding="utf-8",
+    )
+    case = load_case(path)
+    assert [(f.name, f.on) for f in case.fixtures] == [("off", "table"), ("y", "floor")]
+    assert case.title == "no"
+
+
+@pytest.mark.parametrize(("word", "value"), [("true", True), ("False", False), ("yes", "yes"), ("Off", "Off")])
+def test_true_and_false_are_read_as_such(word, value):
+    assert yaml.load(f"{word}: {word}", Loader=Loader) == {value: value}
