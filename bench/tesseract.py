@@ -1,0 +1,223 @@
+"""Planning beads against Tesseract's Descartes planner: ``python bench/tesseract.py --python VENV/bin/python``.
+
+The other Python needs ``tesseract-robotics==0.5.1`` and numpy; it is a process of its own that takes turns with ours,
+bead by bead. Same targets, rolls, joint limits, shapes, tested pairs and clearance; no deposits, no travels. Told are
+milliseconds of processor time a target, the summed joint travel inside the beads, and what our own dense check between
+the targets makes of either.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"  # before numpy is loaded; the other process inherits it
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from motion import job_of, setup_of
+from tesseract_cell import write_cell
+
+from cell.bead import ROUNDS, BeadSearch
+from cell.between import unproved
+from cell.config import load_case
+from cell.follow import follow
+from cell.job import prepare
+from cell.nodes import evaluate
+from cell.plan import plan_bead
+from cell.setup import Setup
+from ik.chain import Floats
+
+TOUCH = 2e-4  # m that two collision libraries may differ
+LOCATE = "import tesseract_robotics as t; print(t.__path__[0])"
+Bead = tuple[int, int]
+
+
+@dataclass
+class Row:
+    """One line of the table.
+
+    Attributes:
+        name: the way.
+        run: bead -> configurations (t, j), rad, or None, and processor seconds.
+        seconds: spent so far.
+        beads: configurations of each bead planned.
+        failed: beads without a way.
+    """
+
+    name: str
+    run: Callable[[Bead], tuple[Floats | None, float]]
+    seconds: float = 0.0
+    beads: dict[Bead, Floats] = field(default_factory=dict)
+    failed: int = 0
+
+    def plan(self, bead: Bead) -> None:
+        """Plan one bead more."""
+        q, seconds = self.run(bead)
+        self.seconds += seconds
+        if q is None:
+            self.failed += 1
+        else:
+            self.beads[bead] = q
+
+
+class Descartes:
+    """The other process."""
+
+    def __init__(self, python: str, folder: Path) -> None:
+        """Start it on a folder with cell and targets."""
+        command = [python, str(Path(__file__).with_name("tesseract_peer.py")), str(folder)]
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+        self._process = subprocess.Popen(command, text=True, **pipes)  # type: ignore[call-overload]
+        self._folder = folder
+        if not self._process.stdout.readline():
+            raise SystemExit("Tesseract did not start: bench/tesseract_peer.py by hand says why")
+
+    def run(self, bead: Bead) -> tuple[Floats | None, float]:
+        """Plan one bead."""
+        print(*bead, file=self._process.stdin, flush=True)
+        answer = json.loads(self._process.stdout.readline())
+        return (np.load(self._folder / f"q_{bead[0]}.npy") if answer["found"] else None), answer["cpu"]
+
+    def close(self) -> None:
+        """End it."""
+        self._process.stdin.close()
+        self._process.wait(timeout=60)
+
+
+def whole(setup: Setup) -> Callable[[Bead], tuple[Floats | None, float]]:
+    """What ``rbam check`` does with a bead: dense following and proof between the targets included."""
+
+    def run(bead: Bead) -> tuple[Floats | None, float]:
+        start = time.process_time()
+        plan = plan_bead(setup, *bead, None)
+        seconds = time.process_time() - start
+        return (plan.stretches[0].q_targets if plan.whole else None), seconds
+
+    return run
+
+
+def targets_alone(setup: Setup) -> Callable[[Bead], tuple[Floats | None, float]]:
+    """As far as Descartes goes: every target free of collision, nothing looked at between them."""
+
+    def run(bead: Bead) -> tuple[Floats | None, float]:
+        start = time.process_time()
+        here = slice(*bead)
+        placed = replace(setup.placed, position=setup.placed.position[here], normal=setup.placed.normal[here])
+        nodes = evaluate(setup.solver, placed, setup.window, setup.settings.roll_step, setup.limits)
+        search = BeadSearch(setup, nodes, placed, setup.stage[here], bead[0])
+        for _ in range(ROUNDS):
+            runs = search._runs(None)
+            if not search._block_colliding_nodes(runs):
+                break
+        seconds = time.process_time() - start
+        if len(runs) != 1 or len(runs[0].nodes) != bead[1] - bead[0]:
+            return None, seconds
+        return nodes.q[(np.arange(len(nodes.q)), *runs[0].nodes.T)], seconds
+
+    return run
+
+
+def refused(setup: Setup, first: int, q: Floats) -> tuple[int, int]:
+    """Of a bead's configurations: targets missed or hit, and steps between them that our dense check refuses."""
+    placed, chain = setup.placed, setup.solver.chain
+    targets = first + np.arange(len(q))
+    T = placed.Ts_base_target[targets]
+    turned = np.linalg.solve(T, chain.forward(q))
+    off = np.linalg.norm(turned[:, :3, 3], axis=1) + np.abs(turned[:, 2, 2] - 1)
+    roll = np.arctan2(turned[:, 1, 0], turned[:, 0, 0])
+    near = setup.screen.clearances(q, setup.stage[targets]).distance < setup.settings.clearance - TOUCH
+    pairs = np.stack([np.arange(len(q) - 1), np.arange(1, len(q))], axis=1)
+    track = follow(setup.solver, placed, targets[:-1], roll[pairs], q[pairs], setup.limits, setup.settings.steps)
+    stage = setup.stage[targets[:-1][track.edge]]
+    clear = setup.checker.clearances(track.q, stage)
+    bad = set(np.flatnonzero(track.broken != "").tolist())
+    bad.update(track.edge[clear.distance < setup.settings.clearance - TOUCH].tolist())
+    step, _ = unproved(setup.checker, setup.radius, track.q, stage, clear, track.edge)
+    bad.update(track.edge[step].tolist())
+    return int((near | (off > 1e-6)).sum()), len(bad)
+
+
+def beads_of(path: np.ndarray, wanted: int) -> list[Bead]:
+    """Whole beads from the first on, the last cut short, to just the number of targets."""
+    firsts = np.flatnonzero(np.diff(path, prepend=-1)).tolist()
+    stops = [*firsts[1:], len(path)]
+    beads = [(a, min(b, wanted)) for a, b in zip(firsts, stops, strict=True) if a < wanted]
+    return [(a, b) for a, b in beads if b - a > 1]
+
+
+def show(rows: list[Row], setup: Setup) -> None:
+    """The table; travel over the beads that all rows have."""
+    common = set.intersection(*(set(row.beads) for row in rows))
+    last = rows[-1]
+    steps = {row.name: np.concatenate([np.diff(row.beads[b], axis=0) for b in sorted(common)]) for row in rows}
+    count = {row.name: sum(b - a for a, b in row.beads) for row in rows}
+    print(
+        "| way | ms a target | Descartes / this | joint travel, rad | against Descartes | largest step, deg |", end=" "
+    )
+    print("beads failed | targets refused | steps refused |")
+    print("|---|--:|--:|--:|--:|--:|--:|--:|--:|")
+    travel = {name: float(np.abs(d).sum()) for name, d in steps.items()}
+    for row in rows:
+        each, peer = (r.seconds / max(count[r.name], 1) * 1e3 for r in (row, last))
+        bad = np.array([refused(setup, a, row.beads[a, b]) for a, b in sorted(common)]).sum(axis=0)
+        cells = [f"{each:.2f}", f"{peer / each:.1f}", f"{travel[row.name]:.2f}"]
+        cells += [f"{travel[row.name] / travel[last.name]:.3f}", f"{np.rad2deg(np.abs(steps[row.name]).max()):.1f}"]
+        print(f"| {row.name} | {' | '.join(cells)} | {row.failed} | {bad[0]} | {bad[1]} |")
+
+
+def main() -> None:
+    """Measure and print a table."""
+    parser = argparse.ArgumentParser(description="Planning beads against Tesseract's Descartes planner.")
+    parser.add_argument("--python", required=True, help="a Python with tesseract-robotics 0.5.1")
+    parser.add_argument("--targets", type=int, default=1200)
+    parser.add_argument("--case", type=Path, help="a case instead of the round boss on a shaft")
+    parser.add_argument("--seconds", type=float, default=240.0, help="begin no further bead after this")
+    arguments = parser.parse_args()
+    located = subprocess.run([arguments.python, "-c", LOCATE], capture_output=True, text=True, check=True)
+    libraries = Path(located.stdout.strip()).with_name("tesseract_robotics.libs")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        job = prepare(load_case(arguments.case)) if arguments.case else job_of(arguments.targets, folder)
+        growing = setup_of(job)
+        setup = growing.without(range(job.shape.n_deposits))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of Euler angles at the poles, which are exact all the same
+            write_cell(job.scene, setup.checker.table, folder, libraries)
+        given = {"roll_step": setup.settings.roll_step, "clearance": setup.settings.clearance}
+        np.savez(folder / "targets.npz", Ts=setup.placed.Ts_base_target, **given)
+        descartes = Descartes(arguments.python, folder)
+        rows = [
+            Row("rbam, proven between the targets", whole(setup)),
+            Row("rbam, targets alone", targets_alone(setup)),
+            Row("Descartes, targets alone", descartes.run),
+        ]
+        beads = beads_of(job.targets.path, arguments.targets)
+        for row in rows:
+            row.run(beads[0])  # loads what is loaded once
+        until = time.perf_counter() + arguments.seconds
+        done = 0
+        for bead in beads:
+            if time.perf_counter() > until:
+                print(f"out of time after {done} targets", file=sys.stderr)
+                break
+            for row in rows:
+                row.plan(bead)
+            done += bead[1] - bead[0]
+        descartes.close()
+        print(f"{done} targets, {len(beads)} beads, roll step {np.rad2deg(setup.settings.roll_step):g} deg\n")
+        show(rows, setup)
+
+
+if __name__ == "__main__":
+    main()
