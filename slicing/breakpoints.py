@@ -22,9 +22,12 @@ from itertools import pairwise
 import numpy as np
 
 from slicing.part import Bools, Floats, Ints
+from slicing.reach import Reach
 
 CORNER_DEG = 30.0
 SPACING_MM = 0.02  # points of the fine curve closer than this are thinned out first
+SAME = 1e-9  # relative: distances that rounding may change
+ALIKE_MM = 1e-6  # errors that rounding may change
 LEAST_TARGETS = 3  # of a closed bead, so that it goes round
 
 
@@ -44,10 +47,10 @@ def break_points(points: Floats, seam: int, chord_tolerance_mm: float, min_segme
     order = order[_thinned(points[order])]
     loop = np.concatenate([points[order], points[order[:1]]])
     n = len(order)
-    fixed = _corners(loop, min_segment_mm)
+    fixed, reach = _corners(loop, min_segment_mm), Reach(loop, chord_tolerance_mm)
     chosen = []
     for begin, end in zip(fixed, [*fixed[1:], n], strict=True):
-        chosen += _section(loop, begin, end, chord_tolerance_mm, min_segment_mm)
+        chosen += _section(reach, begin, end, min_segment_mm)
     if len(chosen) < LEAST_TARGETS:
         chosen = _thirds(loop)
     return order[np.array(chosen, dtype=np.int64)]
@@ -74,9 +77,9 @@ def open_break_points(
         run = np.arange(first, last + 1)
         run = run[_thinned_open(points[run])]
         line = points[run]
-        fixed = _corners(line, min_segment_mm)
+        fixed, reach = _corners(line, min_segment_mm), Reach(line, chord_tolerance_mm)
         for begin, end in zip(fixed, [*fixed[1:], len(run) - 1], strict=True):
-            chosen += run[_section(line, begin, end, chord_tolerance_mm, min_segment_mm)].tolist()
+            chosen += run[_section(reach, begin, end, min_segment_mm)].tolist()
     return np.array([*chosen, n - 1], dtype=np.int64)
 
 
@@ -127,41 +130,13 @@ def _corners(loop: Floats, min_segment_mm: float) -> list[int]:
     return fixed
 
 
-def _error(loop: Floats, i: int, j: int) -> float:
-    """Greatest distance of the curve from i to j from the segment between them."""
-    if j <= i + 1:
-        return 0.0
-    between, a = loop[i + 1 : j] - loop[i], loop[j] - loop[i]
-    length2 = float(a @ a)
-    t = np.clip(between @ a / length2, 0.0, 1.0) if length2 > 0 else np.zeros(len(between))
-    off = between - t[:, None] * a
-    return float(np.sqrt((off * off).sum(axis=1).max()))
-
-
-def _farthest(loop: Floats, i: int, end: int, tolerance: float) -> int:
-    """A last point that the segment from i may reach: doubling, then halving."""
-    good, reach = i + 1, 2
-    while i + reach < end and _error(loop, i, i + reach) <= tolerance:
-        good, reach = i + reach, 2 * reach
-    bad = min(i + reach, end)
-    if bad == end and _error(loop, i, end) <= tolerance:
-        return end
-    while bad - good > 1:
-        middle = (good + bad) // 2
-        if _error(loop, i, middle) <= tolerance:
-            good = middle
-        else:
-            bad = middle
-    return good
-
-
-def _section(loop: Floats, begin: int, end: int, tolerance: float, min_segment: float) -> list[int]:
+def _section(reach: Reach, begin: int, end: int, min_segment: float) -> list[int]:
     """Break points from begin up to, not including, end."""
-    chosen = [begin]
+    loop, chosen = reach.line, [begin]
     while True:
         i = chosen[-1]
-        j = _farthest(loop, i, end, tolerance)
-        if j < end:
+        j = reach.farthest(i, end)
+        if j < end and not _far(loop, i, j, min_segment):
             far = np.flatnonzero(((loop[j:end] - loop[i]) ** 2).sum(axis=1) >= min_segment**2)
             j = j + int(far[0]) if len(far) else end
         if j >= end:
@@ -171,24 +146,35 @@ def _section(loop: Floats, begin: int, end: int, tolerance: float, min_segment: 
     while len(chosen) > 1 and _distance(loop[chosen[-1]], loop[end]) < min_segment:
         before = chosen[-2]
         chosen.pop()
-        moved = _between(loop, before, end, min_segment)
+        moved = _between(reach, before, end, min_segment)
         if moved is not None:
             chosen.append(moved)
             break
     return chosen
 
 
-def _between(loop: Floats, i: int, j: int, min_segment: float) -> int | None:
+def _far(loop: Floats, i: int, j: int, min_segment: float) -> bool:
+    """Whether two points are farther apart than the least segment by more than rounding."""
+    (ax, ay, az), (bx, by, bz) = loop[i].tolist(), loop[j].tolist()
+    away2: float = (bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2
+    return away2 > (1.0 + SAME) * min_segment**2
+
+
+def _between(reach: Reach, i: int, j: int, min_segment: float) -> int | None:
     """The point between i and j, min_segment from both, that serves both segments best."""
-    inner = np.arange(i + 1, j)
+    loop, inner = reach.line, np.arange(i + 1, j)
     far = ((loop[inner] - loop[i]) ** 2).sum(axis=1) >= min_segment**2
     far &= ((loop[inner] - loop[j]) ** 2).sum(axis=1) >= min_segment**2
     inner = inner[far]
     if len(inner) == 0:
         return None
     inner = inner[:: max(1, len(inner) // 16)]
-    errors = [max(_error(loop, i, int(k)), _error(loop, int(k), j)) for k in inner]
-    return int(inner[int(np.argmin(errors))])
+    errors = reach.errors_through(i, inner, j)
+    best = inner[errors <= errors.min() + ALIKE_MM]
+    if len(best) > 1:  # on symmetric curves two are alike but for rounding
+        exact = [max(reach.error(i, int(k)), reach.error(int(k), j)) for k in best]
+        return int(best[int(np.argmin(exact))])
+    return int(best[0])
 
 
 def _thirds(loop: Floats) -> list[int]:
