@@ -85,7 +85,7 @@ class Descartes:
 
     def run(self, bead: Bead) -> tuple[Floats | None, float]:
         """Plan one bead."""
-        print(*bead, file=self._process.stdin, flush=True)
+        print(*bead, "targets", file=self._process.stdin, flush=True)
         answer = json.loads(self._process.stdout.readline())
         return (np.load(self._folder / f"q_{bead[0]}.npy") if answer["found"] else None), answer["cpu"]
 
@@ -93,6 +93,16 @@ class Descartes:
         """End it."""
         self._process.stdin.close()
         self._process.wait(timeout=60)
+
+
+def between_too(python: str, folder: Path, seconds: float) -> str:
+    """What Descartes says of two targets with the edges between their nodes checked as well, if it does in time."""
+    command = [python, str(Path(__file__).with_name("tesseract_peer.py")), str(folder)]
+    try:
+        done = subprocess.run(command, input="0 2 edges\n", capture_output=True, text=True, timeout=seconds, check=True)
+    except subprocess.TimeoutExpired:
+        return f"not done after {seconds:g} s"
+    return f"{json.loads(done.stdout.splitlines()[-1])['cpu']:.1f} s of processor time"
 
 
 def whole(setup: Setup) -> Callable[[Bead], tuple[Floats | None, float]]:
@@ -183,6 +193,7 @@ def main() -> None:
     parser.add_argument("--targets", type=int, default=1200)
     parser.add_argument("--case", type=Path, help="a case instead of the round boss on a shaft")
     parser.add_argument("--seconds", type=float, default=240.0, help="begin no further bead after this")
+    parser.add_argument("--edges", type=float, metavar="SECONDS", help="Descartes on two targets, edges checked too")
     arguments = parser.parse_args()
     located = subprocess.run([arguments.python, "-c", LOCATE], capture_output=True, text=True, check=True)
     libraries = Path(located.stdout.strip()).with_name("tesseract_robotics.libs")
@@ -217,6 +228,8 @@ def main() -> None:
         descartes.close()
         print(f"{done} targets, {len(beads)} beads, roll step {np.rad2deg(setup.settings.roll_step):g} deg\n")
         show(rows, setup)
+        if arguments.edges:
+            print("\nDescartes, two targets and between them:", between_too(arguments.python, folder, arguments.edges))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
-"""Tesseract's Descartes planner on the beads of ``bench/tesseract.py``; run by the Python that has tesseract-robotics.
+"""Tesseract's Descartes planner, for ``bench/tesseract.py``; run by the Python that has tesseract-robotics.
 
-    python bench/tesseract_peer.py FOLDER        # cell.urdf, cell.srdf, targets.npz; a bead "first stop" a line on stdin
+    python bench/tesseract_peer.py FOLDER        # cell.urdf, cell.srdf, targets.npz
 
-Answers each line with one line of JSON; writes q_FIRST.npy. Only ``solve`` is timed: not the program's making in Python.
+A line "FIRST STOP targets" or "FIRST STOP edges" on stdin is a bead to plan, free of collision at its targets
+or between them too. Answers with a line of JSON; writes q_FIRST.npy. Only ``solve`` is timed, not making the program.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ from pathlib import Path
 import numpy as np
 from tesseract_robotics import tesseract_command_language as language
 from tesseract_robotics import tesseract_motion_planners_descartes as descartes
+from tesseract_robotics.tesseract_collision import CollisionEvaluatorType_LVS_DISCRETE
 from tesseract_robotics.tesseract_common import FilesystemPath, GeneralResourceLocator, Isometry3d, ManipulatorInfo
 from tesseract_robotics.tesseract_environment import Environment
 from tesseract_robotics.tesseract_motion_planners import PlannerRequest
 
 PLANNER = "DescartesMotionPlannerTask"
+EDGE_STEP = float(np.deg2rad(1.0))  # rad between samples of an edge, as our own
 
 
 def environment(folder: Path) -> tuple[Environment, GeneralResourceLocator]:
@@ -30,8 +33,8 @@ def environment(folder: Path) -> tuple[Environment, GeneralResourceLocator]:
     return env, locator
 
 
-def profiles(roll_step: float, clearance: float) -> tuple[language.ProfileDictionary, object]:
-    """Roll about the tool's z at the same samples, collision at every vertex."""
+def profiles(roll_step: float, clearance: float, edges: bool) -> tuple[language.ProfileDictionary, object]:
+    """Roll about the tool's z at the same samples, collision at every vertex and, if asked for, along every edge."""
     profile = descartes.DescartesDefaultPlanProfileD()
     profile.target_pose_fixed = False
     profile.target_pose_sample_axis = np.array([0.0, 0.0, 1.0])
@@ -39,11 +42,16 @@ def profiles(roll_step: float, clearance: float) -> tuple[language.ProfileDictio
     profile.target_pose_sample_min = -np.pi
     profile.target_pose_sample_max = np.pi - roll_step  # a whole turn's end is its start
     profile.enable_collision, profile.allow_collision = True, False
-    profile.enable_edge_collision = False
+    profile.enable_edge_collision = edges
     profile.use_redundant_joint_solutions = True  # A6 has more than a turn
     config = profile.vertex_collision_check_config
     config.contact_manager_config.margin_data.setDefaultCollisionMargin(clearance)
     profile.vertex_collision_check_config = config
+    config = profile.edge_collision_check_config
+    config.contact_manager_config.margin_data.setDefaultCollisionMargin(clearance)
+    config.type = CollisionEvaluatorType_LVS_DISCRETE
+    config.longest_valid_segment_length = EDGE_STEP
+    profile.edge_collision_check_config = config
     out = language.ProfileDictionary()
     cast = descartes.cast_DescartesPlanProfileD(profile)
     out.addProfile(PLANNER, "BEAD", cast)
@@ -66,18 +74,20 @@ def main() -> None:
     folder = Path(sys.argv[1])
     given = np.load(folder / "targets.npz")
     env, _locator = environment(folder)
-    dictionary, _kept = profiles(float(given["roll_step"]), float(given["clearance"]))
+    step, clearance = float(given["roll_step"]), float(given["clearance"])
+    kinds = {kind: profiles(step, clearance, kind == "edges") for kind in ("targets", "edges")}
     info = ManipulatorInfo()
     info.manipulator, info.manipulator_ik_solver = "manipulator", "OPWInvKin"
     info.tcp_frame, info.working_frame = "tcp", "base"
     planner = descartes.DescartesMotionPlannerD(PLANNER)
     print(json.dumps({"ready": True}), flush=True)
     for line in sys.stdin:
-        first, stop = (int(word) for word in line.split())
+        *bounds, kind = line.split()
+        first, stop = (int(word) for word in bounds)
         request = PlannerRequest()
         request.env = env
         request.instructions = program(given["Ts"][first:stop], info)
-        request.profiles = dictionary
+        request.profiles = kinds[kind][0]
         wall, cpu = time.perf_counter(), time.process_time()
         response = planner.solve(request)
         spent = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
