@@ -20,7 +20,7 @@ import numpy as np
 
 from slicing.bodies import RoundBody
 from slicing.intersect import intersect_offsets
-from slicing.layers import Layer, SlicedSubVolume, SlicingParameters
+from slicing.layers import Layer, SlicedSubVolume, SlicingParameters, require_layers
 from slicing.part import Floats, Mesh, PartError, mesh_from_arrays
 from slicing.surfaces import Plane
 from slicing.volume import MOST
@@ -42,8 +42,9 @@ def slice_body(mesh: Mesh, body: RoundBody, parameters: SlicingParameters) -> Sl
         Its layers, lowest first, under the name BODY and the strategy planar.
 
     Raises:
-        PartError: it is so thin that no plane meets it.
+        PartError: it is so thin that no plane meets it, or the layers are (`slicing.layers.require_layers`).
     """
+    require_layers(mesh, parameters.h_layer_mm)
     low, high = (float(z) for z in mesh.bounds[:, 2])
     x, y = (float(v) for v in body.axis_xy_mm)
     base, step = Plane((x, y, low), (0.0, 0.0, 1.0)), parameters.h_layer_mm

@@ -79,7 +79,7 @@ def contour_rounds(
         The outermost round as contours, the others as infill (all as contours where rounds is given).
     """
     x0, y0, x1, y1 = island.region.bounds
-    island = island.repeated(0.5 * min(x1 - x0, y1 - y0) + 4.0 * width_mm)
+    island = island.repeated(0.5 * min(x1 - x0, y1 - y0) + _beyond(island, width_mm))
     inset, k = _inset(island.region, first_mm), 0
     while not inset.is_empty and (rounds is None or k < rounds):
         kind = "contour" if k == 0 or rounds is not None else "infill"
@@ -89,6 +89,12 @@ def contour_rounds(
         if fills:
             yield from _core(island, inset, after, pitch_mm, width_mm)
         inset = after
+
+
+def _beyond(island: Island, width_mm: float) -> float:
+    """How far beyond a ring's middle period beads there see, mm: what is eroded is gone at half the ring's height."""
+    _, y0, _, y1 = island.region.bounds
+    return 4.0 * min(width_mm, y1 - y0)
 
 
 def _inset(region: Any, by_mm: float) -> Any:
@@ -216,6 +222,8 @@ def zigzag(
         return
     rise = period * math.sin(angle)
     height = island.region.bounds[3] - island.region.bounds[1]
+    if inside_mm - over_mm >= 0.5 * height:
+        return
     if rise < pitch_mm:  # as good as along the way round
         region = _inset(island.repeated(inside_mm + period).region, inside_mm)
         if not region.is_empty:
@@ -351,18 +359,20 @@ def narrow_places(island: Island, first_mm: float, width_mm: float) -> Iterator[
         width_mm: of the beads.
 
     Yields:
-        Open strokes; where the island has room for nothing at all, its border.
+        Strokes; where the island has no room for any bead and no middle line, its border.
     """
     import shapely
 
     from slicing.medial import middle_lines
 
-    island = island.repeated(4.0 * width_mm)
+    island = island.repeated(_beyond(island, width_mm))
     wide = _inset(island.region, first_mm)
     rest = island.region.difference(wide.buffer(first_mm * (1 + 1e-3) + 1e-3, quad_segs=32))
     period = island.chart.period
     for part in shapely.get_parts(rest):
-        if part.geom_type != "Polygon" or part.area < LEAST_GAP * width_mm**2:
+        if part.geom_type != "Polygon":
+            continue
+        if not wide.is_empty and part.area < LEAST_GAP * width_mm**2:
             continue
         if not wide.is_empty and part.length < 4 * width_mm and part.buffer(-NARROW * width_mm).is_empty:
             continue  # what a round bead leaves in a corner
@@ -376,5 +386,5 @@ def narrow_places(island: Island, first_mm: float, width_mm: float) -> Iterator[
                 yield replace(_one_turn(line, "contour", period), thin=True)
             elif length > 0.5 * width_mm or wide.is_empty:
                 yield Stroke(line, closed, False, "contour", thin=True)
-        if not lines and wide.is_empty and period is None:
+        if not lines and wide.is_empty:
             yield from (replace(s, thin=True) for s in _loops(part, island, "contour"))

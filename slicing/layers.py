@@ -28,10 +28,12 @@ __all__ = [
     "SlicedSubVolume",
     "SlicingParameters",
     "make_layer",
+    "require_layers",
 ]
 
 
 POLICIES = ("report", "trim", "merge")
+MOST_LAYERS = 100_000  # more are a wrong unit, and do not fit into memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +131,24 @@ class SlicedSubVolume:
             return np.full(len(points), self.parameters.h_layer_mm)
         below = self.layers[layer - 1].surface if layer > 0 else None
         return bead_thickness(points, self.layers[layer].surface, below, self.body, self.parameters.h_layer_mm)
+
+
+def require_layers(mesh: Mesh, h_layer_mm: float) -> None:
+    """Refuse layers so thin that there would be no end of them.
+
+    Args:
+        mesh: what is to be sliced.
+        h_layer_mm: thickness of a layer.
+
+    Raises:
+        PartError: more than MOST_LAYERS would fit into the mesh's bounds.
+    """
+    extent = float(np.sqrt((np.ptp(mesh.bounds, axis=0) ** 2).sum()))
+    if extent > MOST_LAYERS * h_layer_mm:
+        raise PartError(
+            f"{mesh.name}: h_layer_mm {h_layer_mm:g} is too thin for a part {extent:.4g} mm large;"
+            f" at most {MOST_LAYERS:,} layers are cut"
+        )
 
 
 def make_layer(

@@ -34,6 +34,7 @@ def middle_lines(polygon: Any, width_mm: float) -> list[tuple[Floats, bool]]:
     import shapely
     from scipy.spatial import Voronoi
 
+    width_mm = min(width_mm, polygon.length)  # of a bead wider than that nothing changes any more
     step = max(FINE * width_mm, polygon.length / MOST_POINTS)
     step = min(step, 0.3 * polygon.area / max(polygon.length, 1e-9) + 1e-3 * width_mm)
     rings = [polygon.exterior, *polygon.interiors]

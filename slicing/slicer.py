@@ -26,7 +26,7 @@ import numpy as np
 from slicing.bodies import require_fit
 from slicing.cylindrical import cylindrical_layers, span
 from slicing.intersect import NUDGE_MM, Curve, intersect
-from slicing.layers import Body, Layer, RoundBody, SlicedSubVolume, SlicingParameters
+from slicing.layers import Body, Layer, RoundBody, SlicedSubVolume, SlicingParameters, require_layers
 from slicing.nonuniform import nonuniform_layers
 from slicing.part import Floats, Mesh, PartError
 from slicing.planar import planar_layers
@@ -52,12 +52,13 @@ def slice_sub_volume(mesh: Mesh, body: RoundBody, parameters: SlicingParameters)
 
     Raises:
         PartError: the strategy is not made for the body (`slicing.bodies.require_fit`), or the sub-volume does
-            not touch the body, lies wholly inside it, or (planar) runs right round it.
+            not touch the body, lies wholly inside it, or (planar) runs right round it, or the layers are without end.
 
     Source:
         Lettori et al. 2024, sections 3.2 and 4.
     """
     require_fit(parameters.strategy, body)
+    require_layers(mesh, parameters.h_layer_mm)
     root, warnings = footprint(mesh, body, parameters.tolerance_mm)
     layers = tuple(_layers(mesh, body, parameters, root))
     if not layers:

@@ -14,6 +14,7 @@ from slicing.body import slice_body, turned_solid
 from slicing.indices import indices
 from slicing.layers import Body, ConicalBody, SlicingParameters
 from slicing.part import PartError, mesh_from_arrays
+from slicing.slicer import slice_sub_volume
 from slicing.targets import sample_targets
 
 H = 1.5
@@ -86,6 +87,14 @@ def test_the_poles_of_a_turned_solid_are_fans(profile):
 def test_a_profile_that_lies_on_the_axis_is_refused():
     with pytest.raises(PartError, match="lies on the axis"):
         turned((0.0, 0.0), (0.0, 9.0))
+
+
+def test_layers_without_end_are_refused_at_once():
+    mesh, thin = turned((20.0, 0.0), (20.0, 9.0)), SlicingParameters("nonuniform", 1e-9, 1e-9, 1.0)
+    boss = mesh_from_arrays("boss", boss_mesh().vertices, boss_mesh().faces)
+    for cut in (slice_body, slice_sub_volume):
+        with pytest.raises(PartError, match="h_layer_mm 1e-09 is too thin"):
+            cut(mesh if cut is slice_body else boss, Body(20.0), thin)
 
 
 def test_the_body_comes_first_and_is_not_there_before_it_is_printed(make_case):

@@ -295,6 +295,21 @@ def test_a_blade_thinner_than_a_bead_is_laid_once_and_told():
     assert any("narrower than a bead" in line for line in laid.warnings)
 
 
+@pytest.mark.parametrize("pattern", ["contour", *FILLS])
+@pytest.mark.parametrize("width", [10.0, 60.0, 2000.0, 1e6])
+def test_no_layer_is_left_out_however_wide_the_bead(pattern, width):
+    """A region far smaller than its bead (the tip of a cone) still gets one, which is told as thin."""
+    p = BeadParameters(pattern, width, border="edge")
+    tip = planar_layer(rectangle(0.6, 0.5))
+    wreath = ring(19.0, 24.0, 0.0, 9.0)
+    around = slice_sub_volume(wreath, BODY, SlicingParameters("cylindrical", 2.2, 1.0, 3.0)).layers[0]
+    turn = 2 * math.pi * BODY.radius_mm
+    for layer, least, most in ((tip, 0.1, 2.3), (around, 0.99 * turn, 2.01 * turn)):
+        beads = layer_beads(layer, p)
+        assert least < sum(bead.length_mm for bead in beads) < most
+        assert all(bead.thin for bead in beads)
+
+
 def test_the_border_may_be_the_edge_or_the_centre_line():
     layer = planar_layer(rectangle(40.0, 26.0))
     edge, centre = (
