@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from .collision import Ints
+from .errors import InputError
 from .job import Job
 from .motion import Motion
 from .place import METRES_PER_MM, frames
@@ -40,6 +41,7 @@ class Grain:
 
 FINE = Grain(0.2e-3, np.deg2rad(0.2))
 AS_BAD = Grain(0.05e-3, np.deg2rad(0.05))  # distances and angles that count alike
+MOST_SAMPLES = 10_000_000
 COARSE = Grain(1e-3, np.deg2rad(1.0))
 
 
@@ -77,12 +79,17 @@ def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.b
 
     Returns:
         The samples; a step's end is there once, as the start of the next where that is wanted.
+
+    Raises:
+        InputError: more of them than could be held.
     """
     p = rows.Ts_part_tcp[:, :3, 3]
     away = np.linalg.norm(np.diff(p, axis=0), axis=1) / grain.position
     turn = np.abs(np.diff(rows.q, axis=0)).max(axis=1) / grain.angle
     count = np.maximum(np.ceil(np.maximum(away, turn) - 1e-9), 1).astype(np.int64)
     step = np.flatnonzero(which)
+    if count[step].sum() > MOST_SAMPLES:
+        raise InputError(f"the motion is too long: it takes {count[step].sum()} samples, {MOST_SAMPLES} are looked at")
     last = step[~np.isin(step + 1, step)]
     row = np.repeat(step, count[step])
     k = np.arange(len(row)) - np.repeat(np.cumsum(count[step]) - count[step], count[step])

@@ -24,7 +24,9 @@ import numpy as np
 
 from ik.chain import Floats
 
-TRAVEL_ZONE = np.deg2rad(0.5)  # rounding of corners between beads, rad of joint travel each way
+# rounding of corners between beads, rad of joint travel each way; what is checked are the rows, and a TCP rounds them
+# within a millimetre and a half in the shipped cells
+TRAVEL_ZONE = np.deg2rad(0.2)
 PER_ZONE = 4  # grid steps a zone
 REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
 CORNER = 0.05  # share of a path's sharpest bend from which on another counts as a corner

@@ -302,3 +302,11 @@ def test_archives_that_hold_no_numbers(good: Result, tmp_path: Path, monkeypatch
     path.write_bytes(whole)
     monkeypatch.setattr("cell.motion_file.MOST_BYTES", 1000)
     refused("a motion is at most")
+
+
+def test_a_motion_that_is_too_long_is_refused_before_it_fills_the_memory(
+    good: Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cell.motion_bead.MOST_SAMPLES", 500)
+    with pytest.raises(InputError, match="the motion is too long: it takes"):
+        look(good.job, good.motion)

@@ -3,6 +3,7 @@
 Nothing of the checker is used: joints on straight lines from row to row in steps of 0.2 mm and 0.2 degrees, the wire
 against the chords between the targets, contacts among what is there at that moment, the sign of MuJoCo's own Jacobian.
 Of long motions whole beads are looked at, with the ways to them, spread over the part; RBAM_EVERY_SAMPLE=1 takes all.
+On the way across from bead to bead the wire is solid for the part as well. Speeds are held against the MJCF's own.
 """
 
 from __future__ import annotations
@@ -46,6 +47,13 @@ class Bystander:
         self.qpos = [joint.qposadr[0] for joint in self.joints]
         self.dofs = [joint.dofadr[0] for joint in self.joints[:-2]]
         self.J = np.zeros((6, self.model.nv))
+        # the same cell in which the wire is solid for the part
+        self.rigid = mujoco.MjModel.from_xml_string(standalone_xml(result.job.scene))
+        for name in result.job.case.tool.wire:
+            geom = self.rigid.geom(name).id
+            self.rigid.geom_contype[geom] |= 1
+            self.rigid.body_contype[self.rigid.geom_bodyid[geom]] |= 1
+        self.out_mm = result.job.case.process.retract_mm
         self.tcp, self.part = self.model.site("tcp").id, self.model.site("part").id
         names = [self.model.geom(g).name for g in range(self.model.ngeom)]
         self.born = np.array([int(n.split("/")[1]) if n.startswith("deposit/") else -1 for n in names])
@@ -74,7 +82,11 @@ class Bystander:
         below = np.where(welding, self.layer[k] + self.again[k], begun[row] + 1)
         seen = [self._look(q[i], int(below[i]), bool(welding[i])) for i in range(len(q))]
         found += [f"row {row[i]}: {what}" for i, (_, _, touching, _) in enumerate(seen) for what in touching]
+        speed = np.abs(np.diff(axes[:, :-2], axis=0)) / np.diff(m.t_s)[:, None]
+        fast = speed > np.deg2rad(self.model.numeric("max_speed_deg_s").data) * 1.001
+        found += [f"row {k}: too fast" for k in np.flatnonzero(fast.any(axis=1))]
         place, wire, side = (np.array([x[j] for x in seen]) for j in (0, 1, 3))
+        found += self._dragged(row, q, place, below, welding)
         on = np.flatnonzero(welding)
         found += [
             f"row {row[i]}: {what}" for i, what in zip(on, self._off(k[on], place[on], wire[on]), strict=True) if what
@@ -130,6 +142,26 @@ class Bystander:
             side = float(np.sign(np.linalg.det(self.J[:, self.dofs])))
         return place, wire, touching, side
 
+    def _dragged(
+        self, row: np.ndarray, q: np.ndarray, place: np.ndarray, below: np.ndarray, welding: np.ndarray
+    ) -> list[str]:
+        """What the wire is drawn through on the way across, further than the retraction off both its ends."""
+        model, data = self.rigid, mujoco.MjData(self.rigid)
+        found = []
+        starts = np.flatnonzero(np.diff((~welding).astype(int), prepend=0) == 1)
+        for start in starts:
+            stop = start + int(np.argmax(np.append(welding[start:], True)))
+            ends = place[[start, min(stop, len(q) - 1)]]
+            off = np.linalg.norm(place[start:stop, None] - ends, axis=2).min(axis=1)
+            for i in start + np.flatnonzero(off > self.out_mm + 0.01):
+                data.qpos[self.qpos] = q[i]
+                mujoco.mj_kinematics(model, data)
+                mujoco.mj_collision(model, data)
+                contact = data.contact
+                if data.ncon and ((self.born[contact.geom] < below[i]).all(axis=1) & (contact.dist < 0)).any():
+                    found.append(f"row {row[i]}: the wire is drawn through the part")
+        return found
+
     def _off(self, k: np.ndarray, place: np.ndarray, wire: np.ndarray) -> list[str]:
         """What is wrong with samples against the chords next to the targets they passed last."""
         t = self.targets
@@ -174,3 +206,21 @@ def test_the_bystander_sees_what_is_wrong(make_case) -> None:
     assert Bystander(result).problems() == []
     motion.q[welding[-20:], 1] += np.deg2rad(8.0)  # the whole arm lower
     assert "deposit/" in "".join(Bystander(result).problems())
+
+
+def test_the_bystander_sees_a_wire_that_is_dragged_and_an_arm_that_races(make_case) -> None:
+    case = load_case(make_case(slicing={"h_layer_mm": 2.2}, process={"retract_mm": 3.5}))
+    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    motion = result.motion
+    assert motion is not None
+    assert Bystander(result).problems() == []
+    before = motion.q.copy()
+    travel = np.flatnonzero((motion.bead == 1) & (motion.arc == 0))
+    laid = np.flatnonzero((motion.bead == 0) & (motion.arc == 1))
+    back = np.concatenate([motion.q[laid[::-1]], motion.q[travel[-1] + 1][None]])
+    at = np.linspace(0, len(back) - 1, len(travel) + 2)[1:-1]
+    motion.q[travel] = np.stack([np.interp(at, np.arange(len(back)), column) for column in back.T], axis=1)
+    assert any("drawn through" in line for line in Bystander(result).problems())
+    motion.q[:] = before
+    motion.t_s[:] /= 100
+    assert any("too fast" in line for line in Bystander(result).problems())

@@ -83,3 +83,12 @@ def test_a_new_row_that_is_too_near_to_something_is_refused(setup: Setup, bead: 
 def test_a_new_row_that_is_near_a_singularity_is_refused(setup: Setup, bead: Stretch) -> None:
     strict = replace(setup, limits=replace(setup.limits, wrist=np.deg2rad(89.0)))
     assert {d["on_the_way"] for d in refined(strict, [bead])[1].values()} == {"singular"}
+
+
+def test_what_stays_off_the_bead_is_no_bead(setup: Setup, bead: Stretch, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cell.refine.ROUNDS", 1)
+    monkeypatch.setattr("cell.refine.ASKEW", np.deg2rad(0.001))
+    _, spoilt = refined(setup, [bead])
+    assert spoilt
+    assert {why["on_the_way"] for why in spoilt.values()} == {"jump"}
+    assert all(i == why["from_target"] + 1 for i, why in spoilt.items())
