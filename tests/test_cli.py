@@ -310,13 +310,13 @@ def test_targets_that_are_none_are_one_line(column, value, says, make_case, monk
     from cell import job
 
     def spoilt(*args):
-        targets = sample_targets(*args)
+        targets = sample_beads(*args)
         values = getattr(targets, column).copy()
         values[3] = value
         return replace(targets, **{column: values})
 
-    sample_targets = job.sample_targets
-    monkeypatch.setattr(job, "sample_targets", spoilt)
+    sample_beads = job.sample_beads
+    monkeypatch.setattr(job, "sample_beads", spoilt)
     assert main(["check", str(make_case())]) == 2
     error = capsys.readouterr().err
     assert says in error
