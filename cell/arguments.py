@@ -27,7 +27,7 @@ EXAMPLES = """examples:
   rbam check my.case.yaml --motion-in their.csv  does a motion from another planner hold in this cell?
   rbam slice my.case.yaml --targets targets.csv  the layers' targets
   rbam compare --paper                           the slicing strategies on the paper's four parts
-  rbam sweep my.case.yaml --e1 -90:90:15         which table angles work
+  rbam sweep my.case.yaml --html map.html        which table angles work, as a map to click on
   rbam replay my.case.yaml                       watch the checked motion
   rbam replay my.case.yaml --video film.mp4      the same as a film
   rbam scene my.case.yaml --xml cell.xml         the cell as one MJCF for plain MuJoCo
@@ -62,7 +62,8 @@ def build_parser() -> argparse.ArgumentParser:
         loud.add_argument(
             "-q", "--quiet", action="store_true", help="say nothing but errors: the exit code is the answer"
         )
-        loud.add_argument("-v", "--verbose", action="store_true", help="all infeasible targets, and what took how long")
+        every = "all infeasible targets, and " if name == "check" else ""
+        loud.add_argument("-v", "--verbose", action="store_true", help=f"say {every}what took how long")
         return sub
 
     check = command("check", "say whether the arm can weld the part, and what stops it", CHECK_TEXT)
@@ -70,7 +71,9 @@ def build_parser() -> argparse.ArgumentParser:
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
     check.add_argument("--html", metavar="F.html", help="write a report to look at and to send: one file, no network")
     check.add_argument(
-        "--all-reasons", action="store_true", help="of infeasible targets, how many candidates each reason excludes"
+        "--all-reasons",
+        action="store_true",
+        help="of the worst infeasible targets (-v: all), how many candidates each reason excludes",
     )
     check.add_argument(
         "--remedies",
@@ -166,7 +169,8 @@ that was followed; every infeasible target carries a reason:
   no_path       no motion leads there without a flip or a collision on the way
   speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
 Of what is infeasible, the smallest changes that help are searched and checked: of the roll, E1,
-E2, the place of positioner or part, the stick-out, the deposition speed.
+E2, the place of the positioner, the support's height or the part's place, the stick-out, the
+deposition speed.
 
 --motion writes rows of t_s, A1_deg .. A6_deg, E1_deg, E2_deg, arc, bead, layer, target; --motion-in takes the same
 columns and holds them against joint limits, speeds and accelerations, singularities, collisions with the
@@ -203,8 +207,14 @@ REPLAY_TEXT = """\
 Opens MuJoCo's viewer; without a display there are --web, --picture and --video. Space plays and
 pauses, left and right step by target, up and down by bead, + and - change the speed, n goes to the
 next infeasible target, t shows targets, o normals, c changes what colours mean, v the view. An
-infeasible case shows its infeasible targets with what went wrong. --motion plays a motion file as it is, feasible or
-not, with what a check of it finds."""
+infeasible case shows its infeasible targets with what went wrong. --motion plays a motion file as
+it is, feasible or not, with what a check of it finds.
+
+examples:
+  rbam replay --picture torch.png --view torch --target 40
+  rbam replay --video film.mp4 --speed 20 --size 1920x1080
+  rbam replay my.case.yaml --sweep map.json --pose best --web
+  rbam replay my.case.yaml --motion theirs.csv"""
 
 
 def _version() -> str:
@@ -233,7 +243,7 @@ def _replay_arguments(replay: argparse.ArgumentParser) -> None:
     )
     replay.add_argument("--sweep", metavar="F", help="take the table pose from a sweep's map (--json) or log (--out)")
     replay.add_argument("--pose", metavar="N|best", help="which pose of the sweep, from 0 (default best)")
-    replay.add_argument("--view", choices=("cell", "torch"), default="cell", help="what a picture or film frames")
+    replay.add_argument("--view", choices=("cell", "torch"), help="what a picture or film frames (default cell)")
     replay.add_argument("--size", metavar="WxH", help="pixels of a picture (1600x1000) or film (mp4 1280x720)")
     replay.add_argument("--fps", type=float, metavar="N", help="frames per second of a film (mp4 25, gif 12.5)")
     replay.add_argument("--target", type=int, metavar="I", help="target the picture shows the arm at")

@@ -160,7 +160,8 @@ def _check(args: argparse.Namespace) -> int:
 
         reasons = all_reasons(result)
         _say(all_reasons_lines(result, reasons), to)
-    remedies = _what_would_help(result, args.remedies, to)
+    unheard = is_quiet() and not (args.json or args.html)
+    remedies = [] if unheard else _what_would_help(result, args.remedies, to)
     if args.html:
         from .files import write_bytes
         from .html import html_report

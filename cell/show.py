@@ -43,7 +43,7 @@ def show(args: argparse.Namespace, case: Case) -> None:
     elif args.web:
         _web(args, case)
     else:
-        _needs(args, "--size", "--fps", "--host", "--port")
+        _needs(args, "--size", "--view", "--fps", "--target", "--host", "--port")
         from .replay import replay, require_display
 
         require_display()
@@ -72,14 +72,22 @@ def _at_pose(args: argparse.Namespace, case: Case) -> Case:
     from .sweep_pose import picked_pose
 
     pose = picked_pose(case, args.sweep, args.pose or "best")
+    if args.roll is not None:
+        pose = pose._replace(roll=None)  # the case has the one that is asked for
     return with_changes(pose.applied(case), table=Table(E1_deg=pose.E1_deg, E2_deg=pose.E2_deg))
 
 
 def _needs(args: argparse.Namespace, *options: str) -> None:
     """Refuse options that would be left unheard."""
-    wants = {"--size": "--picture or --video", "--fps": "--video", "--host": "--web", "--port": "--web"}
+    wants = {
+        **dict.fromkeys(("--size", "--view"), "--picture or --video"),
+        **dict.fromkeys(("--host", "--port"), "--web"),
+        **{"--fps": "--video", "--target": "--picture"},
+        "--loop": "the window or --web",
+        "--speed": "the window, --web or --video",
+    }
     for option in options:
-        if getattr(args, option.removeprefix("--")) is not None:
+        if getattr(args, option.removeprefix("--")) not in (None, False):
             raise InputError(f"{option}: goes with {wants[option]}")
 
 
@@ -102,22 +110,21 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
 
 
 def _picture(args: argparse.Namespace, case: Case) -> None:
-    _needs(args, "--fps", "--host", "--port")
+    _needs(args, "--fps", "--host", "--port", "--loop", "--speed")
     from .files import check_writable, write_bytes
-    from .picture import picture, require_gl
+    from .picture import View, picture, require_gl
     from .video import parse_size
 
     check_writable(args.picture)
     width, height = parse_size(args.size) if args.size else (1600, 1000)
     require_gl()
-    png = picture(
-        _checked(args, case), width=width, height=height, view=args.view, target=args.target, colour=args.colour
-    )
+    view: View = args.view or "cell"
+    png = picture(_checked(args, case), width=width, height=height, view=view, target=args.target, colour=args.colour)
     write_bytes(args.picture, png)
 
 
 def _video(args: argparse.Namespace, case: Case) -> None:
-    _needs(args, "--host", "--port")
+    _needs(args, "--target", "--host", "--port", "--loop")
     from .video import SPEED as FILM_SPEED
     from .video import film, film_format, parse_size
 
@@ -129,14 +136,14 @@ def _video(args: argparse.Namespace, case: Case) -> None:
         size=size,
         fps=args.fps,
         speed=args.speed or FILM_SPEED,
-        view=args.view,
+        view=args.view or "cell",
         colour=args.colour,
         progress=sys.stderr,
     )
 
 
 def _web(args: argparse.Namespace, case: Case) -> None:
-    _needs(args, "--size", "--fps")
+    _needs(args, "--size", "--view", "--fps", "--target")
     from .web_view import LOOPBACK, listen, replay_in_browser
 
     with listen(args.host or LOOPBACK, args.port or 0) as place:

@@ -15,10 +15,9 @@ from typing import Any
 from .errors import InputError
 from .sections import Case
 from .sweep_grid import Pose
+from .sweep_log import SCHEMA as LOG_SCHEMA
 from .sweep_log import fingerprint
 from .sweep_rank import SCHEMA, sweep_document
-
-LOG_SCHEMA = "rbam-sweep-log/1"
 
 
 def picked_pose(case: Case, path: str, which: str) -> Pose:
@@ -35,7 +34,7 @@ def picked_pose(case: Case, path: str, which: str) -> Pose:
     Raises:
         InputError: the file is no sweep or one of another case, or has no such pose.
     """
-    rows, best = _read(case, path)
+    rows, best, roll = _read(case, path)
     if which == "best":
         if best is None:
             raise InputError(f"{path}: no pose is feasible; choose one of 0 .. {len(rows) - 1} with --pose")
@@ -45,13 +44,14 @@ def picked_pose(case: Case, path: str, which: str) -> Pose:
     else:
         row = rows[int(which)]
     try:
-        pose = Pose.of(row)
+        pose = Pose.of(roll | row)
         return pose._replace(E1_deg=float(pose.E1_deg), E2_deg=float(pose.E2_deg))
     except (KeyError, TypeError, ValueError):
         raise InputError(f"{path}: pose {which} has no table angles E1_deg, E2_deg") from None
 
 
-def _read(case: Case, path: str) -> tuple[list[dict[str, Any]], dict[str, Any] | None]:
+def _read(case: Case, path: str) -> tuple[list[dict[str, Any]], dict[str, Any] | None, dict[str, Any]]:
+    """Poses, the best of them, and the roll of those that name none."""
     try:
         text = Path(path).read_text(encoding="utf-8")
     except OSError as error:
@@ -60,6 +60,7 @@ def _read(case: Case, path: str) -> tuple[list[dict[str, Any]], dict[str, Any] |
         raise InputError(f"{path}: is no sweep (neither a map of rbam sweep --json nor a log of --out)") from None
     documents = _objects(text)
     head = documents[0] if documents else {}
+    roll: dict[str, Any] = {}  # a log is of this very case: its roll is the case's
     if head.get("schema") == LOG_SCHEMA:
         if head.get("case") != fingerprint(case):
             raise InputError(f"{path}: is the sweep of another case, or the case has changed since")
@@ -69,11 +70,12 @@ def _read(case: Case, path: str) -> tuple[list[dict[str, Any]], dict[str, Any] |
         if head.get("case") != case.title:
             raise InputError(f"{path}: is the sweep of {head.get('case')!r}, not of {case.title!r}")
         rows, best = head["poses"], head.get("best")
+        roll = {key: head[key] for key in ("roll",) if key in head}
     else:
         raise InputError(f"{path}: is no sweep (neither a map of rbam sweep --json nor a log of --out)")
     if not rows:
         raise InputError(f"{path}: has no poses yet")
-    return rows, best
+    return rows, best, roll
 
 
 def _objects(text: str) -> list[dict[str, Any]]:

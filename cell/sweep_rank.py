@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from .rolls import roll_text
 from .sections import REASONS, Case
 from .sweep_grid import FURTHER
 
@@ -35,7 +36,7 @@ def sweep_document(case: Case, rows: Sequence[dict[str, Any]]) -> dict[str, Any]
 
     Returns:
         The document; ``rank`` of a pose is 1 for the best feasible one and null where infeasible, ``best`` the pose of
-        rank 1 or null, ``axes`` the columns beside E1 and E2.
+        rank 1 or null, ``axes`` the columns beside E1 and E2, ``roll`` that of poses without one.
     """
     feasible = sorted((i for i, row in enumerate(rows) if row["verdict"] == "feasible"), key=lambda i: _order(rows[i]))
     rank = {i: k + 1 for k, i in enumerate(feasible)}
@@ -47,6 +48,7 @@ def sweep_document(case: Case, rows: Sequence[dict[str, Any]]) -> dict[str, Any]
         "best": poses[feasible[0]] if feasible else None,
         "axes": [name for name in FURTHER if any(name in row for row in rows)],
         "marks": [mark.model_dump() for mark in case.sweep.marks],
+        "roll": roll_text(case.roll),
     }
 
 

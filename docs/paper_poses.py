@@ -42,8 +42,8 @@ READING = """
 **What it says.** With the roll held where the shipped case holds it, the paper's two verdicts come out by
 computation alone. They are no property of the table poses, though:
 
-- with a free roll {free}: what the paper's set-up missed is the freedom about the wire, which its planes took
-  away;
+- with a free roll {free}:
+  what the paper's set-up missed is the freedom about the wire, which its planes took away;
 - held between 75 and 120 degrees, the roll spoils 90/180 as well, though hardly a target is out of reach by
   itself there: the wire swings by 59 degrees to either side over the blade's root, and takes the arm through
   its wrist singularity on the way. A check of points alone does not see this.

@@ -247,6 +247,7 @@ def many(good: Result, n: int) -> Result:
     return replace(good, job=job, placed=placed, rows=rows, gravity=good.gravity[near], motion=longer)
 
 
+@pytest.mark.slow
 def test_ten_thousand_targets_stay_below_five_megabytes(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
     result = many(good, 10_000)
     # numbers that do not repeat, as worst case; and no minutes of collision detection

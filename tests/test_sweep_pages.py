@@ -277,6 +277,9 @@ def test_the_table_sorts_filters_and_leads_to_the_map(browser: Browser, pages: d
     listed = "[...document.querySelectorAll('#table tbody tr')].map((r) => Number(r.dataset.pose))"
     by_rank = sorted(range(len(poses)), key=lambda i: (poses[i]["rank"] is None, poses[i]["rank"] or i))
     assert browser.js(listed) == by_rank
+    # what was settled early is a lower bound, and says so
+    counts = browser.js("[...document.querySelectorAll('#table tbody tr')].map((r) => r.cells[3].textContent)")
+    assert ["+ of" in text for text in counts] == [not poses[i]["searched"] for i in by_rank]
     browser.click("#table th:nth-child(2) button")
     assert browser.js(listed) == sorted(range(len(poses)), key=lambda i: poses[i]["E1_deg"])
     browser.click("#feasible-only")

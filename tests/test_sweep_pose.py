@@ -9,8 +9,9 @@ import pytest
 from conftest import little_case
 
 from cell.cli import main
-from cell.config import load_case
+from cell.config import load_case, with_changes
 from cell.errors import InputError
+from cell.rolls import parse_roll
 from cell.sections import Case
 from cell.sweep import fingerprint, sweep_document
 from cell.sweep_pose import picked_pose
@@ -53,6 +54,11 @@ def test_a_pose_brings_the_roll_and_height_it_was_swept_with(case: Case, tmp_pat
         assert changed.support.height_mm == 80.0
 
 
+def test_a_map_of_one_roll_brings_it_to_a_case_of_another(case: Case, tmp_path: Path) -> None:
+    path, _ = files(with_changes(case, roll=parse_roll("fixed:30")), tmp_path, ROWS)
+    assert picked_pose(case, path, "2").applied(case).roll.fixed_deg == 30.0
+
+
 def test_a_sweep_without_a_feasible_pose_has_no_best(case: Case, tmp_path: Path) -> None:
     for path in files(case, tmp_path, ROWS[:1]):
         with pytest.raises(InputError, match="no pose is feasible"):
@@ -88,6 +94,9 @@ def test_replay_says_what_is_wrong_before_it_checks(
         (["--pose", "1"], "--sweep"),
         (["--sweep", "map.json", "--e1", "3"], "--e1"),
         (["--fps", "3"], "--fps: goes with --video"),
+        (["--picture", "p.png", "--loop"], "--loop: goes with the window or --web"),
+        (["--video", "film.gif", "--target", "3"], "--target: goes with --picture"),
+        (["--web", "--view", "torch"], "--view: goes with --picture or --video"),
         (["--web", "--size", "3x3"], "--size: goes with"),
         (["--video", "film.avi"], ".mp4 or .gif"),
         (["--picture", "p.png", "--size", "large"], "--size"),
