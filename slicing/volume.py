@@ -81,7 +81,7 @@ def hold_volume(sliced: SlicedSubVolume) -> Held:
     layers, body, h = sliced.layers, sliced.body, sliced.parameters.h_layer_mm
     mesh = sliced.mesh
     skin = Skin.of(mesh)
-    if float(body.surface.distance(skin.vertices).min()) < -REACH_MM:
+    if skin.deepest(body.surface) < -REACH_MM:
         mesh = _outside(mesh, body)
         skin = Skin.of(mesh)
     area = np.array([_area_by_solid(skin, layer) for layer in layers])
@@ -93,9 +93,8 @@ def hold_volume(sliced: SlicedSubVolume) -> Held:
     end, end_mm = (last.area_mm2 * h - rest, h - top) if on_body else (-rest, -top)
     odd = [k for k, layer in enumerate(layers) if _differs(skin, layer, float(area[k]))]
     if odd:  # look again, more closely
-        skin = Skin.of(mesh, FINER)
-        area[odd] = [_area_by_solid(skin, layers[k]) for k in odd]
-        odd = [k for k in odd if _differs(skin, layers[k], float(area[k]))]
+        area[odd] = [_area_by_solid(skin, layers[k], FINER) for k in odd]
+        odd = [k for k in odd if _differs(skin, layers[k], float(area[k]), FINER)]
     lines = tuple(_area_line(sliced.name, layers[k], float(area[k])) for k in odd)
     held = Held(mesh.volume, float(sum(laid)), end, end_mm, area, lines)
     missing = held.laid_mm3 - end - held.volume_mm3
@@ -168,25 +167,26 @@ def _cut_at(layer: Layer) -> float:
     return max(float(np.median(layer.surface.distance(points))), 0.0) + PAST_MM
 
 
-def _area_by_solid(skin: Skin, layer: Layer) -> float:
+def _area_by_solid(skin: Skin, layer: Layer, finer: float = 1.0) -> float:
     """Area of a layer's region by the solid, mm²; NaN where its surface lies too flat across the axis."""
     if isinstance(layer.surface, Revolved):
         z = np.concatenate([curve.points[:, 2] for curve in layer.curves])
         chain = layer.surface.chain(1e-3)
         step = np.diff(np.stack([chain.r, chain.z], axis=1), axis=0)
-        near = (chain.z[1:] >= z.min()) & (chain.z[:-1] <= z.max())
+        # a shoulder or an end face is as high as its layer but for rounding
+        near = (chain.z[1:] >= z.min() - PAST_MM) & (chain.z[:-1] <= z.max() + PAST_MM)
         if (near & (np.abs(step[:, 0]) > STEEP * np.abs(step[:, 1]))).any():
             return float("nan")
-    return skin.area_on(layer.surface, _cut_at(layer))
+    return skin.area_on(layer.surface, _cut_at(layer), finer)
 
 
-def _differs(skin: Skin, layer: Layer, by_solid: float) -> bool:
+def _differs(skin: Skin, layer: Layer, by_solid: float, finer: float = 1.0) -> bool:
     """Whether a layer's area fits no section of the solid near its surface."""
     slack = AREA_SHARE * max(layer.area_mm2, by_solid) + AREA_MM2
     if not abs(layer.area_mm2 - by_solid) > slack:  # or NaN
         return False
     at = _cut_at(layer)
-    near = [by_solid, *(skin.area_on(layer.surface, at + by * REACH_MM) for by in (-1.0, -0.1, 0.1, 1.0))]
+    near = [by_solid, *skin.areas_on(layer.surface, [at + by * REACH_MM for by in (-1.0, -0.1, 0.1, 1.0)], finer)]
     return not min(near) - slack <= layer.area_mm2 <= max(near) + slack
 
 
