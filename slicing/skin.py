@@ -24,7 +24,7 @@ from functools import cached_property
 import numpy as np
 
 from slicing.meridian import Chain
-from slicing.part import Floats, Ints, Mesh
+from slicing.part import Bools, Floats, Ints, Mesh
 from slicing.surfaces import Cone, Cylinder, Plane, Revolved, Round, Surface
 
 SAG_MM = 0.02
@@ -123,13 +123,21 @@ class Skin:
     def deepest(self, surface: Round) -> float:
         """Least distance from a round surface, mm, below 0 inside; of the axis where it enters the solid."""
         x, y = (self.vertices[:, k] - surface.axis_point[k] for k in (0, 1))
+        points = [self.vertices]
+        if not isinstance(surface, Cylinder):  # for cylinders the sides tell
+            points.append(self.fit_for(surface).vertices)
+        turns = []
         a, b, c = self._columns
-        turns = [x[p] * y[q] - x[q] * y[p] for p, q in ((a, b), (b, c), (c, a))]
-        pierced = np.minimum(np.minimum(*turns[:2]), turns[2]) > 0
-        pierced |= np.maximum(np.maximum(*turns[:2]), turns[2]) < 0
-        on_axis = self._centres[pierced] * (0.0, 0.0, 1.0) + (*surface.axis_point, 0.0)
-        points = np.concatenate([self.fit_for(surface).vertices, on_axis])
-        return float(surface.distance(points).min())
+        for p, q in ((a, b), (b, c), (c, a)):
+            turns.append(x[p] * y[q] - x[q] * y[p])
+            dx, dy = x[q] - x[p], y[q] - y[p]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                share = np.nan_to_num(np.clip(-(x[p] * dx + y[p] * dy) / (dx * dx + dy * dy), 0.0, 1.0))
+            points.append(self.vertices[p] + share[:, None] * (self.vertices[q] - self.vertices[p]))
+        pierced = np.minimum(np.minimum(turns[0], turns[1]), turns[2]) > 0
+        pierced |= np.maximum(np.maximum(turns[0], turns[1]), turns[2]) < 0
+        points.append(self._centres[pierced] * (0.0, 0.0, 1.0) + (*surface.axis_point, 0.0))
+        return float(surface.distance(np.concatenate(points)).min())
 
     def _heights(self, surface: Surface) -> list[Floats]:
         """Heights over a surface (m,) of each of the three corners of the faces."""
@@ -138,16 +146,21 @@ class Skin:
 
     def area_on(self, surface: Surface, by_mm: float = 0.0, finer: float = 1.0) -> float:
         """Area of the solid's section by the offset of a surface, mm²; from faces `finer` times smaller than usual."""
-        return float(self.areas_on(surface, [by_mm], finer)[0])
+        return float(self.areas_on([surface.offset(by_mm)], finer)[0])
 
-    def areas_on(self, surface: Surface, by_mm: Sequence[float], finer: float = 1.0) -> Floats:
-        """The same of several offsets (k,)."""
-        small = self.fit_for(surface, finer) if self.limit_mm else self
-        key, level = _family_of(surface)
-        if key not in small._families:
-            small._families[key] = _Family.of(small, surface, level)
-        family = small._families[key]
-        return np.array([family.area_at(surface.offset(by), level + by) for by in by_mm])
+    def areas_on(self, surfaces: Sequence[Surface], finer: float = 1.0) -> Floats:
+        """The same of several surfaces (k,)."""
+        rows: dict[object, list[int]] = {}
+        for k, surface in enumerate(surfaces):
+            rows.setdefault(_family_of(surface)[0], []).append(k)
+        areas = np.zeros(len(surfaces))
+        for key, own in rows.items():
+            members = [surfaces[k] for k in own]
+            small = self.fit_for(members[0], finer) if self.limit_mm else self
+            if key not in small._families:
+                small._families[key] = _Family.of(small, members[0])
+            areas[own] = small._families[key].areas_at(members)
+        return areas
 
 
 def _divided(vertices: Floats, faces: Ints, limit_mm: float, most: int, across: bool) -> tuple[Floats, Ints]:
@@ -203,8 +216,9 @@ class _Family:
     z: Floats
 
     @classmethod
-    def of(cls, skin: Skin, surface: Surface, level: float) -> _Family:
+    def of(cls, skin: Skin, surface: Surface) -> _Family:
         first, second, third = height = skin._heights(surface)
+        level = _family_of(surface)[1]
         for column in height:
             column += level
         if isinstance(surface, Plane):
@@ -215,23 +229,42 @@ class _Family:
         low, high = np.minimum(np.minimum(first, second), third), np.maximum(np.maximum(first, second), third)
         return cls(height, low, high, flux, skin._centres[:, 2])
 
-    def area_at(self, surface: Surface, level: float) -> float:
-        """Area of the section by the offset at a level, which is `surface`."""
-        above = self.low > level
-        cut = np.flatnonzero((self.high > level) & ~above)
-        part = _share_above(np.stack([column[cut] for column in self.height], axis=1) - level) * self.flux[cut]
-        if not isinstance(surface, Revolved):
-            flux = float(self.flux @ above) + float(part.sum())
-        if isinstance(surface, Plane):
+    def areas_at(self, surfaces: Sequence[Surface]) -> Floats:
+        """Areas (k,) of the sections by some offsets."""
+        level = np.array([_family_of(surface)[1] for surface in surfaces])
+        order: Ints = np.argsort(level)
+        ascending = level[order]
+        # a face lies above all levels before `first`, and those before `last` cut it
+        first, last = np.searchsorted(ascending, self.low), np.searchsorted(ascending, self.high)
+        times = last - first
+        cut = np.flatnonzero(times)
+        times = times[cut]
+        face = np.repeat(cut, times)
+        by = np.arange(len(face)) - np.repeat(np.cumsum(times) - times - first[cut], times)
+        share: Floats = _share_above(np.stack([column[face] - ascending[by] for column in self.height], axis=1))
+        part = share * self.flux[face]
+        if isinstance(surfaces[0], Revolved):
+            turned = [self._turned(surfaces[i], first > k, face[by == k], part[by == k]) for k, i in enumerate(order)]
+            return np.array(turned)[np.argsort(order)]
+
+        def above(whole: Floats, parts: Floats) -> Floats:
+            beyond = np.asarray(np.cumsum(np.bincount(first, whole, len(level) + 1)[::-1])[::-1][1:], dtype=np.float64)
+            return np.asarray((beyond + np.bincount(by, parts, len(level)))[np.argsort(order)], dtype=np.float64)
+
+        flux = above(self.flux, part)
+        if isinstance(surfaces[0], Plane):
             return flux
-        if isinstance(surface, Cylinder):
-            return surface.radius * flux
-        if isinstance(surface, Cone):
-            moment = float((self.flux * self.z) @ above) + float(part @ self.z[cut])
-            return (surface.radius * flux + surface.slope * moment) / math.cos(math.radians(surface.half_angle_deg))
-        rows = np.append(np.flatnonzero(above), cut)
-        weight = np.append(self.flux[rows[: len(rows) - len(cut)]], part)
-        z, step, chain = self.z[rows], 1e-4, surface.chain(1e-3)
+        if isinstance(surfaces[0], Cylinder):
+            return flux * [surface.radius for surface in surfaces if isinstance(surface, Cylinder)]
+        cone, radius = surfaces[0], np.array([surface.radius for surface in surfaces if isinstance(surface, Cone)])
+        moment = above(self.flux * self.z, part * self.z[face])
+        return (radius * flux + cone.slope * moment) / math.cos(math.radians(cone.half_angle_deg))
+
+    def _turned(self, surface: Revolved, above: Bools, face: Ints, part: Floats) -> float:
+        """Area of the section by a surface whose radius changes with z."""
+        whole = np.flatnonzero(above)
+        z, weight = self.z[np.append(whole, face)], np.append(self.flux[whole], part)
+        step, chain = 1e-4, surface.chain(1e-3)
         slope = (_along(chain, z + step) - _along(chain, z - step)) / (2.0 * step)
         return float((_along(chain, z) * np.hypot(1.0, slope)) @ weight)
 
