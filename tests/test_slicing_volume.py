@@ -181,3 +181,31 @@ def test_the_document_has_both_volumes():
     assert written["laid_volume_mm3"] == held.laid_mm3
     assert written["end_mm"] == held.end_mm
     assert np.isfinite(held.area_mm2).all()
+
+
+def test_layers_on_an_end_face_raise_no_alarm():
+    """The field runs along them; rounding lifts some a hair off the surface."""
+    body = RevolvedBody(((0.0, 30.0), (20.0, 30.0), (20.0, 0.0)))
+    sliced = slice_sub_volume(box((6, -5, 20), (12, 5, 60)), body, SlicingParameters("revolved"))
+    assert hold_volume(sliced).lines == ()
+
+
+def test_many_sections_at_once_are_those_one_by_one():
+    skin = Skin.of(from_manifold(TUBE))
+    surfaces = [
+        *(Cylinder((0.0, 0.0), r) for r in (33.0, 21.0, 27.5)),
+        *(Plane((x, 0.0, 0.0), (1.0, 0.0, 0.0)) for x in (30.0, 15.0)),
+        *(Cone((0.0, 0.0), r, 15.0) for r in (25.0, 20.0, 22.0)),
+        Cylinder((-30.0, 2.0), 60.0),
+    ]
+    alone = [Skin.of(from_manifold(TUBE)).area_on(surface) for surface in surfaces]
+    assert skin.areas_on(surfaces) == pytest.approx(alone, rel=1e-9)
+    assert skin.areas_on(surfaces) == pytest.approx(
+        [sum(c.area_mm2 for c in intersect(from_manifold(TUBE), surface)) for surface in surfaces], rel=3e-3
+    )
+
+
+def test_a_body_that_only_enters_through_the_middle_of_a_face_is_taken_off():
+    skin = Skin.of(box((-30, -30, 0), (30, 30, 8)))
+    assert skin.deepest(Cylinder((1.0, 2.0), 20.0)) == pytest.approx(-20.0)
+    assert Skin.of(box((10, -40, 0), (30, 40, 8))).deepest(Cylinder((0.0, 0.0), 20.0)) == pytest.approx(-10.0)
