@@ -202,7 +202,11 @@ class BeadSearch:
 
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
-        found = self.setup.screen.clearances(self.nodes.q[tuple(index.T)], self.stage[index[:, 0]])
+        # standings that differ by whole turns of a joint are one to look at
+        _, first, same = np.unique(index[:, :3], axis=0, return_index=True, return_inverse=True)
+        some = index[first]
+        seen = self.setup.screen.clearances(self.nodes.q[tuple(some.T)], self.stage[some[:, 0]])
+        found = seen.rows(same.reshape(-1))
         hit = found.distance < self.setup.settings.clearance
         self._free[tuple(index[~hit].T)] = True
         self.cost[tuple(index[hit].T)] = np.inf
