@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slicing.chains import SAME_POINT_MM
 from slicing.layers import Layer, SlicedSubVolume
 from slicing.part import Floats, PartError
 
@@ -289,12 +290,13 @@ def bead_of(stroke: Stroke, island: Island, layer: int, tolerance_mm: float) -> 
     line = np.concatenate([stroke.line, stroke.line[:1] + stroke.shift]) if stroke.closed else stroke.line
     step = np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1))
     count = np.maximum(np.ceil(step / island.chart.spacing(tolerance_mm)), 1).astype(np.int64)
+    count[step <= SAME_POINT_MM] = 0  # a point given twice has no direction
     first = np.append(0, np.cumsum(count))
     piece = np.repeat(np.arange(len(step)), count)
     share = (np.arange(first[-1]) - first[piece]) / count[piece]
     flat = line[piece] + share[:, None] * (line[piece + 1] - line[piece])
     if not stroke.closed:
         flat = np.concatenate([flat, line[-1:]])
-    stops = tuple(int(first[k]) for k in stroke.corners)
+    stops = tuple(sorted({int(first[k]) for k in stroke.corners}))
     points = island.chart.lift(flat)
     return Bead(points, stroke.closed, stroke.kind, layer, stroke.hole, stops=stops, thin=stroke.thin)

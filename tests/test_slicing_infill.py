@@ -16,7 +16,7 @@ from test_slicing_solids import BODY, blade, box, box_solid, from_manifold, ring
 from slicing.beads import BeadParameters, _strokes, bead_of, lay_beads, layer_beads
 from slicing.bodies import ConicalBody, RevolvedBody
 from slicing.charts import Island, RoundChart, islands
-from slicing.infill import contour_rounds, zigzag
+from slicing.infill import Stroke, contour_rounds, zigzag
 from slicing.intersect import Curve
 from slicing.layers import Layer, SlicingParameters
 from slicing.medial import middle_lines
@@ -343,6 +343,17 @@ def test_strokes_become_fine_points_that_keep_their_corners():
     bead = bead_of(stroke, island, 0, 0.01)
     assert np.allclose(bead.points[list(bead.stops)], island.chart.lift(stroke.line[list(stroke.corners)]))
     assert bead.length_mm == pytest.approx(shapely.LineString(stroke.line).length, rel=1e-4)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_points_given_twice_are_laid_once(closed):
+    (island,) = islands(planar_layer(rectangle(30.0, 20.0)))
+    a, b, c = [0.0, 0.0], [5.0, 0.0], [5.0, 5.0]
+    once = Stroke(np.array([a, b, c]), closed, False, "infill", corners=(0, 1, 2))
+    twice = Stroke(np.array([a, a, b, c, a] if closed else [a, a, b, c, c]), closed, False, "infill", corners=(0, 2, 3))
+    one, other = (bead_of(stroke, island, 0, 0.01) for stroke in (once, twice))
+    assert np.array_equal(one.points, other.points)
+    assert set(other.stops) <= set(one.stops)
 
 
 def test_copies_of_a_ring_are_one_region():
