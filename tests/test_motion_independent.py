@@ -24,7 +24,7 @@ from cell.scene import standalone_xml
 
 STEP_MM, STEP_DEG = 0.2, 0.2
 OFF_MM, OFF_DEG = 0.05, 0.05
-MOST = np.inf if os.environ.get("RBAM_EVERY_SAMPLE") else 10_000  # samples of a motion
+MOST = np.inf if os.environ.get("RBAM_EVERY_SAMPLE") else 5_000  # samples of a motion
 
 
 def feasible_cases() -> Iterator[object]:
