@@ -178,6 +178,8 @@ def _opened(staging: Staging, player: Player, place: Place) -> tuple[Any, Any, A
     # browsers that come and go in the middle of a handshake are no news, least of all with a traceback
     logging.getLogger("websockets").setLevel(logging.CRITICAL)
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
+    # nor is one that has gone while something was still being sent to it
+    logging.getLogger("asyncio").addFilter(_is_news)
     endpoint, _ = launch_thread.make_thread_endpoints()
     config = viewer_protocol.ViewerConfig(title=f"rbam: {staging.result.job.case.title}", gfx="web")
     with (
@@ -191,6 +193,14 @@ def _opened(staging: Staging, player: Player, place: Place) -> tuple[Any, Any, A
         viewer.close()
         raise InputError("this version of MuJoCo's web viewer does not let its interface be chosen; use 4.0")
     return viewer, messages.UpdateEvent(), messages.BuildGuiEvent()
+
+
+def _is_news(record: logging.LogRecord) -> bool:
+    """Whether a record tells of something else than a browser that has gone."""
+    from websockets.exceptions import ConnectionClosed
+
+    error = record.exc_info[1] if record.exc_info else None
+    return not isinstance(error, (ConnectionClosed, ConnectionError))
 
 
 @contextlib.contextmanager

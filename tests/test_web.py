@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import logging
 import os
 import signal
 import socket
@@ -25,7 +26,7 @@ from cell.check import Result
 from cell.errors import InputError
 from cell.replay import KEYS, Player
 from cell.staging import Staging
-from cell.web_view import LOOPBACK, PIECES, ROOM, Stage, listen
+from cell.web_view import LOOPBACK, PIECES, ROOM, Stage, _is_news, listen
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -159,3 +160,16 @@ def test_it_plays_in_a_browser_and_stops_on_ctrl_c(
 def test_ctrl_c_stops_it_when_nobody_watches(served: tuple[subprocess.Popen[bytes], str, Path]) -> None:
     process, _, said = served
     stopped(process, said)
+
+
+def test_a_browser_that_goes_while_it_is_sent_to_is_no_news() -> None:
+    from websockets.exceptions import ConnectionClosedError
+
+    def record(error: BaseException | None) -> logging.LogRecord:
+        info = None if error is None else (type(error), error, None)
+        return logging.LogRecord("asyncio", logging.ERROR, "", 0, "unhandled exception", (), info)
+
+    assert not _is_news(record(ConnectionClosedError(None, None)))
+    assert not _is_news(record(ConnectionResetError()))
+    assert _is_news(record(KeyError("x")))
+    assert _is_news(record(None))
