@@ -29,6 +29,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from toolbox import links_of
+
 from cell.config import load_case
 from cell.job import prepare
 from cell.robot import chain_of, inverse
@@ -129,21 +131,10 @@ def roboticstoolbox_rows(chain: Chain, Ts: Floats) -> list[Row]:
     """Its LM on the arm with one joint more: the roll about the wire."""
     try:
         import roboticstoolbox as rtb
-        from spatialmath import SE3
     except ImportError:
         print("roboticstoolbox-python is not installed: left out", file=sys.stderr)
         return []
-    links = rtb.ETS()
-    for j in range(chain.n):
-        # a turn about any axis as a turn about z between two fixed frames
-        frame = np.eye(4)
-        x = np.cross(np.eye(3)[int(np.argmin(np.abs(chain.axes[j])))], chain.axes[j])
-        x /= np.linalg.norm(x)
-        frame[:3, :3] = np.column_stack([x, np.cross(chain.axes[j], x), chain.axes[j]])
-        limits = [chain.lower[j], chain.upper[j]]
-        links *= rtb.ET.SE3(SE3(chain.origins[j] @ frame, check=False)) * rtb.ET.Rz(jindex=j, qlim=limits)
-        links *= rtb.ET.SE3(SE3(frame.T, check=False))
-    links *= rtb.ET.SE3(SE3(chain.T_last_tcp, check=False)) * rtb.ET.Rz(jindex=chain.n, qlim=[-np.pi, np.pi])
+    links = links_of(chain) * rtb.ET.Rz(jindex=chain.n, qlim=[-np.pi, np.pi])
     links = links.compile()  # fixed frames in a row become one
 
     def levenberg_marquardt() -> tuple[float, float]:

@@ -1,5 +1,8 @@
 """The solvers against roboticstoolbox: another library's kinematics and its Levenberg-Marquardt, on the same arm."""
 
+import runpy
+from pathlib import Path
+
 import numpy as np
 import pytest
 from ik_arms import replaced, sampled, welder
@@ -9,6 +12,7 @@ from ik.closed_form import solve as closed_form
 from ik.dls import solve as damped
 from ik.roll import RollWindow, wrap
 
+BENCH = Path(__file__).resolve().parents[1] / "bench"
 pytest.importorskip("roboticstoolbox", reason="needs roboticstoolbox-python")
 
 
@@ -21,21 +25,7 @@ def arm():
 
 @pytest.fixture(scope="module")
 def toolbox(arm):
-    import roboticstoolbox as rtb
-    from spatialmath import SE3
-
-    links = rtb.ETS()
-    for j in range(arm.n):
-        # a turn about any axis as a turn about z between two fixed frames
-        frame = np.eye(4)
-        x = np.cross(np.eye(3)[int(np.argmin(np.abs(arm.axes[j])))], arm.axes[j])
-        x /= np.linalg.norm(x)
-        frame[:3, :3] = np.column_stack([x, np.cross(arm.axes[j], x), arm.axes[j]])
-        limits = [arm.lower[j], arm.upper[j]]
-        links *= rtb.ET.SE3(SE3(arm.origins[j] @ frame, check=False)) * rtb.ET.Rz(jindex=j, qlim=limits)
-        links *= rtb.ET.SE3(SE3(frame.T, check=False))
-    links *= rtb.ET.SE3(SE3(arm.T_last_tcp, check=False))
-    return links.compile()
+    return runpy.run_path(str(BENCH / "toolbox.py"))["links_of"](arm).compile()
 
 
 def test_forward_is_the_toolboxs(arm, toolbox):
