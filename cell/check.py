@@ -116,7 +116,6 @@ def settings_of(job: Job) -> Settings:
     return Settings(
         clearance=case.checks.clearance_mm * METRES_PER_MM,
         speed=speeds(job),
-        travel_speed=case.process.travel_speed_mm_s * METRES_PER_MM,
         retract=case.process.retract_mm * METRES_PER_MM,
         roll_step=float(np.deg2rad(case.ik.roll_step_deg)),
         travel_attempts=case.process.travel_attempts,
@@ -232,7 +231,7 @@ def _least_clearance(job: Job, plan: PartPlan, stretches: list[Stretch]) -> Leas
     found = [(s.clearances, s.edge) for s in stretches]
     leads_to = [s.first for s in stretches[1:]]
     if len(plan.travels) == len(leads_to):
-        found += [(c, np.full(len(c), first)) for (_, _, c), first in zip(plan.travels, leads_to, strict=True)]
+        found += [(c, np.full(len(c), first)) for (_, c), first in zip(plan.travels, leads_to, strict=True)]
     if not found:
         return None
     distance = np.concatenate([c.distance for c, _ in found])

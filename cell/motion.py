@@ -114,7 +114,7 @@ def assemble(
     job: Job,
     table: tuple[float, float],
     stretches: Sequence[Stretch],
-    travels: Sequence[tuple[Floats, Floats, Clearances]],
+    travels: Sequence[tuple[Floats, Clearances]],
 ) -> Motion:
     """Put beads and travels together, and give them their times.
 
@@ -122,7 +122,7 @@ def assemble(
         job: the job.
         table: E1, E2, rad.
         stretches: one a bead, in order.
-        travels: from each bead to the next; their own times are not used.
+        travels: from each bead to the next.
 
     Returns:
         The motion.

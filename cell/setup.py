@@ -32,7 +32,6 @@ class Settings:
     Attributes:
         clearance: least distance of everything from everything, m.
         speed: deposition speed from every target to the next, (n,), m/s.
-        travel_speed: TCP speed of retracting and approaching, m/s.
         retract: way out along the normal before travelling, m.
         roll_step: distance of the roll's samples, rad.
         steps: density of the checks.
@@ -41,7 +40,6 @@ class Settings:
 
     clearance: float
     speed: Floats
-    travel_speed: float
     retract: float
     roll_step: float
     steps: Steps = field(default_factory=Steps)

@@ -1,7 +1,7 @@
 """From the end of one bead to the start of the next: out along the normal, across, in again.
 
     way = travel(setup, end, start, stage)
-    q, dt, clearances = way                  # or a dict: why there is no way
+    q, clearances = way                      # or a dict: why there is no way
 
 Retracting and approaching are straight lines of the TCP. Across, all joints move together; where that is not free it is
 tried further out, and then a way round is searched, which may end a whole turn of a joint from where the next bead was
@@ -36,7 +36,7 @@ SEARCH_STEPS = np.deg2rad(
 SHORTCUTS = 60
 SEED = 20240
 UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
-Way = tuple[Floats, Floats, Clearances]
+Way = tuple[Floats, Clearances]
 
 
 def travel(setup: Setup, end: Stretch, start: Stretch, stage: int) -> Way | dict[str, Any]:
@@ -49,7 +49,7 @@ def travel(setup: Setup, end: Stretch, start: Stretch, stage: int) -> Way | dict
         stage: deposits laid by then.
 
     Returns:
-        Samples (m, j), the time of each step (m - 1,), and their clearances; or why there is no way. It ends where
+        Samples (m, j) and their clearances; or why there is no way. It ends where
         ``start`` begins, or whole turns of joints from there by which :func:`turned` can turn all of it.
     """
     return _Travel(setup, end, start, stage).search()
@@ -112,8 +112,7 @@ class _Travel:
 
     def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> Way | None:
         """The whole travel, if it is free: out, by the corners across, and in."""
-        settings = self.setup.settings
-        middle = sampled(across, settings.steps.angle)
+        middle = sampled(across, self.setup.settings.steps.angle)
         q = np.concatenate([leave, middle[1:], arrive[::-1][1:]])
         found = _collision(self.setup, q, self.stage)
         if not isinstance(found, Clearances):
@@ -123,12 +122,7 @@ class _Travel:
         if dragged is not None:
             self.why = dragged
             return None
-        # at half the joints' speed: accelerations are not looked at
-        speed = 0.5 * _speed(self.setup)
-        out = 2 * settings.steps.position / settings.travel_speed
-        legs = [np.full(len(leg) - 1, out) for leg in (leave, arrive)]
-        dt = np.concatenate([legs[0], (np.abs(np.diff(middle, axis=0)) / speed).max(axis=1), legs[1]])
-        return q, dt, found
+        return q, found
 
     def _dragged(self, q: Floats) -> dict[str, Any] | None:
         """What the wire is drawn through on the way across, if anything."""
