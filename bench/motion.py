@@ -21,10 +21,10 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from cell.bead import Stretch
 from cell.check import CLEARANCE_REACH, settings_of
 from cell.collision import Checker
 from cell.config import load_case
+from cell.examine import Stretch
 from cell.job import Job, prepare
 from cell.place import place
 from cell.plan import plan_bead

@@ -21,20 +21,20 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from motion import job_of, setup_of
 from tesseract_cell import write_cell
 
-from cell.bead import ROUNDS, BeadSearch
 from cell.between import unproved
 from cell.config import load_case
+from cell.examine import Bead as OneBead
 from cell.follow import follow
 from cell.job import prepare
-from cell.nodes import evaluate
 from cell.plan import plan_bead
+from cell.quick import Ends, QuickSearch
 from cell.setup import Setup
 from ik.chain import Floats
 
@@ -122,18 +122,8 @@ def targets_alone(setup: Setup) -> Callable[[Bead], tuple[Floats | None, float]]
 
     def run(bead: Bead) -> tuple[Floats | None, float]:
         start = time.process_time()
-        here = slice(*bead)
-        placed = replace(setup.placed, position=setup.placed.position[here], normal=setup.placed.normal[here])
-        nodes = evaluate(setup.solver, placed, setup.window, setup.settings.roll_step, setup.limits)
-        search = BeadSearch(setup, nodes, placed, setup.stage[here], bead[0])
-        for _ in range(ROUNDS):
-            runs = search._runs(None)
-            if not search._block_colliding_nodes(runs):
-                break
-        seconds = time.process_time() - start
-        if len(runs) != 1 or len(runs[0].nodes) != bead[1] - bead[0]:
-            return None, seconds
-        return nodes.q[(np.arange(len(nodes.q)), *runs[0].nodes.T)], seconds
+        q = QuickSearch(OneBead.of(setup, *bead), setup.settings.roll_step, Ends()).targets_alone()
+        return q, time.process_time() - start
 
     return run
 

@@ -1,6 +1,6 @@
 """The search of one bead: a way through its nodes, checked where it leads, until one is free or there is none.
 
-    plan = BeadSearch(setup, nodes, placed, stage, first).run(q_before)
+    plan = BeadSearch(bead, nodes).run(q_before)
     plan.whole, plan.stretches, plan.cuts, plan.missing
 
 Metres, radians, seconds.
@@ -17,51 +17,14 @@ import numpy as np
 
 from ik.certificate import certify
 from ik.chain import Floats
-from ik.path import LARGEST_STEP, Edge, Run, best_runs
+from ik.path import Edge, Run, best_runs
 
-from .between import unproved
 from .collision import Clearances, Ints
-from .follow import follow
+from .examine import Bead, Stretch, examine
 from .nodes import Nodes
-from .place import Placed
-from .setup import Setup
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
-STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: joints turning faster along a bead are taken for a flip
-UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
-
-
-@dataclass(frozen=True, eq=False)
-class Stretch:
-    """A run of targets with its dense samples.
-
-    Attributes:
-        first: first target.
-        q_targets: configuration at each target, (t, j), rad.
-        roll: roll at each target, (t,), rad.
-        edge: target that each sample follows, (m,).
-        fraction: place between that target and the next, (m,).
-        q: samples, (m, j), rad.
-        position: TCP, (m, 3), base frame, m.
-        clearances: of the samples.
-        margin: singularity margins of the samples, (m, 4).
-    """
-
-    first: int
-    q_targets: Floats
-    roll: Floats
-    edge: Ints
-    fraction: Floats
-    q: Floats
-    position: Floats
-    clearances: Clearances
-    margin: Floats
-
-    @property
-    def stop(self) -> int:
-        """One past the last target."""
-        return self.first + len(self.q_targets)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,31 +82,22 @@ class BeadPlan:
 class BeadSearch:
     """Holds what a search has learned about its nodes and edges. Targets count from the bead's first."""
 
-    def __init__(self, setup: Setup, nodes: Nodes, placed: Placed, stage: Ints, first: int) -> None:
+    def __init__(self, bead: Bead, nodes: Nodes) -> None:
         """Prepare.
 
         Args:
-            setup: what all beads share.
+            bead: what to search a way along.
             nodes: candidates of the bead's targets.
-            placed: the bead's targets.
-            stage: deposits laid at each of them, (t,).
-            first: number of the bead's first target in the whole part.
         """
-        self.setup, self.nodes, self.placed, self.stage, self.first = setup, nodes, placed, stage, first
+        self.bead, self.nodes = bead, nodes
+        self.setup, self.placed, self.stage, self.first = bead.setup, bead.placed, bead.stage, bead.first
         self.cost = nodes.cost.copy()
-        self._judged = np.zeros(len(stage), dtype=bool)  # targets whose every node has been checked
+        self._judged = np.zeros(len(bead), dtype=bool)  # targets whose every node has been checked
         self._free = np.zeros(self.cost.shape, dtype=bool)  # nodes known to be free
         self._least_bad: dict[int, tuple[float, Clearances, tuple[int, ...]]] = {}  # of the nodes that collide
         self._blocked: dict[int, set[Edge]] = {}
         self._causes: dict[int, list[dict[str, Any]]] = {}
         self._done: dict[tuple[int, Edge], Stretch] = {}
-        length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
-        # neighbours far apart may stand far apart: what moves without a jump is found by following it
-        self._largest = np.clip(length * STEP_PER_METRE, LARGEST_STEP, np.pi)
-        pace = setup.settings.speed[first : first + len(length)]
-        self._times = np.where(length > 0, length / pace, np.inf)
-        speed = nodes.solver.chain.max_speed
-        self._speed = np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
 
     def run(self, q_before: Floats | None) -> BeadPlan:
         """Search until the way found is free, or there is none.
@@ -169,14 +123,14 @@ class BeadSearch:
     def _runs(self, q_before: Floats | None) -> list[Run]:
         start = None
         if q_before is not None:
-            way = (np.abs(self.nodes.q[0] - q_before) / self._speed).max(axis=-1)
+            way = (np.abs(self.nodes.q[0] - q_before) / self.bead.speed).max(axis=-1)
             start = np.nan_to_num(way, nan=np.inf)
         return best_runs(
             self.nodes.q,
             self.cost,
-            self._times,
-            self._speed,
-            largest_step=self._largest,
+            self.bead.times,
+            self.bead.speed,
+            largest_step=self.bead.largest,
             circular=self.nodes.window.is_full,
             blocked=self._blocked,
             start_cost=start,
@@ -210,6 +164,9 @@ class BeadSearch:
         hit = found.distance < self.setup.settings.clearance
         self._free[tuple(index[~hit].T)] = True
         self.cost[tuple(index[hit].T)] = np.inf
+        # the tool stands alike in every configuration of a roll
+        tool = index[hit & self.setup.screen.of_tool(found.pair)]
+        self.cost[tool[:, 0], tool[:, 1]] = np.inf
         for k in np.flatnonzero(hit):
             i, distance = int(index[k, 0]), float(found.distance[k])
             if i not in self._least_bad or distance > self._least_bad[i][0]:
@@ -221,8 +178,11 @@ class BeadSearch:
         if self._judged[i]:
             return
         self._judged[i] = True
-        open_nodes = np.argwhere(np.isfinite(self.cost[i]) & ~self._free[i])
-        self._check(np.column_stack([np.full(len(open_nodes), i), open_nodes]))
+        for one_a_roll in (True, False):
+            open_nodes = np.argwhere(np.isfinite(self.cost[i]) & ~self._free[i])
+            if one_a_roll:
+                open_nodes = open_nodes[np.unique(open_nodes[:, 0], return_index=True)[1]]
+            self._check(np.column_stack([np.full(len(open_nodes), i), open_nodes]))
 
     def _block_broken_edges(self, runs: list[Run]) -> bool:
         """Follow the edges of the runs that have not been followed; block those that do not hold. True if any."""
@@ -238,39 +198,14 @@ class BeadSearch:
         target = np.stack([start, start + 1], axis=1)
         q = self.nodes.q[target, ends[..., 0], ends[..., 1], ends[..., 2]]
         roll = self.nodes.rolls[ends[..., 0]]
-        setup = self.setup
-        track = follow(setup.solver, self.placed, start, roll, q, setup.limits, setup.settings.steps)
-        stage = self.stage[start[track.edge]]
-        clear = setup.checker.clearances(track.q, stage)
-        step, nearest = unproved(setup.checker, setup.radius, track.q, stage, clear, track.edge)
-        unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
-        failed = False
-        for e, (i, edge) in enumerate(todo):
-            mine = np.flatnonzero(track.edge == e)
-            worst = int(mine[np.argmin(clear.distance[mine])])
-            if track.broken[e]:
-                cause: dict[str, Any] = {"on_the_way": str(track.broken[e])}
-            elif clear.distance[worst] < setup.settings.clearance:
-                cause = {"on_the_way": "collision", **setup.describe(clear, worst)}
-            elif e in unsafe:
-                cause = {"on_the_way": "collision", **setup.describe(nearest, unsafe[e])}
+        found = examine(self.bead, start, roll, q)
+        for e, ((i, edge), cause) in enumerate(zip(todo, found.causes, strict=True)):
+            if cause is None:
+                self._done[i, edge] = found.piece(e)
             else:
-                self._done[i, edge] = Stretch(
-                    first=self.first + i,
-                    q_targets=q[e],
-                    roll=roll[e],
-                    edge=np.full(len(mine), self.first + i),
-                    fraction=track.fraction[mine],
-                    q=track.q[mine],
-                    position=track.position[mine],
-                    clearances=clear.rows(mine),
-                    margin=track.margin[mine],
-                )
-                continue
-            self._blocked.setdefault(i, set()).add(edge)
-            self._causes.setdefault(i, []).append(cause)
-            failed = True
-        return failed
+                self._blocked.setdefault(i, set()).add(edge)
+                self._causes.setdefault(i, []).append(cause)
+        return any(cause is not None for cause in found.causes)
 
     def _stretch(self, run: Run) -> Stretch:
         """The samples of a run, put together from its edges."""
@@ -320,22 +255,22 @@ class BeadSearch:
         """Why no edge joins two targets: they share no configuration, or a joint is too slow."""
         pair = slice(i, i + 2)
         q, cost = self.nodes.q[pair], np.where(np.isfinite(self.cost[pair]), 0.0, np.inf)
-        circular, largest = self.nodes.window.is_full, float(self._largest[i])
+        circular, largest = self.nodes.window.is_full, float(self.bead.largest[i])
         slow, fast = (
-            best_runs(q, cost, np.array([time]), self._speed, largest_step=largest, circular=circular)
-            for time in (np.inf, self._times[i])
+            best_runs(q, cost, np.array([time]), self.bead.speed, largest_step=largest, circular=circular)
+            for time in (np.inf, self.bead.times[i])
         )
         if len(slow) != 1 or len(fast) == 1:
             # even where two of their configurations are joined: not those that the bead arrives in
             return {"on_the_way": "configuration change"}
         a, b = (q[k][tuple(node)] for k, node in enumerate(slow[0].nodes.tolist()))
-        needed = np.abs(b - a) / self._times[i]
-        j = int(np.argmax(needed / self._speed))
+        needed = np.abs(b - a) / self.bead.times[i]
+        j = int(np.argmax(needed / self.bead.speed))
         return {
             "on_the_way": "speed",
             "axis": self.nodes.solver.chain.names[j],
             "needed_deg_s": round(float(np.rad2deg(needed[j])), 3),
-            "allowed_deg_s": round(float(np.rad2deg(self._speed[j])), 3),
+            "allowed_deg_s": round(float(np.rad2deg(self.bead.speed[j])), 3),
         }
 
     def _missing(self, lost: list[int]) -> dict[int, Missing]:

@@ -19,8 +19,8 @@ import numpy as np
 from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 
-from .bead import Stretch
 from .collision import Checker
+from .examine import Stretch
 from .job import Job
 from .lockout import with_lockouts
 from .motion import Motion, assemble

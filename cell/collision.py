@@ -133,6 +133,19 @@ class Checker:
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
         return out
 
+    def of_tool(self, pair: Ints) -> NDArray[np.bool_]:
+        """Whether a pair is what moves with the TCP against what is no part of the arm: alike in every configuration.
+
+        Args:
+            pair: ids of two geoms each, (m, 2); -1 where there is none.
+
+        Returns:
+            (m,) booleans.
+        """
+        tool, arm = self.scene.tool_geom[pair], self.scene.arm_geom[pair]
+        alike: NDArray[np.bool_] = (tool[:, 0] & ~arm[:, 1]) | (tool[:, 1] & ~arm[:, 0])
+        return alike & (pair >= 0).all(axis=1)
+
     def _put(self, q: Floats) -> Iterator[None]:
         """Bring the arm into one configuration after the other."""
         if self._poses is not None:

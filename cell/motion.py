@@ -25,7 +25,7 @@ from .place import METRES_PER_MM
 from .timing import time_path, time_travel
 
 if TYPE_CHECKING:
-    from .bead import Stretch
+    from .examine import Stretch
     from .job import Job
 
 STANDING = 1e-9  # m or rad: less is no way

@@ -168,7 +168,8 @@ def evaluate(solver: Solver, placed: Placed, window: RollWindow, roll_step: floa
     margin = margins(solver.chain, solver.geometry, q)
     least = limits.values(solver.geometry is not None)
     allowed = np.isfinite(q[..., 0]) & (margin >= least).all(axis=-1)
-    cost = np.where(allowed, _cost(solver, q, margin, least), np.inf)
+    room = np.minimum(q - solver.chain.lower, solver.chain.upper - q).min(axis=-1)
+    cost = np.where(allowed, standing_cost(room, margin, least), np.inf)
     shape = (n, r, -1, solver.chain.n)
     return Nodes(
         solver=solver,
@@ -193,10 +194,17 @@ def _joined(parts: list[Floats]) -> Floats:
     )
 
 
-def _cost(solver: Solver, q: Floats, margin: Floats, least: Floats) -> Floats:
-    """Seconds a node is worth avoiding: close to a singularity or to a joint limit."""
-    chain = solver.chain
-    room = np.minimum(q - chain.lower, chain.upper - q).min(axis=-1)
+def standing_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
+    """What a node is worth avoiding: close to a singularity or to a joint limit.
+
+    Args:
+        room: of the joint nearest to its limit, (...), rad.
+        margin: singularity margins, (..., 4).
+        least: what they have to keep, (4,).
+
+    Returns:
+        (...) s.
+    """
     tight = np.clip(1 - room / NEAR_LIMIT, 0.0, 1.0) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
         # 1 at the margin itself, a quarter at twice the margin

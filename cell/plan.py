@@ -19,16 +19,17 @@ import numpy as np
 from ik.chain import Floats
 from ik.roll import wrap
 
-from .bead import BeadPlan, BeadSearch, Stretch
+from .bead import BeadPlan, BeadSearch
 from .collision import Ints
+from .examine import Bead, Stretch
 from .nodes import evaluate
 from .progress import Bar
+from .quick import ELSEWHERE, Ends, QuickSearch
 from .setup import Setup
 from .travel import Way, can_leave, travel, turned
 
 FINER = 3  # times as many rolls where a bead does not come out whole
 BEGINNINGS = 4  # of a bead that no travel leads to
-ELSEWHERE = np.deg2rad(40.0)  # a beginning is another one where some joint is further away
 HURRIED = 10  # share of a travel's attempts once the part is lost
 
 
@@ -156,12 +157,15 @@ def _search(
     begin_off: Sequence[Floats] = (),
     end_off: Sequence[Floats] = (),
 ) -> BeadPlan:
-    """Search a bead that begins and ends well off given configurations."""
-    here = slice(first, stop)
-    placed = replace(setup.placed, position=setup.placed.position[here], normal=setup.placed.normal[here])
-    nodes = evaluate(setup.solver, placed, setup.window, roll_step, setup.limits)
+    """Search a bead that begins and ends well off given configurations: quickly, and in full where that finds none."""
+    bead = Bead.of(setup, first, stop)
+    if QuickSearch.suits(bead):
+        stretch = QuickSearch(bead, roll_step, Ends(q_before, begin_off, end_off)).run()
+        if stretch is not None:
+            return BeadPlan(first, stop, (stretch,), {}, {})
+    nodes = evaluate(setup.solver, bead.placed, setup.window, roll_step, setup.limits)
     for at, q in [*((0, q) for q in begin_off), *((-1, q) for q in end_off)]:
         # whole turns are the travel's own to try
         off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)
         nodes.cost[at][off < ELSEWHERE] = np.inf
-    return BeadSearch(setup, nodes, placed, setup.stage[here], first).run(q_before)
+    return BeadSearch(bead, nodes).run(q_before)

@@ -20,9 +20,9 @@ from ik.chain import Floats
 from ik.roll import RollWindow, apply_roll, roll_of, wrap
 from ik.singularity import margins
 
-from .bead import Stretch
 from .between import unproved
 from .collision import Clearances, Ints
+from .examine import Stretch
 from .place import frames
 from .setup import Setup
 

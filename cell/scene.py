@@ -55,6 +55,7 @@ class Scene:
         contact_bits: contype and conaffinity of every geom, (2, ngeom); the model's own are changed by checks.
         body_contype: the bodies' own, (nbody,); as the geoms'.
         arm_geom: whether a geom belongs to the arm or its tool, (ngeom,).
+        tool_geom: whether it moves with the TCP: the tool and the arm's last link, (ngeom,).
     """
 
     case: Case
@@ -70,6 +71,7 @@ class Scene:
     contact_bits: NDArray[np.int32]
     body_contype: NDArray[np.int32]
     arm_geom: NDArray[np.bool_]
+    tool_geom: NDArray[np.bool_]
 
     def T_base_part(self, E1: float, E2: float) -> Floats:
         """Pose of the part in the arm's base frame.
@@ -179,6 +181,7 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
     _check_wire(model, case)
     tool_root = int(model.jnt_bodyid[arm_joints[0]])
     arm_geom = np.array([_descends(model, int(b), tool_root) for b in model.geom_bodyid], dtype=bool)
+    last = [b for b in range(model.nbody) if _descends(model, b, int(model.jnt_bodyid[arm_joints[-1]]))]
     chain = chain_of(model, case.robot.joints, case.tool.tcp, case.robot.base, _speeds(model, case))
     rest = np.array([home.get(name, 0.0) for name in case.robot.joints])
     names = [model.geom(i).name for i in range(model.ngeom)]
@@ -197,6 +200,7 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
         contact_bits=np.array([model.geom_contype, model.geom_conaffinity]),
         body_contype=model.body_contype.copy(),
         arm_geom=arm_geom,
+        tool_geom=arm_geom & np.isin(model.geom_bodyid, last),
     )
 
 

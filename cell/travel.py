@@ -20,10 +20,10 @@ from ik import dls
 from ik.chain import Floats
 from ik.roll import RollWindow, apply_roll
 
-from .bead import Stretch
 from .between import unproved
 from .collision import Clearances
 from .edges import Edges
+from .examine import Stretch
 from .follow import JUMP
 from .planner import Space, Trees, connect, rounded, sampled, shortened
 from .setup import Setup

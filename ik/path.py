@@ -23,6 +23,9 @@ from .chain import Floats
 
 Ints = NDArray[np.int64]
 ROLL_COST = 0.05  # s a sample: a steady torch is better than a swinging one
+OTHERS = (
+    0.5  # of the time each joint needs, on top of the slowest joint's: what moves along for nothing is worth sparing
+)
 SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; standing still is preferred
 LARGEST_STEP = np.deg2rad(60.0)  # a flip of wrist, elbow or shoulder turns some joint further
 Edge = tuple[tuple[int, int, int], tuple[int, int, int]]
@@ -142,9 +145,9 @@ def _forward(ends: _Ends, limits: _Limits, forbidden: set[Edge]) -> tuple[Floats
     to_q = ends.q1[:, g[:, None], k1][:, :, :, None, None]
     came = _shifted(ends.here[g[:, None], k0], shifts, limits.circular)
     came += ROLL_COST * np.abs(shifts)[:, None, None]
-    needed, furthest = _moves(from_q, to_q, limits.speed)
+    needed, total, furthest = _moves(from_q, to_q, limits.speed)
     allowed = (furthest <= limits.largest_step) & (needed <= limits.time)  # NaN compares false
-    price = np.where(allowed, needed + came[:, None], np.inf)
+    price = np.where(allowed, move_price(needed, total) + came[:, None], np.inf)
     _forbid(price, forbidden, (g, k0, k1), shifts)
     price = price.reshape(len(g), len(k1), -1, rolls)
     choice = np.argmin(price, axis=2)
@@ -167,16 +170,23 @@ def _shifted(values: Floats, shifts: Ints, circular: bool) -> Floats:
     return out
 
 
-def _moves(from_q: Floats, to_q: Floats, speed: Floats) -> tuple[Floats, Floats]:
-    """Time that the slowest joint needs, s, and the furthest that any turns, rad; joints along the first axis."""
+def move_price(slowest: Floats, total: Floats) -> Floats:
+    """What a motion costs, s: the time of its slowest joint, and a share of the times of all joints added up."""
+    return slowest + OTHERS * total
+
+
+def _moves(from_q: Floats, to_q: Floats, speed: Floats) -> tuple[Floats, Floats, Floats]:
+    """Time that the slowest joint needs and those of all added up, s; the furthest turn, rad; joints along axis 0."""
     furthest = np.abs(to_q[0] - from_q[0])
     needed = furthest / speed[0]
+    total = needed.copy()
     for j in range(1, len(to_q)):
         move = np.abs(to_q[j] - from_q[j])
         np.maximum(furthest, move, out=furthest)
         move /= speed[j]
+        total += move
         np.maximum(needed, move, out=needed)
-    return needed, furthest
+    return needed, total, furthest
 
 
 def _forbid(price: Floats, forbidden: set[Edge], kept: tuple[Ints, Ints, Ints], shifts: Ints) -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ik_arms import kr70, welder
 
 from ik.candidates import Solver
-from ik.path import LARGEST_STEP, ROLL_COST, best_runs
+from ik.path import LARGEST_STEP, OTHERS, ROLL_COST, best_runs
 from ik.roll import RollWindow, apply_roll
 
 
@@ -24,7 +24,7 @@ def edge_cost(q, times, speed, circular, blocked, i, a, b):
     needed = (move / speed).max()
     if move.max() > LARGEST_STEP or needed > times[i]:
         return np.inf
-    return needed + ROLL_COST * step
+    return needed + OTHERS * (move / speed).sum() + ROLL_COST * step
 
 
 def brute_force(q, cost, times, speed, circular, blocked, first, stop):

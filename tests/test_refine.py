@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cell.bead import Stretch
 from cell.check import settings_of
 from cell.collision import Checker
 from cell.config import DEFAULT_CASE, load_case
+from cell.examine import Stretch
 from cell.job import prepare
 from cell.place import place
 from cell.plan import plan_bead

@@ -1,0 +1,192 @@
+"""A bead to be planned, and its edges followed densely and checked: what is wrong with each, or the stretch it makes.
+
+    bead = Bead.of(setup, first, stop)
+    found = examine(bead, start, roll, q)
+    found.causes                     # for each edge: why it does not hold, or None
+    found.piece(e)                   # the Stretch of an edge that holds
+
+Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.path import LARGEST_STEP
+
+from .between import unproved
+from .collision import Clearances, Ints
+from .follow import Track, follow
+from .place import Placed
+from .setup import Setup
+
+STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: joints turning faster along a bead are taken for a flip
+UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Bead:
+    """What a search for the way along a bead starts from. Targets count from the bead's first.
+
+    Attributes:
+        setup: what all beads share.
+        first: number of the bead's first target in the whole part.
+        placed: its targets.
+        stage: deposits laid at each of them, (t,).
+        times: what the deposition takes from each target to the next, (t - 1,), s.
+        largest: most that any joint may move from each target to the next, (t - 1,), rad.
+        speed: joint speed limits, (j,), rad/s.
+    """
+
+    setup: Setup
+    first: int
+    placed: Placed
+    stage: Ints
+    times: Floats
+    largest: Floats
+    speed: Floats
+
+    @classmethod
+    def of(cls, setup: Setup, first: int, stop: int) -> Bead:
+        """Targets from ``first`` up to ``stop`` of the part."""
+        here = slice(first, stop)
+        placed = replace(setup.placed, position=setup.placed.position[here], normal=setup.placed.normal[here])
+        length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
+        pace = setup.settings.speed[first : first + len(length)]
+        speed = setup.solver.chain.max_speed
+        return cls(
+            setup=setup,
+            first=first,
+            placed=placed,
+            stage=setup.stage[here],
+            times=np.where(length > 0, length / pace, np.inf),
+            # neighbours far apart may stand far apart: what moves without a jump is found by following it
+            largest=np.clip(length * STEP_PER_METRE, LARGEST_STEP, np.pi),
+            speed=np.where(np.isfinite(speed), speed, UNKNOWN_SPEED),
+        )
+
+    def __len__(self) -> int:
+        return len(self.stage)
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A run of targets with its dense samples.
+
+    Attributes:
+        first: first target.
+        q_targets: configuration at each target, (t, j), rad.
+        roll: roll at each target, (t,), rad.
+        edge: target that each sample follows, (m,).
+        fraction: place between that target and the next, (m,).
+        q: samples, (m, j), rad.
+        position: TCP, (m, 3), base frame, m.
+        clearances: of the samples.
+        margin: singularity margins of the samples, (m, 4).
+    """
+
+    first: int
+    q_targets: Floats
+    roll: Floats
+    edge: Ints
+    fraction: Floats
+    q: Floats
+    position: Floats
+    clearances: Clearances
+    margin: Floats
+
+    @property
+    def stop(self) -> int:
+        """One past the last target."""
+        return self.first + len(self.q_targets)
+
+
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """Edges that have been followed.
+
+    Attributes:
+        first: number of the bead's first target in the whole part.
+        start: first target of each edge, (e,).
+        roll: at both ends, (e, 2), rad.
+        q: at both ends, (e, 2, j), rad.
+        track: their samples.
+        clearances: of the samples.
+        causes: why an edge does not hold, None where it does, (e,).
+    """
+
+    first: int
+    start: Ints
+    roll: Floats
+    q: Floats
+    track: Track
+    clearances: Clearances
+    causes: list[dict[str, Any] | None]
+
+    def piece(self, e: int) -> Stretch:
+        """One edge as a stretch, its targets counted in the whole part."""
+        mine = np.flatnonzero(self.track.edge == e)
+        return self._stretch(self.start[e], self.q[e], self.roll[e], mine)
+
+    def whole(self) -> Stretch:
+        """All edges, which follow each other, as one stretch."""
+        edge = self.track.edge
+        last = len(self.start) - 1
+        # an edge's last sample is the next edge's first
+        mine = np.flatnonzero((self.track.fraction < 1) | (edge == last))
+        q = np.concatenate([self.q[:, 0], self.q[-1:, 1]])
+        roll = np.concatenate([self.roll[:, 0], self.roll[-1:, 1]])
+        return self._stretch(self.start[0], q, roll, mine)
+
+    def _stretch(self, start: int, q: Floats, roll: Floats, mine: Ints) -> Stretch:
+        track = self.track
+        return Stretch(
+            first=self.first + int(start),
+            q_targets=q,
+            roll=roll,
+            edge=self.first + self.start[track.edge[mine]],
+            fraction=track.fraction[mine],
+            q=track.q[mine],
+            position=track.position[mine],
+            clearances=self.clearances.rows(mine),
+            margin=track.margin[mine],
+        )
+
+
+def examine(bead: Bead, start: Ints, roll: Floats, q: Floats) -> Examined:
+    """Follow edges and check them, between the targets too.
+
+    Args:
+        bead: whose edges.
+        start: first target of each edge, (e,).
+        roll: roll at both ends, (e, 2), rad.
+        q: configurations at both ends, (e, 2, j), rad.
+
+    Returns:
+        The edges with what is wrong with them.
+    """
+    setup = bead.setup
+    track = follow(setup.solver, bead.placed, start, roll, q, setup.limits, setup.settings.steps)
+    laid = bead.stage[start[track.edge]]
+    clear = setup.checker.clearances(track.q, laid)
+    step, nearest = unproved(setup.checker, setup.radius, track.q, laid, clear, track.edge)
+    unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
+    first = np.searchsorted(track.edge, np.arange(len(start)))
+    least = np.minimum.reduceat(clear.distance, first) if len(start) else clear.distance
+    causes: list[dict[str, Any] | None] = []
+    for e in range(len(start)):
+        if track.broken[e]:
+            causes.append({"on_the_way": str(track.broken[e])})
+        elif least[e] < setup.settings.clearance:
+            mine = np.flatnonzero(track.edge == e)
+            worst = int(mine[np.argmin(clear.distance[mine])])
+            causes.append({"on_the_way": "collision", **setup.describe(clear, worst)})
+        elif e in unsafe:
+            causes.append({"on_the_way": "collision", **setup.describe(nearest, unsafe[e])})
+        else:
+            causes.append(None)
+    return Examined(bead.first, start, roll, q, track, clear, causes)
