@@ -264,7 +264,7 @@ class QuickSearch:
         move = q - self.ends.q_before[:, None, None]
         turning = banded.several_turns(self.chain)
         move[turning] = wrap(move[turning])
-        return np.asarray((np.abs(move) / self.bounds.speed[:, None, None]).max(axis=0))
+        return np.nan_to_num((np.abs(move) / self.bounds.speed[:, None, None]).max(axis=0), nan=np.inf)
 
 
 def stations(placed: Placed) -> Ints:

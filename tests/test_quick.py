@@ -1,0 +1,167 @@
+"""The quick search of a bead against the full one, and what it must leave to it."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+from boss_motion import boss_case, job_of
+
+from cell import quick
+from cell.bead import BeadSearch
+from cell.check import CLEARANCE_REACH, settings_of
+from cell.collision import Checker
+from cell.examine import Bead
+from cell.nodes import evaluate
+from cell.place import place
+from cell.plan import plan_bead
+from cell.quick import Ends, QuickSearch, stations
+from cell.scene import table_angles
+from cell.setup import Setup
+from ik.path import ROLL_COST, move_price
+from ik.roll import wrap
+
+
+def setup_of(path):
+    job = job_of(path)
+    table = table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg)
+    settings = settings_of(job)
+    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
+    placed = place(job.targets, job.scene.T_base_part(*table))
+    limits = job.singularity_limits
+    return job, Setup.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
+
+
+def beads_of(job):
+    firsts = np.flatnonzero(np.diff(job.targets.path, prepend=-1)).tolist()
+    return list(zip(firsts, [*firsts[1:], len(job.targets.path)], strict=True))
+
+
+@pytest.fixture(scope="module")
+def boss(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("quick")
+    return setup_of(boss_case(folder, roll="free", sampling={"min_segment_mm": 2.0}))
+
+
+def full(bead, roll_step, q_before=None):
+    setup = bead.setup
+    return BeadSearch(bead, evaluate(setup.solver, bead.placed, setup.window, roll_step, setup.limits)).run(q_before)
+
+
+def travel_price(stretch, bead, roll_step):
+    move = np.abs(np.diff(stretch.q_targets, axis=0)) / bead.speed
+    turn = np.abs(wrap(np.diff(stretch.roll)))
+    return float((move_price(move.max(axis=1), move.sum(axis=1)) + ROLL_COST / roll_step * turn).sum())
+
+
+def test_it_finds_what_the_full_search_finds_at_no_higher_price(boss):
+    job, setup = boss
+    step = setup.settings.roll_step
+    for first, stop in beads_of(job):
+        bead = Bead.of(setup, first, stop)
+        stretch = QuickSearch(bead, step, Ends()).run()
+        plan = full(bead, step)
+        assert plan.whole
+        (best,) = plan.stretches
+        assert stretch is not None
+        assert (stretch.first, stretch.stop) == (first, stop)
+        # rolls between the samples are open to it, stations in between are not
+        assert travel_price(stretch, bead, step) <= 1.1 * travel_price(best, bead, step) + 1e-3
+        T = setup.solver.chain.forward(stretch.q_targets)
+        assert T[:, :3, 3] == pytest.approx(bead.placed.position, abs=1e-9)
+        assert -T[:, :3, 2] == pytest.approx(bead.placed.normal, abs=1e-9)
+        assert stretch.clearances.distance.min() >= setup.settings.clearance
+        edge, f = stretch.edge - first, stretch.fraction
+        at = bead.placed.position
+        chord = at[edge] + f[:, None] * (at[np.minimum(edge + 1, len(at) - 1)] - at[edge])
+        assert stretch.position == pytest.approx(chord, abs=1e-9)
+
+
+def test_it_begins_where_the_arm_comes_from_and_ends_well_off_what_it_is_told(boss):
+    job, setup = boss
+    first, stop = beads_of(job)[1]
+    bead, step = Bead.of(setup, first, stop), setup.settings.roll_step
+    plain = QuickSearch(bead, step, Ends()).run()
+    elsewhere = QuickSearch(bead, step, Ends(end_off=[plain.q_targets[-1]])).run()
+    assert np.abs(wrap(elsewhere.q_targets[-1] - plain.q_targets[-1])).max() >= np.deg2rad(40)
+    # coming from there, that is where it begins: anything else is further
+    back = QuickSearch(bead, step, Ends(q_before=elsewhere.q_targets[0])).run()
+    assert np.abs(back.q_targets[0] - elsewhere.q_targets[0]).max() < np.deg2rad(15)
+    assert np.abs(back.q_targets[0] - plain.q_targets[0]).max() > np.deg2rad(15)
+
+
+def test_stations_are_near_each_other_and_hold_both_ends(boss):
+    _, setup = boss
+    rng = np.random.default_rng(3)
+    position = np.cumsum(rng.uniform(0, 0.01, (200, 3)), axis=0)
+    placed = replace(setup.placed, position=position, normal=np.tile([0.0, 0.0, 1.0], (200, 1)))
+    at = stations(placed)
+    assert (at[0], at[-1]) == (0, 199)
+    length = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(length)])[at]
+    assert np.diff(along).max() <= 0.04 + 2 * length.max()
+    angle = np.linspace(0, np.pi, 200)
+    placed = replace(placed, normal=np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), position=0 * position)
+    assert np.diff(angle[stations(placed)]).max() <= np.deg2rad(12) + 2 * np.pi / 199
+
+
+def test_what_moves_with_the_tcp_collides_alike_in_every_branch(boss):
+    _, setup = boss
+    nodes = evaluate(setup.solver, setup.placed, setup.window, setup.settings.roll_step, setup.limits)
+    index = np.argwhere(np.isfinite(nodes.q[:20, ..., 0]))
+    found = setup.screen.clearances(nodes.q[tuple(index.T)], setup.stage[index[:, 0]])
+    alike = (found.distance < setup.settings.clearance) & setup.screen.of_tool(found.pair)
+    assert alike.any()
+    assert not alike.all()
+    pose = index[:, 0] * nodes.q.shape[1] + index[:, 1]
+    depth = {}
+    for k in np.flatnonzero(alike):
+        depth.setdefault(pose[k], []).append(found.distance[k])
+    for p, distances in depth.items():
+        # the same hit, or a deeper one of the arm's
+        assert np.ptp(distances) < 1e-6
+        assert found.distance[pose == p].max() <= max(distances) + 1e-6
+
+
+def test_a_post_between_stations_is_gone_round(tmp_path, monkeypatch):
+    monkeypatch.setattr(quick, "STATION", 1.0)
+    monkeypatch.setattr(quick, "STATION_TURN", np.deg2rad(60))
+    monkeypatch.setattr(quick, "LEAST_STATIONS", 2)
+    wall = trimesh.creation.box((30.0, 300.0, 3.0))
+    wall.apply_translation([-20.0, 0, 60])
+    wall.export(tmp_path / "wall.stl")
+    case = {"part": {"sub_volumes": ["wall.stl"], "body": {"radius_mm": 20, "z_mm": [0, 120]}}, "roll": "free"}
+    job, setup = setup_of(boss_case(tmp_path, "open", **case))
+    bounds = max(beads_of(job), key=lambda b: b[1] - b[0])
+    bead = Bead.of(setup, *bounds)
+    straight = QuickSearch(bead, setup.settings.roll_step, Ends()).run()
+    some = stations(bead.placed)
+    between = int(some[len(some) // 2] + some[len(some) // 2 + 1]) // 2
+    assert between not in some
+    here = int(np.searchsorted(straight.edge, straight.first + between))
+    # the torch's neck there
+    data = mujoco.MjData(job.scene.model)
+    data.qpos[job.scene.table_qpos] = setup.checker.table
+    data.qpos[job.scene.arm_qpos] = straight.q[here]
+    mujoco.mj_kinematics(job.scene.model, data)
+    tool = np.flatnonzero(job.scene.tool_geom)
+    at = data.geom_xpos[tool[np.argmax(np.linalg.norm(data.geom_xpos[tool] - straight.position[here], axis=1))]]
+    post = {"name": "post", "box": {"size_mm": [8, 8, 8]}, "position_mm": (1e3 * at).tolist()}
+    job, setup = setup_of(boss_case(tmp_path, "post", **case, fixtures=[post]))
+    hit = setup.checker.clearances(straight.q, np.full(len(straight.q), setup.stage[bounds[0]]))
+    assert hit.distance.min() < 0
+    assert hit.distance[[0, -1]].min() > setup.settings.clearance
+    search = QuickSearch(Bead.of(setup, *bounds), setup.settings.roll_step, Ends())
+    stations_before = len(search.at)
+    round_it = search.run()
+    assert round_it is not None
+    assert len(search.at) > stations_before
+    assert round_it.clearances.distance.min() >= setup.settings.clearance
+
+
+def test_what_it_cannot_find_is_left_to_the_full_search(boss, monkeypatch):
+    job, setup = boss
+    bounds = beads_of(job)[0]
+    monkeypatch.setattr(QuickSearch, "run", lambda self: None)
+    assert plan_bead(setup, *bounds, None).whole
