@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 SCRIPTS = (  # in order of use
     *("data", "math", "scene", "meshes", "shaders", "buffers", "viewer", "controls"),
-    *("charts", "table", "paint", "report"),
+    *("charts", "sortable", "table", "paint", "report"),
 )
 
 
@@ -46,10 +46,12 @@ def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
     """
     words = Words(result, remedies)
     good = result.feasible
+    mark = "feasible" if good else "infeasible"
     fill = {
+        "heading": f"{words.title()}: {mark}",
         "title": words.title(),
         "css": template("report.css"),
-        "mark": "feasible" if good else "infeasible",
+        "mark": mark,
         "sentence": words.verdict(),
         "worst": words.worst(),
         "reasons": words.reasons(),

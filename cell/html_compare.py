@@ -37,6 +37,7 @@ def html_compare(document: dict[str, Any]) -> str:
     """
     subs = document["sub_volumes"]
     fill = {
+        "heading": escape(f"{document['case']}: strategies compared"),
         "title": escape(document["case"]),
         "css": template("report.css") + template("compare.css"),
         "sentence": escape(_sentence(subs)),

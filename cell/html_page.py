@@ -38,11 +38,13 @@ def page(name: str, script: str, fill: Mapping[str, str]) -> str:
     Args:
         name: of its template.
         script: from :func:`script_of`; empty for none.
-        fill: what stands at ``{{key}}``, escaped already; ``policy`` and ``script`` are filled in here.
+        fill: what stands at ``{{key}}``, escaped already, with ``heading`` for the window's title; ``policy``,
+            ``script`` and ``ready`` are filled in here.
 
     Returns:
         The file; UTF-8.
     """
-    known = {**fill, "policy": policy(script), "script": script}
+    # without a script it is ready as it stands
+    known = {**fill, "policy": policy(script), "script": script, "ready": "" if script else ' data-ready="1"'}
     # one pass, so that nothing filled in is filled in again
-    return re.sub(r"\{\{(\w+)\}\}", lambda m: known[m.group(1)], template(name))
+    return re.sub(r"\{\{(\w+)\}\}", lambda m: known[m.group(1)], template("head.html") + template(name))

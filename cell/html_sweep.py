@@ -21,7 +21,7 @@ from .sections import Case
 from .sweep_grid import Pose
 from .sweep_lines import variant_words, variants
 
-SCRIPTS = ("data", "sweep_map", "sweep_table", "sweep")  # in order of use
+SCRIPTS = ("data", "sweep_map", "sortable", "sweep_table", "sweep")  # in order of use
 
 
 def html_sweep(case: Case, document: dict[str, Any]) -> str:
@@ -35,11 +35,13 @@ def html_sweep(case: Case, document: dict[str, Any]) -> str:
         The whole file; UTF-8.
     """
     good = sum(row["verdict"] == "feasible" for row in document["poses"])
+    count = f"{good} of {len(document['poses'])} feasible"
     fill = {
+        "heading": escape(f"{document['case']}: {count}"),
         "title": escape(document["case"]),
         "css": template("report.css") + template("sweep.css"),
         "mark": "feasible" if good else "infeasible",
-        "count": f"{good} of {len(document['poses'])} feasible",
+        "count": count,
         "sentence": escape(_sentence(document, good)),
         "data": Pack().text(_data(case, document)),
     }

@@ -1,9 +1,7 @@
 // All poses in a table that sorts by any column.
 
+import { Sortable, swatch } from "./sortable.js";
 import { mainReason } from "./sweep_map.js";
-
-const SHOWN = 100; // rows at first
-const MORE = 500;
 
 const number = (digits) => (v) => (v == null ? "" : v.toFixed(digits));
 
@@ -33,50 +31,18 @@ export class PoseTable {
   /** Fill the table; a click on a row calls onChoose(pose). */
   constructor(doc, onChoose) {
     this.doc = doc;
-    this.columns = columns(doc);
     this.onChoose = onChoose;
-    this.shown = SHOWN;
-    this.sort = { column: 0, up: true };
     this.chosen = -1;
-    this.element = document.getElementById("table");
     this.only = document.getElementById("feasible-only");
-    this.more = document.getElementById("more");
     this.only.addEventListener("change", () => this.fill());
-    this.more.addEventListener("click", () => {
-      this.shown += MORE;
-      this.fill();
-    });
-    this._head();
+    this.table = new Sortable(columns(doc), 0, () => this.fill());
     this.fill();
-  }
-
-  _head() {
-    const row = document.createElement("tr");
-    this.columns.forEach((column, k) => {
-      const cell = document.createElement("th");
-      cell.scope = "col";
-      if (column.wide) cell.className = "extra";
-      const button = document.createElement("button");
-      button.type = "button";
-      button.textContent = column.name;
-      button.addEventListener("click", () => {
-        this.sort = { column: k, up: this.sort.column === k ? !this.sort.up : true };
-        this.fill();
-      });
-      const printed = document.createElement("span");
-      printed.className = "printed";
-      printed.textContent = column.name;
-      printed.setAttribute("aria-hidden", "true");
-      cell.append(button, printed);
-      row.append(cell);
-    });
-    this.element.tHead.append(row);
   }
 
   /** Poses in order; what has no value comes last either way. */
   sorted() {
-    const { column, up } = this.sort;
-    const value = this.columns[column].value;
+    const { column, up } = this.table.sort;
+    const value = this.table.columns[column].value;
     const poses = this.doc.poses.map((_, i) => i).filter((i) => !this.only.checked || this.doc.poses[i].verdict === "feasible");
     return poses.sort((i, j) => {
       const [a, b] = [value(this.doc.poses[i]), value(this.doc.poses[j])];
@@ -86,15 +52,7 @@ export class PoseTable {
   }
 
   fill() {
-    const all = this.sorted();
-    const some = all.slice(0, this.shown);
-    this.element.tBodies[0].replaceChildren(...some.map((i) => this._row(i)));
-    this.more.hidden = some.length === all.length;
-    this.more.textContent = `Show ${Math.min(MORE, all.length - some.length)} more`;
-    document.getElementById("count").textContent = some.length < all.length ? `${some.length} of ${all.length} listed` : `${all.length}`;
-    [...this.element.tHead.rows[0].cells].forEach((cell, k) => {
-      cell.setAttribute("aria-sort", k !== this.sort.column ? "none" : this.sort.up ? "ascending" : "descending");
-    });
+    this.table.fill(this.sorted(), (i) => this._row(i));
     this.mark(this.chosen);
   }
 
@@ -102,16 +60,11 @@ export class PoseTable {
     const pose = this.doc.poses[i];
     const row = document.createElement("tr");
     row.dataset.pose = i;
-    for (const column of this.columns) {
+    for (const column of this.table.columns) {
       const cell = document.createElement("td");
       cell.className = [column.wide ? "extra" : "", column.number ? "number" : ""].join(" ").trim();
       const value = column.value(pose);
-      if (column.dot && value) {
-        const dot = document.createElement("i");
-        dot.className = "dot";
-        dot.style.setProperty("--c", `var(--${value})`);
-        cell.append(dot);
-      }
+      if (column.dot && value) cell.append(swatch(value));
       cell.append(value == null ? "" : column.text(value, pose));
       row.append(cell);
     }
@@ -121,11 +74,6 @@ export class PoseTable {
 
   mark(i) {
     this.chosen = i;
-    for (const row of this.element.tBodies[0].rows) row.classList.toggle("chosen", Number(row.dataset.pose) === i);
-    const row = this.element.querySelector(".chosen");
-    const box = this.element.parentElement;
-    if (!row || box.matches(":hover")) return;
-    const top = row.offsetTop - this.element.tHead.offsetHeight;
-    if (top < box.scrollTop || row.offsetTop + row.offsetHeight > box.scrollTop + box.clientHeight) box.scrollTop = top;
+    this.table.mark((row) => Number(row.dataset.pose) === i);
   }
 }

@@ -1,9 +1,7 @@
 // The table of infeasible targets: sorted by any column, filtered by reason, a jump in every row.
 
 import { figure } from "./charts.js";
-
-const SHOWN = 100; // rows at first
-const MORE = 500;
+import { Sortable, swatch } from "./sortable.js";
 
 const text = (v) => document.createTextNode(v);
 
@@ -27,90 +25,42 @@ export class Table {
   /** Fill the table; a click on a row calls onJump(target). */
   constructor(doc, targets, onJump) {
     this.rows = doc.infeasible;
-    this.columns = columns(doc, targets);
     this.verdictOf = (r) => targets.verdict[r.target];
     this.onJump = onJump;
     this.only = null;
-    this.shown = SHOWN;
-    this.sort = { column: 3, up: true };
-    this.element = document.getElementById("table");
-    this.more = document.getElementById("more");
-    this.more.addEventListener("click", () => {
-      this.shown += MORE;
-      this._fill();
-    });
-    this._head();
-    this._fill();
-  }
-
-  _head() {
-    const row = document.createElement("tr");
-    this.columns.forEach((column, k) => {
-      const cell = document.createElement("th");
-      cell.scope = "col";
-      if (column.wide || column.less) cell.className = column.wide ? "extra" : "less";
-      const button = document.createElement("button");
-      button.type = "button";
-      button.textContent = column.name;
-      if (column.title) button.title = column.title;
-      button.addEventListener("click", () => this._sortBy(k));
-      // printers repeat a head's text on every page, but not its buttons
-      const printed = document.createElement("span");
-      printed.className = "printed";
-      printed.textContent = column.name;
-      printed.setAttribute("aria-hidden", "true");
-      cell.append(button, printed);
-      row.append(cell);
-    });
-    this.element.tHead.append(row);
-  }
-
-  _sortBy(column) {
-    this.sort = { column, up: this.sort.column === column ? !this.sort.up : true };
+    this.table = new Sortable(columns(doc, targets), 3, () => this._fill());
     this._fill();
   }
 
   /** Show one reason's rows (its number among the verdicts), or all with null. */
   filter(verdict) {
     this.only = verdict;
-    this.shown = SHOWN;
+    this.table.shorten();
     this._fill();
   }
 
   _sorted() {
-    const { column, up } = this.sort;
-    const by = this.columns[column].order || this.columns[column].value;
+    const { column, up } = this.table.sort;
+    const { order, value } = this.table.columns[column];
+    const by = order || value;
     const rows = this.rows.filter((r) => this.only === null || this.verdictOf(r) === this.only);
     const compare = (a, b) => (a < b ? -1 : a > b ? 1 : 0);
     return rows.sort((a, b) => (up ? 1 : -1) * compare(by(a), by(b)) || a.target - b.target);
   }
 
   _fill() {
-    const rows = this._sorted();
-    const some = rows.slice(0, this.shown);
-    this.element.tBodies[0].replaceChildren(...some.map((r) => this._row(r)));
-    this.more.hidden = some.length === rows.length;
-    const left = rows.length - some.length;
-    this.more.textContent = `Show ${Math.min(MORE, left)} more`;
-    document.getElementById("count").textContent = left ? `${some.length} of ${rows.length} listed` : `${rows.length}`;
-    [...this.element.tHead.rows[0].cells].forEach((cell, k) => {
-      cell.setAttribute("aria-sort", k !== this.sort.column ? "none" : this.sort.up ? "ascending" : "descending");
-    });
+    this.table.fill(this._sorted(), (r) => this._row(r));
   }
 
   _row(r) {
     const row = document.createElement("tr");
     row.dataset.target = r.target;
-    for (const column of this.columns) {
+    for (const column of this.table.columns) {
       const cell = document.createElement("td");
       cell.className = column.wide ? "extra" : column.less ? "less" : column.wordy ? "wordy" : "";
       if (column.jump) cell.append(this._button(r.target));
-      else if (column.dot) {
-        const dot = document.createElement("i");
-        dot.className = "dot";
-        dot.style.setProperty("--c", `var(--verdict-${this.verdictOf(r)})`);
-        cell.append(dot, text(column.value(r)));
-      } else cell.textContent = column.value(r);
+      else if (column.dot) cell.append(swatch(`verdict-${this.verdictOf(r)}`), text(column.value(r)));
+      else cell.textContent = column.value(r);
       row.append(cell);
     }
     row.addEventListener("click", () => this.onJump(r.target));
@@ -128,20 +78,6 @@ export class Table {
 
   /** Mark the row of a target. */
   mark(target) {
-    for (const row of this.element.tBodies[0].rows) {
-      row.classList.toggle("chosen", Number(row.dataset.target) === target);
-    }
-    this._scrollTo(this.element.querySelector(".chosen"));
-  }
-
-  /** Bring a row into the table's own window, and leave the page where it is. */
-  _scrollTo(row) {
-    const box = this.element.parentElement;
-    if (!row || box.matches(":hover")) return;
-    const top = row.offsetTop - this.element.tHead.offsetHeight;
-    if (top < box.scrollTop) box.scrollTop = top;
-    else if (row.offsetTop + row.offsetHeight > box.scrollTop + box.clientHeight) {
-      box.scrollTop = row.offsetTop + row.offsetHeight - box.clientHeight;
-    }
+    this.table.mark((row) => Number(row.dataset.target) === target);
   }
 }
