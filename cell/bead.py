@@ -21,9 +21,10 @@ from ik.path import Edge, Run, best_runs
 
 from .collision import Clearances, Ints
 from .examine import Bead, Stretch, examine
-from .nodes import Nodes
+from .nodes import Nodes, near_cost
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
+PATIENCE = 3  # ways that are free, but near something, before one is taken
 DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
 
 
@@ -93,6 +94,7 @@ class BeadSearch:
         self.setup, self.placed, self.stage, self.first = bead.setup, bead.placed, bead.stage, bead.first
         self.cost = nodes.cost.copy()
         self._judged = np.zeros(len(bead), dtype=bool)  # targets whose every node has been checked
+        self._patience = PATIENCE
         self._free = np.zeros(self.cost.shape, dtype=bool)  # nodes known to be free
         self._least_bad: dict[int, tuple[float, Clearances, tuple[int, ...]]] = {}  # of the nodes that collide
         self._blocked: dict[int, set[Edge]] = {}
@@ -145,13 +147,21 @@ class BeadSearch:
         return [Run(i, nodes[i : i + 1], 0.0) for i in range(len(nodes)) if np.isfinite(self.cost[i]).any()]
 
     def _block_colliding_nodes(self, runs: list[Run]) -> bool:
-        """Check the nodes the runs lead over; where one collides, judge all of that target's. True if any does."""
+        """Check the nodes the runs lead over; where one collides, judge all of that target's.
+
+        Returns:
+            Whether to search again: one collides, or is near to something, so that another way may be better.
+        """
         way = [(run.start + i, *node) for run in runs for i, node in enumerate(run.nodes.tolist())]
         index = np.array(way, dtype=np.int64).reshape(-1, 4)
         index = index[~self._free[tuple(index.T)]]
+        before = self.cost[tuple(index.T)]
         hit = self._check(index)
         for i in np.unique(index[hit, 0]):
             self._judge_target(int(i))
+        if not hit.any() and self._patience and (self.cost[tuple(index.T)] > before).any():
+            self._patience -= 1
+            return True
         return bool(hit.any())
 
     def _check(self, index: Ints) -> np.ndarray:
@@ -163,6 +173,7 @@ class BeadSearch:
         found = seen.rows(same.reshape(-1))
         hit = found.distance < self.setup.settings.clearance
         self._free[tuple(index[~hit].T)] = True
+        self.cost[tuple(index.T)] += near_cost(found.distance, self.setup.settings.clearance)
         self.cost[tuple(index[hit].T)] = np.inf
         # the tool stands alike in every configuration of a roll
         tool = index[hit & self.setup.screen.of_tool(found.pair)]

@@ -23,6 +23,7 @@ from ik.singularity import KINDS, SingularityLimits, margins, smallest_singular_
 from .place import Placed
 
 NEAR_LIMIT = np.deg2rad(10.0)  # joints closer to a limit than this cost extra
+NEAR = 0.3  # s that a node is worth avoiding at the clearance itself; nothing at twice as much
 CHUNK = 4096  # poses a pass, to keep memory flat
 
 
@@ -210,3 +211,18 @@ def standing_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
         # 1 at the margin itself, a quarter at twice the margin
         near = np.where(least > 0, (least / margin) ** 2, 0.0).sum(axis=-1)
     return 0.3 * tight + 0.1 * np.nan_to_num(near)
+
+
+def near_cost(distance: Floats, clearance: float) -> Floats:
+    """What a node is worth avoiding that keeps its clearance, but not twice as much.
+
+    Args:
+        distance: least distance of anything from anything, (...), m.
+        clearance: what has to be kept, m.
+
+    Returns:
+        (...) s; 0 where no clearance is asked for.
+    """
+    if clearance <= 0:
+        return np.zeros(np.shape(distance))
+    return NEAR * np.clip(2.0 - distance / clearance, 0.0, 1.0) ** 2

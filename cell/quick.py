@@ -26,18 +26,19 @@ from ik.singularity import margins
 
 from .collision import Ints
 from .examine import Bead, Stretch, examine
-from .nodes import standing_cost
+from .nodes import NEAR, near_cost, standing_cost
 from .place import Placed
 
 STATION, STATION_TURN = 0.04, np.deg2rad(12.0)  # m along the bead, rad of the wire between stations
 LEAST_STATIONS = 4
 ROUNDS, LOOKS = 8, 24  # ways followed, and ways through the stations before each, until it is left to the full search
+PATIENCE = 4  # ways that are free, but near something, before the clearest of them is taken
 WIDE = 2  # samples the roll may change between stations
 BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls looked at between stations, samples
 NEARBY, STILL = np.array([-1, 0, 1]), np.array([0])  # of those, from target to target
 MORE = 3  # stations put in at a time
 ELSEWHERE = np.deg2rad(40.0)  # an end is another one where some joint is further away
-FEAR = 2.0  # s that a node is worth avoiding where nodes nearby collide
+FEAR = 2.0  # s that a node is worth avoiding where nodes beside it collide
 UNKNOWN, FREE, HIT = 0, 1, 2
 
 
@@ -81,7 +82,7 @@ class QuickSearch:
         self.at = stations(bead.placed)
         self.q, self.cost = self._standing(self.at, np.broadcast_to(self.rolls, (len(self.at), len(self.rolls))))
         self.known = np.full(self.cost.shape, UNKNOWN)
-        self.fear = np.zeros(self.cost.shape)
+        self.worry = np.zeros(self.cost.shape)
 
     @staticmethod
     def suits(bead: Bead) -> bool:
@@ -98,15 +99,18 @@ class QuickSearch:
             way = self._way()
             if way is None:
                 break
-            q, roll = way
+            group, roll, q = way
             start = np.arange(len(q) - 1)
             pair = np.stack([start, start + 1], axis=1)
             found = examine(self.bead, start, roll[pair], q[pair])
             bad = [i for i, cause in enumerate(found.causes) if cause is not None]
             if not bad:
                 return found.whole()
-            if any(cause["on_the_way"] != "collision" for cause in found.causes if cause) or not self._add(bad):
+            if any(cause["on_the_way"] != "collision" for cause in found.causes if cause):
                 break
+            ends = np.unique([*bad, *(i + 1 for i in bad)])
+            if not self._add(ends):
+                self._avoid(ends, group, roll[ends])
         return None
 
     def targets_alone(self) -> Floats | None:
@@ -115,15 +119,15 @@ class QuickSearch:
             way = self._way()
             if way is None:
                 break
-            hit = np.flatnonzero(self._collide(np.arange(len(self.bead)), way[0]))
+            hit = np.flatnonzero(self._collide(np.arange(len(self.bead)), way[2]))
             if not len(hit):
-                return way[0]
-            if not self._add(hit.tolist()):
+                return way[2]
+            if not self._add(hit):
                 break
         return None
 
-    def _way(self) -> tuple[Floats, Floats] | None:
-        """The cheapest way that is free at the stations: configurations (t, j) and rolls (t,) of all targets, rad."""
+    def _way(self) -> tuple[int, Floats, Floats] | None:
+        """The cheapest way that is free at the stations: group, rolls (t,) and configurations (t, j) of all targets."""
         found = self._through_stations()
         if found is None:
             return None
@@ -131,14 +135,14 @@ class QuickSearch:
         roll = self._rolls_between(samples)
         every = np.arange(len(self.bead))
         q, cost = self._standing(every, roll, group)
-        cost += self._fear_between(group, roll)[:, None]
+        cost += self._worry_between(group, roll)[:, None]
         cost[0] += self._arriving(q[:, 0])
         shifts = NEARBY if roll.shape[1] > 1 else STILL
         way = banded.cheapest(cost, banded.prices(self.chain, q, roll, self.bounds, shifts, circular=False), shifts)
         if way is None:
             return None
         q_way = banded.unwound(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
-        return None if q_way is None else (q_way, roll[every, way[1]])
+        return None if q_way is None else (group, roll[every, way[1]], q_way)
 
     def _rolls_between(self, samples: Ints) -> Floats:
         """Rolls to look at for every target, (t, b), around those chosen at the stations, (s,) samples."""
@@ -149,36 +153,38 @@ class QuickSearch:
         roll = np.interp(np.arange(len(self.bead)), self.at, steady)[:, None] + BESIDE * self.roll_step
         return roll if window.is_full else np.clip(roll, window.low, window.high)
 
-    def _fear_between(self, group: int, roll: Floats) -> Floats:
+    def _worry_between(self, group: int, roll: Floats) -> Floats:
         """What rolls (t, b) between stations are worth avoiding for what is known at the stations beside them, s."""
-        feared = (self.known[:, group] == HIT) | (self.fear[:, group] > 0)
-        feared &= self.known[:, group] != FREE
-        count = len(self.rolls)
-        place = (roll - self.rolls[0]) / self.roll_step
-        low, high = (np.round(x).astype(np.int64) % count for x in (np.floor(place + 1e-6), np.ceil(place - 1e-6)))
+        worry = np.where(self.known[:, group] == HIT, FEAR, self.worry[:, group])
+        if worry.any():  # where something is near, what has not been looked at may be nearer
+            worry = np.where(self.known[:, group] == UNKNOWN, np.maximum(worry, NEAR), worry)
         after = np.minimum(np.searchsorted(self.at, np.arange(len(roll))), len(self.at) - 1)
         before = np.maximum(after - (self.at[after] > np.arange(len(roll))), 0)
-        near = [feared[s[:, None], r] for s in (before, after) for r in (low, high)]
-        return FEAR * np.logical_or.reduce(near)
+        return np.maximum.reduce([worry[s[:, None], r] for s in (before, after) for r in self._beside(roll)])
 
     def _through_stations(self) -> tuple[int, Ints] | None:
         """Group and samples of the cheapest way that is free at the stations, (s,)."""
         edges, shifts = self._edges()
         arriving, weight = self._arriving(self.q[:, 0]), len(self.bead) / len(self.at)
         s = np.arange(len(self.at))
+        free = 0
         for _ in range(LOOKS):
-            cost = np.where(self.known == HIT, np.inf, (self.cost + self.fear) * weight)
+            cost = (self.cost + self.worry) * weight
             cost[0] += arriving
-            way = banded.cheapest(cost, edges, shifts)
+            if free == PATIENCE:  # what else may be clearer is not worth looking at
+                return banded.cheapest(np.where(self.known == FREE, cost, np.inf), edges, shifts)
+            way = banded.cheapest(np.where(self.known == HIT, np.inf, cost), edges, shifts)
             if way is None:
                 return None
             g, r = way
             new = self.known[s, g, r] == UNKNOWN
-            if not new.any():
-                return way
             hit = self._look(s[new], g, r[new])
             if hit.any():
                 self._look_around(s[new][hit], g)
+            elif not self.worry[s[new], g, r[new]].any():
+                return way
+            else:
+                free += 1
         return None
 
     def _edges(self) -> tuple[Floats, Ints]:
@@ -200,11 +206,13 @@ class QuickSearch:
 
     def _look(self, s: Ints, g: int, r: Ints) -> NDArray[np.bool_]:
         """Check nodes of stations; which collide."""
+        least = self.setup.settings.clearance
         found = self.setup.screen.clearances(self.q[:, s, g, r].T, self.bead.stage[self.at[s]])
-        hit = found.distance < self.setup.settings.clearance
+        hit = found.distance < least
         self.known[s, g, r] = np.where(hit, HIT, FREE)
+        self.worry[s, g, r] = near_cost(found.distance, least)
         # the tool stands alike in every branch
-        tool = hit & self.setup.checker.of_tool(found.pair)
+        tool = hit & self.setup.screen.of_tool(found.pair)
         self.known[s[tool], :, r[tool]] = HIT
         return hit
 
@@ -218,13 +226,27 @@ class QuickSearch:
         hit = self.known[i, g] == HIT
         hit |= np.roll(hit, 1) | np.roll(hit, -1)
         for other in (g, g ^ 1):  # the wrist's other configuration has the same links in nearly the same places
-            self.fear[np.ix_(s, np.array([other]), np.flatnonzero(hit))] = FEAR
+            expected = np.ix_(s, np.array([other]), np.flatnonzero(hit))
+            self.worry[expected] = np.where(self.known[expected] == FREE, self.worry[expected], FEAR)
 
     def _collide(self, at: Ints, q: Floats) -> NDArray[np.bool_]:
         found = self.setup.screen.clearances(q, self.bead.stage[at])
         return found.distance < self.setup.settings.clearance
 
-    def _add(self, targets: Sequence[int]) -> bool:
+    def _avoid(self, targets: Ints, group: int, roll: Floats) -> None:
+        """Expect no good of rolls (t,) at targets that are stations: they are free, but what lies between is not."""
+        s, count = np.searchsorted(self.at, targets), len(self.rolls)
+        low, high = self._beside(roll)
+        for r in (low - 1, low, high, high + 1):  # those beside it are hardly better
+            self.worry[s, group, r % count] += FEAR
+
+    def _beside(self, roll: Floats) -> tuple[Ints, Ints]:
+        """The samples on either side of rolls; one and the same where a roll is a sample."""
+        place = (roll - self.rolls[0]) / self.roll_step
+        low, high = (np.round(x).astype(np.int64) % len(self.rolls) for x in (place - 0.499, place + 0.499))
+        return low, high
+
+    def _add(self, targets: Ints) -> bool:
         """Put stations at some of these targets; False if there is one at each of them."""
         new = np.setdiff1d(targets, self.at)
         if not len(new):
@@ -236,7 +258,7 @@ class QuickSearch:
         self.q = np.insert(self.q, where, q, axis=1)
         self.cost = np.insert(self.cost, where, cost, axis=0)
         self.known = np.insert(self.known, where, UNKNOWN, axis=0)
-        self.fear = np.insert(self.fear, where, 0.0, axis=0)
+        self.worry = np.insert(self.worry, where, 0.0, axis=0)
         return True
 
     def _standing(self, at: Ints, rolls: Floats, group: int | None = None) -> tuple[Floats, Floats]:

@@ -58,7 +58,7 @@ class Setup:
         window: allowed roll.
         limits: singularity margins to keep.
         checker: collision detection at the table pose, distances known far out.
-        screen: the same, distances known just out to the clearance: what only has to be passed costs less.
+        screen: the same, distances known out to twice the clearance: what only has to be passed costs less.
         settings: what to keep to.
         radius: from ``cell.between.radii``, (j,), m.
     """
@@ -87,7 +87,7 @@ class Setup:
         settings: Settings,
     ) -> Setup:
         """The setup of the checker's scene; the attributes say what is what."""
-        screen = Checker(checker.scene, checker.table, max(settings.clearance, LEAST_REACH))
+        screen = Checker(checker.scene, checker.table, max(2 * settings.clearance, LEAST_REACH))
         return cls(solver, placed, stage, laid, window, limits, checker, screen, settings, radii(checker.scene))
 
     def without(self, deposits: Collection[int]) -> Setup:
