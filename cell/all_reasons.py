@@ -10,7 +10,6 @@ that of the candidate that is closest to passing.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -44,7 +43,7 @@ def all_reasons(result: Result) -> dict[int, list[dict[str, Any]]]:
     out = {}
     for first in range(0, len(bad), BLOCK):
         block = bad[first : first + BLOCK]
-        here = replace(placed, position=placed.position[block], normal=placed.normal[block])
+        here = placed.rows(block)
         nodes = evaluate(job.solver, here, job.window, settings.roll_step, limits)
         out.update({i: _of_target(setup, nodes, k, int(job.stage[i])) for k, i in enumerate(block)})
     return out

@@ -10,7 +10,7 @@ Metres, radians, seconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -54,7 +54,7 @@ class Bead:
     def of(cls, setup: Setup, first: int, stop: int) -> Bead:
         """Targets from ``first`` up to ``stop`` of the part."""
         here = slice(first, stop)
-        placed = replace(setup.placed, position=setup.placed.position[here], normal=setup.placed.normal[here])
+        placed = setup.placed.rows(here)
         length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
         pace = setup.settings.speed[first : first + len(length)]
         speed = setup.solver.chain.max_speed

@@ -118,7 +118,7 @@ def _bead_trial(bead: BeadPlan, failed: set[int]) -> _Trial:
 def _has_configuration(setup: Setup, i: int) -> bool:
     """Whether a target by itself has a configuration that is free."""
     here = slice(i, i + 1)
-    placed = replace(setup.placed, position=setup.placed.position[here], normal=setup.placed.normal[here])
+    placed = setup.placed.rows(here)
     nodes = evaluate(setup.solver, placed, setup.window, setup.settings.roll_step, setup.limits)
     q = nodes.q[np.isfinite(nodes.cost)]
     found = setup.screen.clearances(q, np.full(len(q), setup.stage[i]))

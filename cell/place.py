@@ -14,12 +14,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 from slicing.targets import Targets
 
 from .errors import InputError
 
+Ints = NDArray[np.int64]
 METRES_PER_MM = 1e-3
 UNIT_LENGTH = 1e-3  # what a normal's length may be off one
 PARALLEL = 1e-6  # sine below which the wire counts as parallel to the part's z axis
@@ -43,6 +45,10 @@ class Placed:
     def Ts_base_target(self) -> Floats:
         """Target frames at roll 0, (n, 4, 4), m."""
         return frames(self.position, self.normal, self.reference)
+
+    def rows(self, index: slice | Ints | list[int]) -> Placed:
+        """Some of the targets."""
+        return Placed(self.position[index], self.normal[index], self.reference)
 
 
 def place(targets: Targets, T_base_part: Floats) -> Placed:

@@ -9,7 +9,6 @@ search of a bead longest.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 
@@ -50,7 +49,7 @@ def lost_on(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], wanted
 
 def _stands_free(setup: Setup, i: int) -> bool:
     """Whether any configuration of a target is free, at three times the rolls that a bead is first searched with."""
-    placed = replace(setup.placed, position=setup.placed.position[[i]], normal=setup.placed.normal[[i]])
+    placed = setup.placed.rows([i])
     nodes = evaluate(setup.solver, placed, setup.window, setup.settings.roll_step / FINER, setup.limits)
     at = np.argwhere(np.isfinite(nodes.cost))
     at = at[np.argsort(nodes.cost[tuple(at.T)], kind="stable")]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from ik.candidates import Solver
@@ -21,6 +22,7 @@ from .between import radii
 from .collision import Checker, Clearances, Ints
 from .follow import Steps
 from .place import METRES_PER_MM, Placed
+from .wire import wire_checker
 
 LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be seen
 
@@ -89,6 +91,11 @@ class Setup:
         """The setup of the checker's scene; the attributes say what is what."""
         screen = Checker(checker.scene, checker.table, max(2 * settings.clearance, LEAST_REACH))
         return cls(solver, placed, stage, laid, window, limits, checker, screen, settings, radii(checker.scene))
+
+    @cached_property
+    def wire(self) -> Checker | None:
+        """Collision detection of the wire and the part alone, None where the tool's wire is not modelled."""
+        return wire_checker(self.checker)
 
     def without(self, deposits: Collection[int]) -> Setup:
         """The same where some deposits do not count."""

@@ -15,7 +15,7 @@ Each stage is sound: a target that it finds infeasible is so in ``rbam check`` t
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -129,7 +129,7 @@ def _proved_out(job: Job, placed: Placed) -> dict[int, str]:
 
 
 def _nodes(job: Job, placed: Placed, targets: Ints, roll_step: float) -> Nodes:
-    some = replace(placed, position=placed.position[targets], normal=placed.normal[targets])
+    some = placed.rows(targets)
     return evaluate(job.solver, some, job.window, roll_step, job.singularity_limits)
 
 

@@ -27,7 +27,6 @@ from .examine import Stretch
 from .follow import JUMP
 from .planner import Space, Trees, connect, rounded, sampled, shortened
 from .setup import Setup
-from .wire import wire_checker
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
 SEARCH_STEPS = np.deg2rad(
@@ -75,7 +74,7 @@ class _Travel:
     def __init__(self, setup: Setup, end: Stretch, start: Stretch, stage: int) -> None:
         self.setup, self.end, self.start, self.stage = setup, end, start, stage
         self.why: dict[str, Any] = {}
-        self.wire = wire_checker(setup.checker)
+        self.wire = setup.wire
 
     def search(self) -> Way | dict[str, Any]:
         """The first way that is free, of ever dearer ones."""
@@ -178,7 +177,7 @@ def _legs(setup: Setup, ends: list[tuple[Stretch, int]], distance: float) -> lis
     Ts, qs = [], []
     for stretch, at in ends:
         i = stretch.first if at == 0 else stretch.stop - 1
-        T = np.repeat(apply_roll(setup.placed.Ts_base_target[i], stretch.roll[at])[None], count, axis=0)
+        T = np.repeat(apply_roll(setup.placed.rows([i]).Ts_base_target, stretch.roll[at]), count, axis=0)
         T[:, :3, 3] += out * setup.placed.normal[i]
         Ts.append(T)
         qs.append(np.repeat(stretch.q_targets[at][None], count, axis=0))

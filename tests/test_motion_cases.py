@@ -1,6 +1,5 @@
 """Constructed cases come out right, each with its reason: beads, travels, the order of layers, speeds."""
 
-from dataclasses import replace
 
 import numpy as np
 import trimesh
@@ -57,7 +56,7 @@ def radial(name, r, z, deg=20.0):
 def free_nodes(result, i):
     """Configurations of a target that keep limits, margins and clearance, and their groups."""
     job = result.job
-    here = replace(result.placed, position=result.placed.position[[i]], normal=result.placed.normal[[i]])
+    here = result.placed.rows([i])
     nodes = evaluate(job.solver, here, job.window, np.deg2rad(15), job.singularity_limits)
     index = np.argwhere(np.isfinite(nodes.cost[0]))
     q = nodes.q[0][tuple(index.T)]
