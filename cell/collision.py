@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from .errors import InputError
+from .nearby import Nearby
 from .poses import ArmPoses
 
 if TYPE_CHECKING:
@@ -95,10 +96,14 @@ class Checker:
         # MuJoCo reports a pair out to the sum of its geoms' gaps
         self._geom_gap = np.where(scene.contact_bits.any(axis=0), reach / 2, 0.0)
         self._pair_gap = reach if pair_gap is None else pair_gap
+        # and does not look at bodies further apart than this, which it works out when the model is compiled
+        self._body_margin = np.zeros(scene.model.nbody)
+        np.maximum.at(self._body_margin, scene.model.geom_bodyid, scene.model.geom_margin + self._geom_gap)
         mujoco.mj_kinematics(scene.model, self._data)  # what stands on the table stays there
         # where the table's axes move as well, all of it has to follow
         arm_alone = len(scene.arm_qpos) == scene.chain.n
         self._poses = ArmPoses(scene) if scene.model.ngeom > MANY and arm_alone else None
+        self._nearby = Nearby.of(scene, self._data, max(reach, self._pair_gap)) if arm_alone else None
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
@@ -115,13 +120,14 @@ class Checker:
             Clearances.
         """
         model, data = self._model, self._data
-        # the model is shared between checkers of different reach
-        model.geom_gap[:], model.pair_gap[:] = self._geom_gap, self._pair_gap
+        self._reach_out()
         out = Clearances.none(len(q))
         for laid in np.unique(stage):
             self._lay(int(laid), arm_alone=True)
             rows = np.flatnonzero(stage == laid)
             for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
+                if self._nearby is not None:
+                    self._nearby.choose(data)
                 mujoco.mj_collision(model, data)
                 if data.ncon:
                     contact = data.contact
@@ -146,6 +152,11 @@ class Checker:
         alike: NDArray[np.bool_] = (tool[:, 0] & ~arm[:, 1]) | (tool[:, 1] & ~arm[:, 0])
         return alike & (pair >= 0).all(axis=1)
 
+    def _reach_out(self) -> None:
+        """Set how far MuJoCo looks: the model is shared between checkers of different reach."""
+        model = self._model
+        model.geom_gap[:], model.pair_gap[:], model.body_margin[:] = self._geom_gap, self._pair_gap, self._body_margin
+
     def _put(self, q: Floats) -> Iterator[None]:
         """Bring the arm into one configuration after the other."""
         if self._poses is not None:
@@ -168,6 +179,7 @@ class Checker:
         # a pair collides where one's contype meets the other's conaffinity: the arm's own meet all there is
         model.geom_contype[:] = np.where(hits, scene.contact_bits[0], 0)
         model.geom_conaffinity[:] = np.where(there, scene.contact_bits[1], 0)
+        model.body_conaffinity[:] = scene.body_conaffinity
         model.body_contype[:] = np.where(self._arm_body, self._body_contype, 0) if arm_alone else self._body_contype
 
     def table_alone(self) -> Clearances:
@@ -178,8 +190,8 @@ class Checker:
         """
         scene = self.scene
         self._lay(scene.n_deposits, arm_alone=False)
+        self._reach_out()
         model, data = self._model, self._data
-        model.geom_gap[:], model.pair_gap[:] = self._geom_gap, self._pair_gap
         data.qpos[scene.arm_qpos] = 0.0
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)

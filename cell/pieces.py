@@ -28,6 +28,7 @@ from .sections import Case, Fixture
 from .torch import TorchDimensions, shape_torch
 
 ROBOT, TOOL, POSITIONER = "robot/", "tool/", "positioner/"
+MANY_PIECES = 256  # of the part in one body
 UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
 COLOUR = {
     "support": (0.42, 0.44, 0.47, 1.0),
@@ -299,9 +300,14 @@ def add_part(world: mujoco.MjSpec, case: Case, part: PartShape) -> None:
             contype=0,
             conaffinity=0,
         )
-    for name, vertices in part.hulls.items():
+    several = len(part.hulls) > MANY_PIECES
+    holder = body
+    for i, (name, vertices) in enumerate(part.hulls.items()):
+        if several and i % MANY_PIECES == 0:
+            # MuJoCo goes through every geom of a body that may be hit: what lies far off is left out body by body
+            holder = body.add_body(name=f"pieces_{i // MANY_PIECES}")
         world.add_mesh(name=name, uservert=(vertices * METRES_PER_MM).ravel())
-        body.add_geom(
+        holder.add_geom(
             name=name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=name,

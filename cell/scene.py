@@ -54,6 +54,7 @@ class Scene:
         n_deposits: how many deposits the part has.
         contact_bits: contype and conaffinity of every geom, (2, ngeom); the model's own are changed by checks.
         body_contype: the bodies' own, (nbody,); as the geoms'.
+        body_conaffinity: likewise.
         arm_geom: whether a geom belongs to the arm or its tool, (ngeom,).
         tool_geom: whether it moves with the TCP: the tool and the arm's last link, (ngeom,).
     """
@@ -70,6 +71,7 @@ class Scene:
     n_deposits: int
     contact_bits: NDArray[np.int32]
     body_contype: NDArray[np.int32]
+    body_conaffinity: NDArray[np.int32]
     arm_geom: NDArray[np.bool_]
     tool_geom: NDArray[np.bool_]
 
@@ -199,6 +201,7 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
         n_deposits=part.n_deposits,
         contact_bits=np.array([model.geom_contype, model.geom_conaffinity]),
         body_contype=model.body_contype.copy(),
+        body_conaffinity=model.body_conaffinity.copy(),
         arm_geom=arm_geom,
         tool_geom=arm_geom & np.isin(model.geom_bodyid, last),
     )

@@ -1,6 +1,5 @@
 """Constructed cases come out right, each with its reason: beads, travels, the order of layers, speeds."""
 
-
 import numpy as np
 import trimesh
 from conftest import boss_mesh
