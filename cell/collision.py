@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 Ints = NDArray[np.int64]
+FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
 MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
@@ -93,17 +94,15 @@ class Checker:
         self._model = scene.model
         self._data = mujoco.MjData(scene.model)
         self._data.qpos[scene.table_qpos] = table
-        # MuJoCo reports a pair out to the sum of its geoms' gaps
-        self._geom_gap = np.where(scene.contact_bits.any(axis=0), reach / 2, 0.0)
-        self._pair_gap = reach if pair_gap is None else pair_gap
-        # and does not look at bodies further apart than this, which it works out when the model is compiled
-        self._body_margin = np.zeros(scene.model.nbody)
-        np.maximum.at(self._body_margin, scene.model.geom_bodyid, scene.model.geom_margin + self._geom_gap)
+        self._pair_gap = pair_gap
+        self._hard = scene.contact_bits.any(axis=0).astype(np.float64)
+        self._hard_body = np.zeros(scene.model.nbody)
+        np.maximum.at(self._hard_body, scene.model.geom_bodyid, self._hard)
         mujoco.mj_kinematics(scene.model, self._data)  # what stands on the table stays there
         # where the table's axes move as well, all of it has to follow
         arm_alone = len(scene.arm_qpos) == scene.chain.n
         self._poses = ArmPoses(scene) if scene.model.ngeom > MANY and arm_alone else None
-        self._nearby = Nearby.of(scene, self._data, max(reach, self._pair_gap)) if arm_alone else None
+        self._nearby = Nearby.of(scene, self._data) if arm_alone else None
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
@@ -119,21 +118,22 @@ class Checker:
         Returns:
             Clearances.
         """
-        model, data = self._model, self._data
-        self._reach_out()
+        data = self._data
         out = Clearances.none(len(q))
+        far = self.reach  # what is near would be found by looking all the way, and everything behind it as well
         for laid in np.unique(stage):
             self._lay(int(laid), arm_alone=True)
             rows = np.flatnonzero(stage == laid)
             for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
-                if self._nearby is not None:
-                    self._nearby.choose(data)
-                mujoco.mj_collision(model, data)
+                self._collide(far)
                 if data.ncon:
                     contact = data.contact
                     distance = contact.dist
                     k = int(distance.argmin())
                     out.distance[i], out.pair[i], out.position[i] = distance[k], contact.geom[k], contact.pos[k]
+                    far = FURTHER * max(float(distance[k]), 0.0) + LEAST_FAR  # the next one is often alike
+                else:
+                    far = self.reach
         if data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
             # pairs were left out: the nearest may be among them
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
@@ -152,10 +152,25 @@ class Checker:
         alike: NDArray[np.bool_] = (tool[:, 0] & ~arm[:, 1]) | (tool[:, 1] & ~arm[:, 0])
         return alike & (pair >= 0).all(axis=1)
 
-    def _reach_out(self) -> None:
-        """Set how far MuJoCo looks: the model is shared between checkers of different reach."""
+    def _collide(self, far: float) -> None:
+        """Find what is near: first out to some distance, then further as long as there is nothing."""
+        far = min(far, self.reach)
+        while True:
+            self._look_out_to(far)
+            if self._nearby is not None:
+                self._nearby.choose(self._data, far)
+            mujoco.mj_collision(self._model, self._data)
+            if self._data.ncon or far == self.reach:
+                return
+            far = min(2.0 * far, self.reach)
+
+    def _look_out_to(self, far: float) -> None:
+        """Set how far MuJoCo looks, m; the model is shared between checkers."""
         model = self._model
-        model.geom_gap[:], model.pair_gap[:], model.body_margin[:] = self._geom_gap, self._pair_gap, self._body_margin
+        # it reports a pair out to the sum of its geoms' gaps, and of bodies further apart than this it looks at none
+        np.multiply(self._hard, far / 2, out=model.geom_gap)
+        np.multiply(self._hard_body, far / 2, out=model.body_margin)
+        model.pair_gap[:] = far if self._pair_gap is None else self._pair_gap
 
     def _put(self, q: Floats) -> Iterator[None]:
         """Bring the arm into one configuration after the other."""
@@ -190,7 +205,7 @@ class Checker:
         """
         scene = self.scene
         self._lay(scene.n_deposits, arm_alone=False)
-        self._reach_out()
+        self._look_out_to(self.reach)
         model, data = self._model, self._data
         data.qpos[scene.arm_qpos] = 0.0
         mujoco.mj_kinematics(model, data)

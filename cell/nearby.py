@@ -1,7 +1,7 @@
 """Which bodies of a large part are near enough to the arm to be looked at.
 
-    nearby = Nearby.of(scene, data, reach)       # None for a part of one body
-    nearby.choose(data)                          # before mj_collision: leaves out what is too far off
+    nearby = Nearby.of(scene, data)              # None for a part of one body
+    nearby.choose(data, reach)                   # before mj_collision: leaves out what is too far off
 
 MuJoCo goes through every geom of each body that may be hit, which for a part of thousands of layers costs more than the
 collisions. Spheres around geoms and bodies overlap wherever the geoms come within reach of each other: nothing within
@@ -36,8 +36,7 @@ class Nearby:
         conaffinity: their own, (b,).
         centre: of each body's pieces, (b, 3), world frame.
         geoms: of the arm, those that may collide, (g,).
-        limit: squared distances from which a geom and a body are out of reach of each other, less the squared length
-            of the centre, (g, b), m^2.
+        radius: of a sphere round a geom and one round a body's pieces, added up, (g, b), m.
     """
 
     model: mujoco.MjModel
@@ -45,16 +44,15 @@ class Nearby:
     conaffinity: NDArray[np.int32]
     centre: Floats
     geoms: Ints
-    limit: Floats
+    radius: Floats
 
     @classmethod
-    def of(cls, scene: Scene, data: mujoco.MjData, reach: float) -> Nearby | None:
+    def of(cls, scene: Scene, data: mujoco.MjData) -> Nearby | None:
         """Prepare.
 
         Args:
             scene: the composed cell.
             data: its table's pose, after mj_kinematics.
-            reach: distances are known out to here, m.
         """
         model = scene.model
         bodies = [b for b in range(model.nbody) if model.body(b).name.startswith("pieces_")]
@@ -66,14 +64,13 @@ class Nearby:
             centre[i] = (place.min(axis=0) + place.max(axis=0)) / 2
             radius[i] = float((np.linalg.norm(place - centre[i], axis=1) + bound).max())
         geoms = np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0))
-        apart = model.geom_rbound[geoms][:, None] + radius + reach + SLACK
-        return cls(
-            model, np.array(bodies), scene.body_conaffinity[bodies], centre, geoms, apart**2 - (centre**2).sum(axis=1)
-        )
+        both = model.geom_rbound[geoms][:, None] + radius + SLACK
+        return cls(model, np.array(bodies), scene.body_conaffinity[bodies], centre, geoms, both)
 
-    def choose(self, data: mujoco.MjData) -> None:
-        """Let bodies that something of the arm may come near to collide, and no others."""
+    def choose(self, data: mujoco.MjData, reach: float) -> None:
+        """Let bodies collide that something of the arm may be within reach of (m), and no others."""
         place = data.geom_xpos[self.geoms]
         square = np.einsum("gi,gi->g", place, place)[:, None] - 2.0 * place @ self.centre.T
-        near = (square <= self.limit).any(axis=0)
+        square += np.einsum("bi,bi->b", self.centre, self.centre)
+        near = (square <= (self.radius + reach) ** 2).any(axis=0)
         self.model.body_conaffinity[self.bodies] = np.where(near, self.conaffinity, 0)
