@@ -34,7 +34,7 @@ from cell.examine import Bead as OneBead
 from cell.follow import follow
 from cell.job import prepare
 from cell.plan import plan_bead
-from cell.quick import Ends, QuickSearch
+from cell.quick import ROUNDS, Ends, QuickSearch
 from cell.setup import Setup
 from ik.chain import Floats
 
@@ -117,12 +117,31 @@ def whole(setup: Setup) -> Callable[[Bead], tuple[Floats | None, float]]:
     return run
 
 
+class TargetsAlone(QuickSearch):
+    """The search of a bead as far as Descartes goes."""
+
+    def targets(self) -> Floats | None:
+        """Configurations (t, j), rad, each free of collision; nothing is looked at between them."""
+        for _ in range(ROUNDS):
+            way = self._way()
+            if way is None:
+                break
+            q = way[2]
+            found = self.setup.screen.clearances(q, self.bead.stage)
+            hit = np.flatnonzero(found.distance < self.setup.settings.clearance)
+            if not len(hit):
+                return q
+            if not self._add(hit):
+                break
+        return None
+
+
 def targets_alone(setup: Setup) -> Callable[[Bead], tuple[Floats | None, float]]:
     """As far as Descartes goes: every target free of collision, nothing looked at between them."""
 
     def run(bead: Bead) -> tuple[Floats | None, float]:
         start = time.process_time()
-        q = QuickSearch(OneBead.of(setup, *bead), setup.settings.roll_step, Ends()).targets_alone()
+        q = TargetsAlone(OneBead.of(setup, *bead), setup.settings.roll_step, Ends()).targets()
         return q, time.process_time() - start
 
     return run

@@ -113,19 +113,6 @@ class QuickSearch:
                 self._avoid(ends, group, roll[ends])
         return None
 
-    def targets_alone(self) -> Floats | None:
-        """The same with nothing looked at between the targets: configurations (t, j), rad."""
-        for _ in range(ROUNDS):
-            way = self._way()
-            if way is None:
-                break
-            hit = np.flatnonzero(self._collide(np.arange(len(self.bead)), way[2]))
-            if not len(hit):
-                return way[2]
-            if not self._add(hit):
-                break
-        return None
-
     def _way(self) -> tuple[int, Floats, Floats] | None:
         """The cheapest way that is free at the stations: group, rolls (t,) and configurations (t, j) of all targets."""
         found = self._through_stations()
@@ -228,10 +215,6 @@ class QuickSearch:
         for other in (g, g ^ 1):  # the wrist's other configuration has the same links in nearly the same places
             expected = np.ix_(s, np.array([other]), np.flatnonzero(hit))
             self.worry[expected] = np.where(self.known[expected] == FREE, self.worry[expected], FEAR)
-
-    def _collide(self, at: Ints, q: Floats) -> NDArray[np.bool_]:
-        found = self.setup.screen.clearances(q, self.bead.stage[at])
-        return found.distance < self.setup.settings.clearance
 
     def _avoid(self, targets: Ints, group: int, roll: Floats) -> None:
         """Expect no good of rolls (t,) at targets that are stations: they are free, but what lies between is not."""
