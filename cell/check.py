@@ -23,7 +23,7 @@ from .bead import Stretch
 from .collision import Checker
 from .job import Job
 from .lockout import with_lockouts
-from .motion import Motion, assemble
+from .motion import Motion, assemble, corners
 from .pace import speeds, too_slow
 from .place import METRES_PER_MM, Placed, place
 from .plan import PartPlan, plan_part
@@ -161,6 +161,7 @@ def check(
     motion = None
     if all(row.reason is None for row in rows):
         stretches, spoilt = refined(setup, stretches)
+        spoilt.update(corners(job, setup, stretches, plan.travels))
         motion = assemble(job, table, stretches, plan.travels)
         if motion.pace is not None:
             spoilt.update(too_slow(motion.pace, job.case.process.least_speed_share))

@@ -24,6 +24,7 @@ from ik.chain import Floats
 
 from .errors import InputError
 from .poses import ArmPoses
+from .swept import Swept, joint_way
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -103,6 +104,25 @@ class Checker:
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
         self._ignored = np.isin(scene.deposit_of_geom, list(without))
+        self._swept: Swept | None = None
+        self._arm_alone = arm_alone
+
+    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+        """How far anything can travel towards anything on steps: what clearances at their ends are held against.
+
+        Args:
+            radius: from ``cell.between.radii``, (n,), m.
+            a: where each step begins, (m, n), rad.
+            b: where it ends, (m, n), rad.
+
+        Returns:
+            (m,), m.
+        """
+        if not self._arm_alone:
+            return joint_way(radius, a, b)
+        if self._swept is None:
+            self._swept = Swept(self.scene, radius)
+        return self._swept.bound(a, b)
 
     def clearances(self, q: Floats, stage: Ints) -> Clearances:
         """The nearest pair of every configuration.

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
+from .as_run import STANDING, bead_corners, bead_path, travel_corners, travel_path
 from .collision import Clearances, Ints
 from .pace import HELD, Pace, speeds
 from .place import METRES_PER_MM
@@ -27,8 +28,7 @@ from .timing import time_path, time_travel
 if TYPE_CHECKING:
     from .bead import Stretch
     from .job import Job
-
-STANDING = 1e-9  # m or rad: less is no way
+    from .setup import Setup
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,17 +151,45 @@ def assemble(
     )
 
 
+def corners(
+    job: Job, setup: Setup, stretches: Sequence[Stretch], travels: Sequence[tuple[Floats, Clearances]]
+) -> dict[int, dict[str, Any]]:
+    """Where a motion that is free comes too near to something once it is run, its corners rounded.
+
+    Args:
+        job: the job.
+        setup: what it was planned with.
+        stretches: one a bead, in order.
+        travels: from each bead to the next; planned so that their rounded corners are free as well.
+
+    Returns:
+        Why, by the target on the way to which it is.
+    """
+    spoilt = bead_corners(setup, job.case.process.blend_mm * METRES_PER_MM, stretches)
+    for before, after, (q, found) in zip(stretches[:-1], stretches[1:], travels, strict=True):
+        last, first = before.stop - 1, after.first
+        if not _dwell(job, last, first):
+            continue
+        # a stop on the way leaves other corners to be rounded than the planner knew
+        path, rows = travel_path(q)
+        stop = int(rows[_retracted(job, job.scene.chain.forward(path.q)[:, :3, 3])])
+        why = travel_corners(setup, q, found, int(setup.laid[last]), [stop])
+        if why is not None:
+            spoilt[first] = {"from_target": last, "travel": True, "to_target": first, **why}
+    return spoilt
+
+
 def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
     """A bead's rows; notes in ``pace`` how fast it is."""
     process = job.case.process
     q, target = stretch.q, stretch.edge + (stretch.fraction >= 1.0)
     dt = np.array([dt_before])
     if len(q) > 1:
-        way = np.linalg.norm(np.diff(stretch.position, axis=0), axis=1)
-        s = np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))])
+        path = bead_path(stretch, process.blend_mm * METRES_PER_MM)
+        s = path.s
         edge, cap = stretch.edge[:-1], speeds(job)
         limits = job.drives.arm_speed, job.drives.arm_acceleration
-        law = time_path(q, s, *limits, cap=cap[edge], zone=process.blend_mm * METRES_PER_MM)
+        law = time_path(q, s, *limits, cap=cap[edge], zone=path.zone)
         dt = np.append(dt, np.diff(law.t))
         at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
         for a, b in pairwise(at.tolist()):

@@ -18,14 +18,14 @@ from ik.singularity import KINDS, margins, sides, smallest_singular_value
 
 from .collision import Clearances
 from .job import Job
-from .motion import STANDING, Motion
+from .motion import Motion
 from .motion_bead import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
+from .motion_corners import corner_collisions, rounded_rows
 from .motion_file import ReadMotion
 from .motion_hits import collisions, stages, stretches_of
 from .motion_order import Finding, order_findings, skips
 from .pace import Pace
 from .place import METRES_PER_MM
-from .timing import TRAVEL_ZONE, rounded
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
 SPEED_SLACK = 1.001
@@ -90,7 +90,9 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     on = against_beads(job, fine, motion.target[fine.row])
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
-    clear, hits = collisions(job, motion, coarse, stages(job, motion, coarse.row))
+    stage = stages(job, motion, coarse.row)
+    clear, hits = collisions(job, motion, coarse, stage)
+    hits += corner_collisions(job, motion, rows, coarse, stage, clear)
     order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
     findings = [
         *_limit_findings(job, motion, rows.q),
@@ -156,7 +158,7 @@ def _acceleration_use(job: Job, motion: Motion, rows: Way) -> Floats:
     Of the motion with its corners rounded; a second difference over ``WINDOW`` or more is a mean of the accelerations
     in it. Before its first row and after its last the motion is at rest.
     """
-    q, t = _rounded(job, motion, rows), motion.t_s
+    q, t = rounded_rows(job, motion, rows), motion.t_s
     q = np.concatenate([q[:1], q, q[-1:]])
     t = np.concatenate([t[:1] - WINDOW, t, t[-1:] + WINDOW])
     i = np.arange(1, len(t) - 1)
@@ -166,22 +168,6 @@ def _acceleration_use(job: Job, motion: Motion, rows: Way) -> Floats:
     behind = (q[i] - q[a]) / (t[i] - t[a])[:, None]
     out: Floats = np.abs(ahead - behind) / ((t[b] - t[a]) / 2)[:, None] / job.drives.acceleration
     return out
-
-
-def _rounded(job: Job, motion: Motion, rows: Way) -> Floats:
-    """All axes with corners rounded as a controller does; not where the arc goes on or off, nor where all stand."""
-    q = _axes(motion).copy()
-    away = np.linalg.norm(np.diff(rows.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
-    turn = np.linalg.norm(np.diff(q, axis=0), axis=1)
-    way = np.where(motion.welding, away, turn)
-    zones = {True: job.case.process.blend_mm * METRES_PER_MM, False: TRAVEL_ZONE}
-    kind = np.where(way <= STANDING, -1, motion.welding)
-    starts = np.flatnonzero(np.diff(kind, prepend=-2))
-    for a, b in zip(starts, [*starts[1:], len(kind)], strict=True):
-        if kind[a] >= 0 and b - a > 1:
-            s = np.concatenate([[0.0], np.cumsum(way[a:b])])
-            q[a : b + 1] = rounded(q[a : b + 1], s, zones[bool(kind[a])])
-    return q
 
 
 def _drive_findings(job: Job, use: Floats) -> list[Finding]:

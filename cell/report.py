@@ -179,6 +179,7 @@ def _way_in_words(d: dict[str, Any]) -> str:
     hit = ""
     if "pair" in d:
         hit = f"{' - '.join(d['pair'])} {d['distance_mm']:.1f} mm, needs {d['required_mm']:g}"
+        hit += " where a corner is rounded" if d.get("rounded") else ""
     if "blocked_by_layers" in d:
         hit += f"; locked out by {layers_in_words(d['blocked_by_layers'])}"
     if "from_target" not in d:

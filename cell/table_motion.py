@@ -20,6 +20,7 @@ from ik.chain import Floats
 
 from .collision import NEVER, Checker, Clearances, Ints
 from .scene import Scene
+from .swept import joint_way
 
 DEGENERATE = -1e-6  # m: MuJoCo's distance of shapes whose centres fall together is 0
 
@@ -69,6 +70,10 @@ class TableChecker:
         self._tilt = np.flatnonzero(hits & moves & ~_carried(scene, 1))
         # the positioner's own parts turn in one another; what is put onto its table does not
         self._work = np.flatnonzero(hits & _put_there(scene))
+
+    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+        """How far anything on the table can travel on steps, (m,), m."""
+        return joint_way(radius, a, b)
 
     def clearances(self, tables: Floats, stage: Ints) -> Clearances:
         """The nearest pair at every table pose.

@@ -20,6 +20,7 @@ from ik import dls
 from ik.chain import Floats
 from ik.roll import RollWindow, apply_roll
 
+from .as_run import travel_corners, wire_corners
 from .bead import Stretch
 from .between import unproved
 from .collision import Clearances
@@ -118,14 +119,14 @@ class _Travel:
         if not isinstance(found, Clearances):
             self.why = found
             return None
-        dragged = self._dragged(middle)
-        if dragged is not None:
-            self.why = dragged
+        cut = travel_corners(self.setup, q, found, self.stage) or self._dragged(middle, q, len(leave) - 1)
+        if cut is not None:
+            self.why = cut
             return None
         return q, found
 
-    def _dragged(self, q: Floats) -> dict[str, Any] | None:
-        """What the wire is drawn through on the way across, if anything."""
+    def _dragged(self, q: Floats, whole: Floats, first: int) -> dict[str, Any] | None:
+        """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
         if self.wire is None:
             return None
         laid = np.full(len(q), self.stage)
@@ -135,7 +136,7 @@ class _Travel:
         else:
             step, nearest = unproved(self.wire, self.setup.radius, q, laid, found)
             if not len(step):
-                return None
+                return wire_corners(self.wire, self.setup, whole, (first, found), self.stage)
             hit = self.setup.describe(nearest, 0)
         return {"on_the_way": "collision", **hit, "required_mm": 0.0}
 
