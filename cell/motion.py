@@ -27,6 +27,7 @@ from .timing import time_path, time_travel
 
 if TYPE_CHECKING:
     from .bead import Stretch
+    from .home import HomeWays
     from .job import Job
     from .setup import Setup
 
@@ -40,11 +41,12 @@ class Motion:
         q: the arm, (m, j), rad.
         table: E1, E2, (m, 2), rad.
         arc: 1 while welding, (m,).
-        bead: bead number, of a travel the one it leads to, (m,).
+        bead: bead number, of a travel the one it leads to, of the way home the one it comes from, (m,).
         layer: layer number within its sub-volume, (m,).
-        target: the target last passed, of a travel the one it leads to, (m,).
+        target: the target last passed, of a travel the one it leads to, of the way home the last, (m,).
         names: columns of q.
         pace: how far the deposition speed is held; None where that is not known.
+        home_s: how long the ways from home and back take; None where there are none.
     """
 
     t_s: Floats
@@ -56,6 +58,7 @@ class Motion:
     target: Ints
     names: tuple[str, ...]
     pace: Pace | None = None
+    home_s: float | None = None
 
     def columns(self) -> list[str]:
         """Names of :meth:`rows_deg`'s columns."""
@@ -115,6 +118,7 @@ def assemble(
     table: tuple[float, float],
     stretches: Sequence[Stretch],
     travels: Sequence[tuple[Floats, Clearances]],
+    home: HomeWays | None = None,
 ) -> Motion:
     """Put beads and travels together, and give them their times.
 
@@ -123,19 +127,28 @@ def assemble(
         table: E1, E2, rad.
         stretches: one a bead, in order.
         travels: from each bead to the next.
+        home: the ways from home to the first and from the last back, if it begins and ends there.
 
     Returns:
         The motion.
     """
     pace = Pace.unknown(len(job.targets))
     pieces: list[_Piece] = []
+    last, at_home = 0.0, None
+    if home is not None and home.out is not None and home.back is not None:
+        out, last = _travel(job, home.out[0], 0.0, stretches[0].first, begins=True)
+        pieces.append(out)
+        at_home = float(out.dt.sum()) + last
     for i, stretch in enumerate(stretches):
-        last = 0.0
         if i:
             wait = _dwell(job, stretches[i - 1].first, stretch.first)
             travel, last = _travel(job, travels[i - 1][0], wait, stretch.first)
             pieces.append(travel)
         pieces.append(_bead(job, stretch, last, pace))
+    if at_home is not None and home is not None and home.back is not None:
+        back, _ = _travel(job, home.back[0], 0.0, stretches[-1].stop - 1, ends=True)
+        pieces.append(back)
+        at_home += float(back.dt.sum())
     where = np.concatenate([piece.target for piece in pieces])
     rows = np.concatenate([piece.q for piece in pieces])
     return Motion(
@@ -148,6 +161,7 @@ def assemble(
         target=where,
         names=job.scene.chain.names,
         pace=pace,
+        home_s=at_home,
     )
 
 
@@ -213,8 +227,13 @@ def _dwell(job: Job, before: int, after: int) -> float:
     return job.case.process.dwell_s if same and t.layer[before] != t.layer[after] else 0.0
 
 
-def _travel(job: Job, way: Floats, wait: float, leads_to: int) -> tuple[_Piece, float]:
-    """A travel's rows between its ends, which are the beads' own, and the time of its last step."""
+def _travel(
+    job: Job, way: Floats, wait: float, leads_to: int, *, begins: bool = False, ends: bool = False
+) -> tuple[_Piece, float]:
+    """A travel's rows between its ends, and the time of its last step.
+
+    The ends are the beads' own rows, but for what the motion begins or ends with: there they are the travel's.
+    """
     limits = job.drives.arm_speed, job.drives.arm_acceleration
     moves = np.abs(np.diff(way, axis=0)).max(axis=1) > STANDING
     moves[-1] |= not moves.any()
@@ -222,7 +241,7 @@ def _travel(job: Job, way: Floats, wait: float, leads_to: int) -> tuple[_Piece, 
     if len(way) == 2:
         way = np.insert(way, 1, way.mean(axis=0), axis=0)  # a row with the arc off
     p = job.scene.chain.forward(way)[:, :3, 3]
-    cap = _near_the_part(job, way, p)
+    cap = _near_the_part(job, way, p, leaves=not begins, arrives=not ends)
     if wait > 0:
         k = _retracted(job, p)
         leave = time_travel(way[: k + 1], *limits, cap=cap[:k])
@@ -230,10 +249,14 @@ def _travel(job: Job, way: Floats, wait: float, leads_to: int) -> tuple[_Piece, 
         way, dt = np.insert(way, k, way[k], axis=0), np.concatenate([leave, [wait], arrive])
     else:
         dt = time_travel(way, *limits, cap=cap)
+    if begins:
+        way, dt = np.concatenate([way[:1], way]), np.concatenate([[0.0], dt])
+    if ends:
+        way, dt = np.concatenate([way, way[-1:]]), np.concatenate([dt, [0.0]])
     return _Piece(way[1:-1], dt[:-1], 0, np.full(len(way) - 2, leads_to)), float(dt[-1])
 
 
-def _near_the_part(job: Job, way: Floats, p: Floats) -> Floats:
+def _near_the_part(job: Job, way: Floats, p: Floats, *, leaves: bool, arrives: bool) -> Floats:
     """Caps on the joints' speed where a travel retracts and approaches at the speed of the TCP asked for, (m - 1,)."""
     process = job.case.process
     near = process.retract_mm * METRES_PER_MM + STANDING
@@ -241,7 +264,7 @@ def _near_the_part(job: Job, way: Floats, p: Floats) -> Floats:
     arriving = np.logical_and.accumulate(np.linalg.norm(p[:-1] - p[-1], axis=1)[::-1] <= near)[::-1]
     step = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1), STANDING)
     speed = process.travel_speed_mm_s * METRES_PER_MM * np.linalg.norm(np.diff(way, axis=0), axis=1) / step
-    return np.where(leaving | arriving, np.maximum(speed, STANDING), np.inf)
+    return np.where((leaving & leaves) | (arriving & arrives), np.maximum(speed, STANDING), np.inf)
 
 
 def _retracted(job: Job, p: Floats) -> int:

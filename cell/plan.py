@@ -165,3 +165,10 @@ def _search(
         off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)
         nodes.cost[at][off < ELSEWHERE] = np.inf
     return BeadSearch(setup, nodes, placed, setup.stage[here], first).run(q_before)
+
+
+def searched_again(
+    setup: Setup, bead: BeadPlan, q_before: Floats | None, begin_off: Sequence[Floats], end_off: Sequence[Floats]
+) -> BeadPlan:
+    """A bead that begins and ends well off given configurations."""
+    return _search(setup, bead.first, bead.stop, q_before, setup.settings.roll_step, begin_off, end_off)

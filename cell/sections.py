@@ -175,6 +175,9 @@ class Robot(Section):
     joints: Annotated[list[str], Field(min_length=1)] = Field(["A1", "A2", "A3", "A4", "A5", "A6"])
     flange: str = "flange"
     base: str = Field("base_link", description="body whose frame the report's base_* columns are given in")
+    home_deg: list[float] | None = Field(
+        None, description="where the program starts and ends; the MJCF's key home where left out, if it has one"
+    )
     max_speed_deg_s: list[Positive] | None = Field(None, description="where the MJCF does not carry them")
     max_acceleration_deg_s2: list[Positive] | None = Field(
         None, description="instead of the MJCF's; where that has none, full speed in half a second"
