@@ -108,7 +108,7 @@ class _Home:
                 begin_off.append(run.q_targets[0])
             if k == len(self.beads) - 1:
                 end_off.append(run.q_targets[-1])
-            before = self.beads[k - 1].stretches[0].q_targets[-1] if k else None
+            before = self.beads[k - 1].stretches[0].q_targets[-1] if k else self.setup.checker.scene.start
             bead = searched_again(self.setup, bead, before, begin_off, end_off)
             if not bead.whole:
                 break

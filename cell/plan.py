@@ -70,7 +70,7 @@ def plan_part(setup: Setup, path: Ints, progress: IO[str] | None = None) -> Part
     last: Stretch | None = None
     with Bar(progress, "beads", len(firsts)) as bar:
         for first, stop in zip(firsts, [*firsts[1:], len(path)], strict=True):
-            bead = plan_bead(setup, first, stop, None if last is None else last.q_targets[-1])
+            bead = plan_bead(setup, first, stop, setup.checker.scene.start if last is None else last.q_targets[-1])
             if bead.whole and stop < len(path):
                 bead, _ = _that_can_leave(setup, bead)
             if last is not None and bead.whole:

@@ -73,6 +73,11 @@ class Scene:
     body_contype: NDArray[np.int32]
     arm_geom: NDArray[np.bool_]
 
+    @property
+    def start(self) -> Floats | None:
+        """Where a program begins and ends, (n,), rad; None where no home is known."""
+        return self.home if self.has_home else None
+
     def T_base_part(self, E1: float, E2: float) -> Floats:
         """Pose of the part in the arm's base frame.
 
