@@ -30,7 +30,7 @@ from .place import METRES_PER_MM
 SLACK = 1e-7  # rad: angles come from files with six decimals
 SPEED_SLACK = 1.001
 ACCELERATION_SLACK = 1.02
-WINDOW = 0.05  # s to either side over which accelerations are measured: files have few decimals
+WINDOWS = (0.0, 0.005, 0.01, 0.02, 0.05)  # s to either side over which accelerations are measured; 0: from row to row
 ROLL_SLACK = np.deg2rad(0.05)
 UNITS = {"wrist": (180 / np.pi, "deg"), "elbow": (180 / np.pi, "deg"), "shoulder": (1e3, "mm"), "sigma": (1.0, "1")}
 
@@ -85,7 +85,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     """
     motion = read.motion
     rows = rows_of(job, motion)
-    use = np.stack([_speed_use(job, motion), _acceleration_use(job, motion, rows)])
+    use = np.stack([_speed_use(job, motion), _acceleration_use(job, read, rows)])
     fine = dense(job, motion, rows, FINE, motion.welding)
     on = against_beads(job, fine, motion.target[fine.row])
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
@@ -152,22 +152,30 @@ def _speed_use(job: Job, motion: Motion) -> Floats:
     return np.concatenate([speed, np.zeros((1, speed.shape[1]))])
 
 
-def _acceleration_use(job: Job, motion: Motion, rows: Way) -> Floats:
+def _acceleration_use(job: Job, read: ReadMotion, rows: Way) -> Floats:
     """Share of its acceleration that each axis needs about each row, (m, j + 2).
 
-    Of the motion with its corners rounded; a second difference over ``WINDOW`` or more is a mean of the accelerations
-    in it. Before its first row and after its last the motion is at rest.
+    Of the motion with its corners rounded: second differences, which are means of the accelerations in them. From row
+    to row they hide no spike, but the rounding of a file's digits can be all they show: what it can be at most is taken
+    off, which over longer ones is little. Before its first row and after its last the motion is at rest.
     """
-    q, t = rounded_rows(job, motion, rows), motion.t_s
-    q = np.concatenate([q[:1], q, q[-1:]])
-    t = np.concatenate([t[:1] - WINDOW, t, t[-1:] + WINDOW])
-    i = np.arange(1, len(t) - 1)
-    a = np.clip(np.searchsorted(t, t[i] - WINDOW, side="right") - 1, 0, i - 1)
-    b = np.clip(np.searchsorted(t, t[i] + WINDOW), i + 1, len(t) - 1)
-    ahead = (q[b] - q[i]) / (t[b] - t[i])[:, None]
-    behind = (q[i] - q[a]) / (t[i] - t[a])[:, None]
-    out: Floats = np.abs(ahead - behind) / ((t[b] - t[a]) / 2)[:, None] / job.drives.acceleration
-    return out
+    q, t = rounded_rows(job, read.motion, rows), read.motion.t_s
+    (time, angle), longest = read.grain, WINDOWS[-1]
+    before, after = float(t[1] - t[0]), float(t[-1] - t[-2])
+    q = np.concatenate([q[[0, 0]], q, q[[-1, -1]]])
+    t = np.concatenate([t[0] - [before + longest, before], t, t[-1] + [after, after + longest]])
+    i = np.arange(2, len(t) - 2)
+    out = np.zeros((len(i), q.shape[1]))
+    for window in WINDOWS:
+        a = np.clip(np.searchsorted(t, t[i] - window, side="right") - 1, 0, i - 1)
+        b = np.clip(np.searchsorted(t, t[i] + window), i + 1, len(t) - 1)
+        to, since, both = ((t[x] - t[y])[:, None] for x, y in ((b, i), (i, a), (b, a)))
+        ahead, behind = (q[b] - q[i]) / to, (q[i] - q[a]) / since
+        mean = np.abs(ahead - behind) / (both / 2)
+        blur = (angle + np.abs(ahead) * time) / to + (angle + np.abs(behind) * time) / since
+        out = np.maximum(out, mean * (1 - time / both) - blur / (both / 2))
+    shares: Floats = out / job.drives.acceleration
+    return shares
 
 
 def _drive_findings(job: Job, use: Floats) -> list[Finding]:
