@@ -32,7 +32,7 @@ from .refine import refined
 from .scene import table_angles
 from .sections import REASONS
 from .setup import Settings, Setup
-from .table_motion import TableChecker
+from .table_motion import table_alone
 from .terminal import stage
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
@@ -150,7 +150,7 @@ def check(
     gravity = np.arccos(np.clip(placed.normal @ up, -1.0, 1.0))
     settings = settings_of(job)
     checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
-    blocked = _table_in_the_way(job, checker)
+    blocked = _table_in_the_way(job, table)
     if blocked is not None:
         rows = tuple(Row("collision", blocked, True, None) for _ in range(len(job.targets)))
         return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
@@ -182,11 +182,9 @@ def check(
     )
 
 
-def _table_in_the_way(job: Job, checker: Checker) -> dict[str, Any] | None:
+def _table_in_the_way(job: Job, table: tuple[float, float]) -> dict[str, Any] | None:
     """A collision that no arm can help: the workpiece or the table in the cell around it."""
-    found = TableChecker(job.scene, checker.reach).clearances(
-        np.array([checker.table]), np.array([job.scene.n_deposits])
-    )
+    found = table_alone(job.scene, table)
     if found.distance[0] >= 0.0:
         return None
     return {

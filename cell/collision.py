@@ -176,24 +176,3 @@ class Checker:
         model.geom_contype[:] = np.where(hits, scene.contact_bits[0], 0)
         model.geom_conaffinity[:] = np.where(there, scene.contact_bits[1], 0)
         model.body_contype[:] = np.where(self._arm_body, self._body_contype, 0) if arm_alone else self._body_contype
-
-    def table_alone(self) -> Clearances:
-        """The nearest pair in which the arm has no part: what stands on the table against the cell around it.
-
-        Returns:
-            Clearances of one row, over all deposits.
-        """
-        scene = self.scene
-        self._lay(scene.n_deposits, arm_alone=False)
-        model, data = self._model, self._data
-        model.geom_gap[:], model.pair_gap[:] = self._geom_gap, self._pair_gap
-        data.qpos[scene.arm_qpos] = 0.0
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        out = Clearances.none(1)
-        geom, distance = data.contact.geom, data.contact.dist
-        ours = ~scene.arm_geom[geom].any(axis=1)
-        if ours.any():
-            k = int(np.argmin(np.where(ours, distance, np.inf)))
-            out.distance[0], out.pair[0], out.position[0] = distance[k], geom[k], data.contact.pos[k]
-        return out

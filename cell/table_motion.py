@@ -49,6 +49,24 @@ def _put_there(scene: Scene) -> NDArray[np.bool_]:
     return np.array(ours, dtype=bool)
 
 
+REACH = 5e-3  # m: of a table by itself it is only asked whether it touches anything
+
+
+def table_alone(scene: Scene, table: tuple[float, float]) -> Clearances:
+    """What no arm can help: the table and the whole of what stands on it in the cell around it.
+
+    Every verdict asks this, and whatever screens poses or changes for one: they cannot disagree.
+
+    Args:
+        scene: the composed cell.
+        table: E1, E2, rad.
+
+    Returns:
+        Clearances of one row; below 0 the pose is infeasible.
+    """
+    return TableChecker(scene, REACH).clearances(np.array([table]), np.array([scene.n_deposits]))
+
+
 class TableChecker:
     """Collision detection of a scene's table, wherever it is turned; see ``cell.collision.Checker``."""
 
