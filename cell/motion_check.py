@@ -9,6 +9,7 @@ data: stretches of rows with a reason and the worst measure on them. Radians, me
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -159,23 +160,32 @@ def _acceleration_use(job: Job, read: ReadMotion, rows: Way) -> Floats:
     to row they hide no spike, but the rounding of a file's digits can be all they show: what it can be at most is taken
     off, which over longer ones is little. Before its first row and after its last the motion is at rest.
     """
-    q, t = rounded_rows(job, read.motion, rows), read.motion.t_s
-    (time, angle), longest = read.grain, WINDOWS[-1]
-    before, after = float(t[1] - t[0]), float(t[-1] - t[-2])
+    smooth = _second_differences(rounded_rows(job, read.motion, rows), read, WINDOWS)
+    # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
+    plain = _second_differences(_axes(read.motion), read, WINDOWS)
+    plain[-1] = np.inf
+    shares: Floats = np.minimum(smooth, plain).max(axis=0) / job.drives.acceleration
+    return shares
+
+
+def _second_differences(q: Floats, read: ReadMotion, windows: Sequence[float]) -> Floats:
+    """Mean accelerations about each row over windows (s to either side; 0: from row to row), (w, m, j), at least."""
+    t, (time, angle) = read.motion.t_s, read.grain
+    before, after, longest = float(t[1] - t[0]), float(t[-1] - t[-2]), max(windows)
     q = np.concatenate([q[[0, 0]], q, q[[-1, -1]]])
     t = np.concatenate([t[0] - [before + longest, before], t, t[-1] + [after, after + longest]])
     i = np.arange(2, len(t) - 2)
-    out = np.zeros((len(i), q.shape[1]))
-    for window in WINDOWS:
+    out = np.empty((len(windows), len(i), q.shape[1]))
+    for k, window in enumerate(windows):
         a = np.clip(np.searchsorted(t, t[i] - window, side="right") - 1, 0, i - 1)
         b = np.clip(np.searchsorted(t, t[i] + window), i + 1, len(t) - 1)
         to, since, both = ((t[x] - t[y])[:, None] for x, y in ((b, i), (i, a), (b, a)))
         ahead, behind = (q[b] - q[i]) / to, (q[i] - q[a]) / since
         mean = np.abs(ahead - behind) / (both / 2)
+        # less what the rounding of the file's digits can make of it
         blur = (angle + np.abs(ahead) * time) / to + (angle + np.abs(behind) * time) / since
-        out = np.maximum(out, mean * (1 - time / both) - blur / (both / 2))
-    shares: Floats = out / job.drives.acceleration
-    return shares
+        out[k] = np.maximum(mean * (1 - time / both) - blur / (both / 2), 0.0)
+    return out
 
 
 def _drive_findings(job: Job, use: Floats) -> list[Finding]:

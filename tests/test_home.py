@@ -140,7 +140,7 @@ def test_something_at_home_is_said_so(good: Result, folder: Path) -> None:
 
 def test_a_home_shut_off_from_the_part_has_no_path(folder: Path) -> None:
     walls = [radial(f"wall{a}", (480, 2600), (10, 3200), a) for a in (80, -80)]
-    roof = {"name": "roof", "box": {"size_mm": [2600, 2600, 20]}, "position_mm": [-1000, 0, 2400]}
+    roof = {"name": "roof", "box": {"size_mm": [2600, 2600, 20]}, "position_mm": [-1000, 0, 2000]}
     case = {"robot": {"home_deg": [180, -90, 90, 0, 0, 0]}, "process": {"travel_attempts": 60}}
     result = result_of(boss_case(folder, "shut", fixtures=[*walls, roof], **case))
     found = bad(result)
