@@ -15,10 +15,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 
 from .collision import Clearances, Ints
+from .swept import joint_way
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -30,6 +32,10 @@ class Sees(Protocol):
     """Collision detection, of the arm or of the table."""
 
     reach: float
+
+    def way(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
+        """How far anything can travel towards anything on steps, (m,), m; see ``cell.swept``."""
+        ...
 
     def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
         """As of :class:`cell.collision.Checker`."""
@@ -87,9 +93,9 @@ def unproved(
     a, b, da, db = q[step], q[step + 1], known[step], known[step + 1]
     laid = np.maximum(stage[step], stage[step + 1])
     for _ in range(HALVINGS):
-        # the sum over the joints of the arc that the farthest point can describe about each
-        open_ = da + db <= (np.abs(b - a) * radius).sum(axis=1)
-        step, a, b, da, db, laid = (x[open_] for x in (step, a, b, da, db, laid))
+        open_ = _open(checker, radius, a, b, da + db)
+        step, laid = step[open_], laid[open_]
+        a, b, da, db = (x[open_] for x in (a, b, da, db))
         if not len(step):
             return step, Clearances.none(0)
         middle = (a + b) / 2
@@ -102,6 +108,14 @@ def unproved(
         step, laid = np.concatenate([step, step]), np.concatenate([laid, laid])
         a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
         da, db = np.concatenate([da, dm]), np.concatenate([dm, db])
-    open_ = da + db <= (np.abs(b - a) * radius).sum(axis=1)
+    open_ = _open(checker, radius, a, b, da + db)
     left = np.unique(step[open_])
     return left, found.rows(left)
+
+
+def _open(checker: Sees, radius: Floats, a: Floats, b: Floats, room: Floats) -> NDArray[np.bool_]:
+    """Steps whose clearances at both ends together do not prove them free; most are settled by the cheaper bound."""
+    open_: NDArray[np.bool_] = room <= joint_way(radius, a, b)
+    k = np.flatnonzero(open_)
+    open_[k] = room[k] <= checker.way(radius, a[k], b[k])
+    return open_

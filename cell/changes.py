@@ -10,7 +10,7 @@ Sizes are in deg, mm or mm/s.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -24,6 +24,9 @@ from .config import with_changes
 from .job import Job
 from .place import METRES_PER_MM, frames, place
 from .scene import compose, table_angles
+from .seam_changes import KEY as SEAMS
+from .seam_changes import reseamed, seams_value, with_seam
+from .seam_section import SeamPlace
 from .sections import Case, Roll, Table
 from .torch import ALLOWED, TorchDimensions
 
@@ -47,8 +50,9 @@ class Knob:
         sign: 1 or -1.
         steps: sizes to try, ascending.
         resolution: the smallest size is found to this.
-        unit: "deg", "mm" or "share" of what is there.
+        unit: "deg", "mm" or "share" of what is there; "pose" and "seam" of sizes that only number choices.
         scale: what counts as much of a change as ten degrees.
+        choices: what the sizes of seams number.
     """
 
     key: str
@@ -58,6 +62,12 @@ class Knob:
     resolution: float
     unit: str
     scale: float
+    choices: tuple[SeamPlace, ...] = ()
+
+    @property
+    def numbered(self) -> bool:
+        """Whether sizes only number choices: nothing lies between them."""
+        return self.unit in ("pose", "seam")
 
     def effort(self, size: float) -> float:
         """How much of a change a size is, to hold knobs against one another."""
@@ -78,6 +88,7 @@ class Start:
     E1_deg: float
     E2_deg: float
     _known: dict[tuple[float, float], Floats] = field(default_factory=dict, repr=False)
+    _seams: dict[SeamPlace, Job] = field(default_factory=dict, repr=False)
 
     def angles(self, knob: Knob, size: float) -> tuple[float, float]:
         """Table angles after a change, deg."""
@@ -150,6 +161,10 @@ class Start:
             InputError: the changed scene does not compile.
         """
         e1, e2 = self.angles(knob, size)
+        if knob.key == SEAMS:
+            place = knob.choices[round(size)]
+            self._seams[place] = self._seams.get(place) or reseamed(self.job, place)
+            return self._seams[place], e1, e2
         case = with_changes(changed_case(self.job.case, knob, size), table=Table(E1_deg=e1, E2_deg=e2))
         job = replace(self.job, case=case)
         if knob.key == "process.deposition_speed_mm_s":
@@ -174,6 +189,8 @@ class Start:
                 }
             k = 0 if knob.key.endswith("E1_deg") else 1
             return {"key": knob.key, "from": _round(was[k]), "to": _round(to[k])}
+        if knob.key == SEAMS:
+            return {"key": SEAMS, "from": seams_value(before), "to": seams_value(after)}
         if knob.key == "roll":
             return {"key": "roll", "from": _roll_value(before), "to": _roll_value(after)}
         return {"key": knob.key, "from": value_of(before, knob.key), "to": value_of(after, knob.key)}
@@ -225,6 +242,12 @@ def _table_knobs() -> Iterator[Knob]:
     for axis in ("E1", "E2"):
         for sign in (-1, 1):
             yield Knob(f"table.{axis}_deg", "", sign, _angles(180.0), 1.0, "deg", SCALE["deg"])
+
+
+def seam_knobs(places: Mapping[str, tuple[SeamPlace, ...]]) -> list[Knob]:
+    """Seams elsewhere, one knob a sub-volume; sizes number the places, which change as little as some roll."""
+    by = 2 * SCALE["deg"]
+    return [Knob(SEAMS, k, 1, tuple(map(float, range(len(p)))), 1.0, "seam", by, p) for k, p in places.items() if p]
 
 
 def pair_knob(start: Start) -> Knob | None:
@@ -294,6 +317,8 @@ def roll_after(window: RollWindow, knob: Knob, size: float) -> RollWindow:
 def changed_case(case: Case, knob: Knob, size: float) -> Case:
     """A case with one key changed; the table's angles are not the case's and stay."""
     by = knob.sign * size
+    if knob.key == SEAMS:
+        return with_seam(case, knob.choices[round(size)])
     if knob.key == "roll":
         return with_changes(case, roll=_changed_roll(case, knob, size))
     if knob.key == "positioner.position_mm":
@@ -353,34 +378,3 @@ def value_of(case: Case, key: str) -> Any:
     for name in key.split("."):
         value = getattr(value, name)
     return [_round(v) for v in value] if isinstance(value, tuple) else _round(value)
-
-
-def in_words(change: dict[str, Any]) -> str:
-    """A change as part of a sentence."""
-    key, was, to = change["key"], change["from"], change["to"]
-    if key == "roll":
-        return f"roll {_roll_words(was)} -> {_roll_words(to)}"
-    if key == "table":
-        return f"E1 {was['E1_deg']:g} -> {to['E1_deg']:g} and E2 {was['E2_deg']:g} -> {to['E2_deg']:g}"
-    if isinstance(was, list):
-        axis, a, b = next((n, a, b) for n, a, b in zip("xyz", was, to, strict=True) if a != b)
-        return f"{key.split('.')[0]} {axis} {a:g} -> {b:g} mm"
-    name, unit = _NAMES[key]
-    return f"{name} {was:g} -> {to:g}{unit}"
-
-
-_NAMES = {
-    "table.E1_deg": ("E1", ""),
-    "table.E2_deg": ("E2", ""),
-    "support.height_mm": ("support height", " mm"),
-    "tool.dimensions.stick_out_mm": ("stick-out", " mm"),
-    "process.deposition_speed_mm_s": ("deposition speed", " mm/s"),
-}
-
-
-def _roll_words(value: Any) -> str:
-    if value == "free":
-        return "free"
-    if "fixed_deg" in value:
-        return f"fixed:{value['fixed_deg']:g}"
-    return "range:{:g}:{:g}".format(*value["range_deg"])

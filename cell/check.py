@@ -21,9 +21,10 @@ from ik.singularity import KINDS, smallest_singular_value
 
 from .collision import Checker
 from .examine import Stretch
+from .home import HomeWays, with_home
 from .job import Job
 from .lockout import with_lockouts
-from .motion import Motion, assemble
+from .motion import Motion, assemble, corners
 from .pace import speeds, too_slow
 from .place import METRES_PER_MM, Placed, place
 from .plan import PartPlan, plan_part
@@ -31,7 +32,7 @@ from .refine import refined
 from .scene import table_angles
 from .sections import REASONS
 from .setup import Settings, Setup
-from .table_motion import TableChecker
+from .table_motion import table_alone
 from .terminal import stage
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
@@ -149,19 +150,20 @@ def check(
     gravity = np.arccos(np.clip(placed.normal @ up, -1.0, 1.0))
     settings = settings_of(job)
     checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
-    blocked = _table_in_the_way(job, checker)
+    blocked = _table_in_the_way(job, table)
     if blocked is not None:
         rows = tuple(Row("collision", blocked, True, None) for _ in range(len(job.targets)))
         return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
     limits = job.singularity_limits
     setup = Setup.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
-    plan = with_lockouts(job, setup, plan_part(setup, job.targets.path, progress))
+    plan, home = with_home(setup, with_lockouts(job, setup, plan_part(setup, job.targets.path, progress)))
     rows = _rows(job, plan, gravity)
     stretches = plan.stretches
     motion = None
     if all(row.reason is None for row in rows):
         stretches, spoilt = refined(setup, stretches)
-        motion = assemble(job, table, stretches, plan.travels)
+        spoilt.update(corners(job, setup, stretches, plan.travels))
+        motion = assemble(job, table, stretches, plan.travels, home)
         if motion.pace is not None:
             spoilt.update(too_slow(motion.pace, job.case.process.least_speed_share))
         if spoilt:
@@ -172,7 +174,7 @@ def check(
         table=table,
         placed=placed,
         rows=rows,
-        clearance=_least_clearance(job, plan, stretches),
+        clearance=_least_clearance(job, plan, stretches, home),
         singularity=_least_margin(setup, stretches),
         sigma=_least_sigma(setup, stretches),
         gravity=gravity,
@@ -180,11 +182,9 @@ def check(
     )
 
 
-def _table_in_the_way(job: Job, checker: Checker) -> dict[str, Any] | None:
+def _table_in_the_way(job: Job, table: tuple[float, float]) -> dict[str, Any] | None:
     """A collision that no arm can help: the workpiece or the table in the cell around it."""
-    found = TableChecker(job.scene, checker.reach).clearances(
-        np.array([checker.table]), np.array([job.scene.n_deposits])
-    )
+    found = table_alone(job.scene, table)
     if found.distance[0] >= 0.0:
         return None
     return {
@@ -226,12 +226,18 @@ def _with(rows: tuple[Row, ...], spoilt: dict[int, dict[str, Any]]) -> tuple[Row
     return tuple(out)
 
 
-def _least_clearance(job: Job, plan: PartPlan, stretches: list[Stretch]) -> Least | None:
-    """The nearest anything comes, on the beads and, named by the target they lead to, on the travels."""
+def _least_clearance(job: Job, plan: PartPlan, stretches: list[Stretch], home: HomeWays | None) -> Least | None:
+    """The nearest anything comes, on the beads and, named by the target they lead to, on the travels.
+
+    The way home leads to none: it is named by the target it comes from.
+    """
     found = [(s.clearances, s.edge) for s in stretches]
     leads_to = [s.first for s in stretches[1:]]
     if len(plan.travels) == len(leads_to):
         found += [(c, np.full(len(c), first)) for (_, c), first in zip(plan.travels, leads_to, strict=True)]
+    if home is not None and stretches:
+        ends = ((home.out, stretches[0].first), (home.back, stretches[-1].stop - 1))
+        found += [(way[1], np.full(len(way[1]), target)) for way, target in ends if way is not None]
     if not found:
         return None
     distance = np.concatenate([c.distance for c, _ in found])

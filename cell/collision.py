@@ -25,6 +25,7 @@ from ik.chain import Floats
 from .errors import InputError
 from .nearby import Nearby
 from .poses import ArmPoses
+from .swept import Swept, joint_way
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -107,6 +108,25 @@ class Checker:
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
         self._ignored = np.isin(scene.deposit_of_geom, list(without))
+        self._swept: Swept | None = None
+        self._arm_alone = arm_alone
+
+    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+        """How far anything can travel towards anything on steps: what clearances at their ends are held against.
+
+        Args:
+            radius: from ``cell.between.radii``, (n,), m.
+            a: where each step begins, (m, n), rad.
+            b: where it ends, (m, n), rad.
+
+        Returns:
+            (m,), m.
+        """
+        if not self._arm_alone:
+            return joint_way(radius, a, b)
+        if self._swept is None:
+            self._swept = Swept(self.scene, radius)
+        return self._swept.bound(a, b)
 
     def clearances(self, q: Floats, stage: Ints) -> Clearances:
         """The nearest pair of every configuration.
@@ -196,24 +216,3 @@ class Checker:
         model.geom_conaffinity[:] = np.where(there, scene.contact_bits[1], 0)
         model.body_conaffinity[:] = scene.body_conaffinity
         model.body_contype[:] = np.where(self._arm_body, self._body_contype, 0) if arm_alone else self._body_contype
-
-    def table_alone(self) -> Clearances:
-        """The nearest pair in which the arm has no part: what stands on the table against the cell around it.
-
-        Returns:
-            Clearances of one row, over all deposits.
-        """
-        scene = self.scene
-        self._lay(scene.n_deposits, arm_alone=False)
-        self._look_out_to(self.reach)
-        model, data = self._model, self._data
-        data.qpos[scene.arm_qpos] = 0.0
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        out = Clearances.none(1)
-        geom, distance = data.contact.geom, data.contact.dist
-        ours = ~scene.arm_geom[geom].any(axis=1)
-        if ours.any():
-            k = int(np.argmin(np.where(ours, distance, np.inf)))
-            out.distance[0], out.pair[0], out.position[0] = distance[k], geom[k], data.contact.pos[k]
-        return out

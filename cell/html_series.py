@@ -210,7 +210,10 @@ def _held(path: Path, speed: Floats, wanted: float) -> str:
 def _clearances(result: Result, path: Path) -> Clearances:
     """The nearest pair at every sample sent."""
     job, target = result.job, path.target
-    before = job.laid[np.maximum(target - 1, 0)]
+    before = np.where(target > 0, job.laid[np.maximum(target - 1, 0)], 0)
+    if path.timed and path.arc.any():
+        home = len(target) - int(np.argmax(path.arc[::-1]))  # after the last weld all of it is laid
+        before[home:] = job.laid[target[home:]]
     # on the way to a bead all of the one before is laid; the ends of a way are samples of the beads
     way = path.arc == 0
     stage = np.where(way, before, job.stage[target])

@@ -16,7 +16,7 @@ import numpy as np
 from ik.candidates import Solver
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
-from slicing.beads import BeadParameters, LaidSubVolume, lay_beads
+from slicing.beads import BeadParameters, LaidSubVolume, SeamPlace, lay_beads
 from slicing.body import slice_body
 from slicing.layers import SlicedSubVolume, SlicingParameters
 from slicing.part import PartError
@@ -138,6 +138,12 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
         raise InputError(f"{error}{hints}") from None
 
 
+def bead_parameters(case: Case) -> BeadParameters:
+    """How a case's layers become beads."""
+    given = case.beads.model_dump()
+    return BeadParameters(**{**given, "seams": tuple(SeamPlace(**place) for place in given["seams"])})
+
+
 def sample_part(
     case: Case, sliced: tuple[SlicedSubVolume, ...]
 ) -> tuple[tuple[LaidSubVolume, ...], Targets, tuple[str, ...]]:
@@ -156,7 +162,7 @@ def sample_part(
     process = case.process
     try:
         speed = BeadSpeed(process.deposition_speed_mm_s, tuple(process.speed_by_thickness or ()))
-        laid = lay_beads(sliced, BeadParameters(**case.beads.model_dump()))
+        laid = lay_beads(sliced, bead_parameters(case))
         targets = sample_beads(laid, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm, speed)
     except PartError as error:
         raise InputError(f"{case.path}: {error}") from None
@@ -182,7 +188,7 @@ def prepare(case: Case) -> Job:
         raise InputError(
             f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
         )
-    parameters = BeadParameters(**case.beads.model_dump())
+    parameters = bead_parameters(case)
     beyond = [beyond_borders(one, parameters) for one in laid]
     shape = part_shape(sliced, part.body_mesh, part.profile, beyond)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)

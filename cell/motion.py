@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
+from .as_run import STANDING, bead_corners, bead_path, travel_corners, travel_path
 from .collision import Clearances, Ints
 from .pace import HELD, Pace, speeds
 from .place import METRES_PER_MM
@@ -26,9 +27,9 @@ from .timing import time_path, time_travel
 
 if TYPE_CHECKING:
     from .examine import Stretch
+    from .home import HomeWays
     from .job import Job
-
-STANDING = 1e-9  # m or rad: less is no way
+    from .setup import Setup
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +41,12 @@ class Motion:
         q: the arm, (m, j), rad.
         table: E1, E2, (m, 2), rad.
         arc: 1 while welding, (m,).
-        bead: bead number, of a travel the one it leads to, (m,).
+        bead: bead number, of a travel the one it leads to, of the way home the one it comes from, (m,).
         layer: layer number within its sub-volume, (m,).
-        target: the target last passed, of a travel the one it leads to, (m,).
+        target: the target last passed, of a travel the one it leads to, of the way home the last, (m,).
         names: columns of q.
         pace: how far the deposition speed is held; None where that is not known.
+        home_s: how long the ways from home and back take; None where there are none.
     """
 
     t_s: Floats
@@ -56,6 +58,7 @@ class Motion:
     target: Ints
     names: tuple[str, ...]
     pace: Pace | None = None
+    home_s: float | None = None
 
     def columns(self) -> list[str]:
         """Names of :meth:`rows_deg`'s columns."""
@@ -115,6 +118,7 @@ def assemble(
     table: tuple[float, float],
     stretches: Sequence[Stretch],
     travels: Sequence[tuple[Floats, Clearances]],
+    home: HomeWays | None = None,
 ) -> Motion:
     """Put beads and travels together, and give them their times.
 
@@ -123,19 +127,28 @@ def assemble(
         table: E1, E2, rad.
         stretches: one a bead, in order.
         travels: from each bead to the next.
+        home: the ways from home to the first and from the last back, if it begins and ends there.
 
     Returns:
         The motion.
     """
     pace = Pace.unknown(len(job.targets))
     pieces: list[_Piece] = []
+    last, at_home = 0.0, None
+    if home is not None and home.out is not None and home.back is not None:
+        out, last = _travel(job, home.out[0], 0.0, stretches[0].first, begins=True)
+        pieces.append(out)
+        at_home = float(out.dt.sum()) + last
     for i, stretch in enumerate(stretches):
-        last = 0.0
         if i:
             wait = _dwell(job, stretches[i - 1].first, stretch.first)
             travel, last = _travel(job, travels[i - 1][0], wait, stretch.first)
             pieces.append(travel)
         pieces.append(_bead(job, stretch, last, pace))
+    if at_home is not None and home is not None and home.back is not None:
+        back, _ = _travel(job, home.back[0], 0.0, stretches[-1].stop - 1, ends=True)
+        pieces.append(back)
+        at_home += float(back.dt.sum())
     where = np.concatenate([piece.target for piece in pieces])
     rows = np.concatenate([piece.q for piece in pieces])
     return Motion(
@@ -148,7 +161,36 @@ def assemble(
         target=where,
         names=job.scene.chain.names,
         pace=pace,
+        home_s=at_home,
     )
+
+
+def corners(
+    job: Job, setup: Setup, stretches: Sequence[Stretch], travels: Sequence[tuple[Floats, Clearances]]
+) -> dict[int, dict[str, Any]]:
+    """Where a motion that is free comes too near to something once it is run, its corners rounded.
+
+    Args:
+        job: the job.
+        setup: what it was planned with.
+        stretches: one a bead, in order.
+        travels: from each bead to the next; planned so that their rounded corners are free as well.
+
+    Returns:
+        Why, by the target on the way to which it is.
+    """
+    spoilt = bead_corners(setup, job.case.process.blend_mm * METRES_PER_MM, stretches)
+    for before, after, (q, found) in zip(stretches[:-1], stretches[1:], travels, strict=True):
+        last, first = before.stop - 1, after.first
+        if not _dwell(job, last, first):
+            continue
+        # a stop on the way leaves other corners to be rounded than the planner knew
+        path, rows = travel_path(q)
+        stop = int(rows[_retracted(job, job.scene.chain.forward(path.q)[:, :3, 3])])
+        why = travel_corners(setup, q, found, int(setup.laid[last]), [stop])
+        if why is not None:
+            spoilt[first] = {"from_target": last, "travel": True, "to_target": first, **why}
+    return spoilt
 
 
 def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
@@ -157,11 +199,11 @@ def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
     q, target = stretch.q, stretch.edge + (stretch.fraction >= 1.0)
     dt = np.array([dt_before])
     if len(q) > 1:
-        way = np.linalg.norm(np.diff(stretch.position, axis=0), axis=1)
-        s = np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))])
+        path = bead_path(stretch, process.blend_mm * METRES_PER_MM)
+        s = path.s
         edge, cap = stretch.edge[:-1], speeds(job)
         limits = job.drives.arm_speed, job.drives.arm_acceleration
-        law = time_path(q, s, *limits, cap=cap[edge], zone=process.blend_mm * METRES_PER_MM)
+        law = time_path(q, s, *limits, cap=cap[edge], zone=path.zone)
         dt = np.append(dt, np.diff(law.t))
         at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
         for a, b in pairwise(at.tolist()):
@@ -185,8 +227,13 @@ def _dwell(job: Job, before: int, after: int) -> float:
     return job.case.process.dwell_s if same and t.layer[before] != t.layer[after] else 0.0
 
 
-def _travel(job: Job, way: Floats, wait: float, leads_to: int) -> tuple[_Piece, float]:
-    """A travel's rows between its ends, which are the beads' own, and the time of its last step."""
+def _travel(
+    job: Job, way: Floats, wait: float, leads_to: int, *, begins: bool = False, ends: bool = False
+) -> tuple[_Piece, float]:
+    """A travel's rows between its ends, and the time of its last step.
+
+    The ends are the beads' own rows, but for what the motion begins or ends with: there they are the travel's.
+    """
     limits = job.drives.arm_speed, job.drives.arm_acceleration
     moves = np.abs(np.diff(way, axis=0)).max(axis=1) > STANDING
     moves[-1] |= not moves.any()
@@ -194,7 +241,7 @@ def _travel(job: Job, way: Floats, wait: float, leads_to: int) -> tuple[_Piece, 
     if len(way) == 2:
         way = np.insert(way, 1, way.mean(axis=0), axis=0)  # a row with the arc off
     p = job.scene.chain.forward(way)[:, :3, 3]
-    cap = _near_the_part(job, way, p)
+    cap = _near_the_part(job, way, p, leaves=not begins, arrives=not ends)
     if wait > 0:
         k = _retracted(job, p)
         leave = time_travel(way[: k + 1], *limits, cap=cap[:k])
@@ -202,10 +249,14 @@ def _travel(job: Job, way: Floats, wait: float, leads_to: int) -> tuple[_Piece, 
         way, dt = np.insert(way, k, way[k], axis=0), np.concatenate([leave, [wait], arrive])
     else:
         dt = time_travel(way, *limits, cap=cap)
+    if begins:
+        way, dt = np.concatenate([way[:1], way]), np.concatenate([[0.0], dt])
+    if ends:
+        way, dt = np.concatenate([way, way[-1:]]), np.concatenate([dt, [0.0]])
     return _Piece(way[1:-1], dt[:-1], 0, np.full(len(way) - 2, leads_to)), float(dt[-1])
 
 
-def _near_the_part(job: Job, way: Floats, p: Floats) -> Floats:
+def _near_the_part(job: Job, way: Floats, p: Floats, *, leaves: bool, arrives: bool) -> Floats:
     """Caps on the joints' speed where a travel retracts and approaches at the speed of the TCP asked for, (m - 1,)."""
     process = job.case.process
     near = process.retract_mm * METRES_PER_MM + STANDING
@@ -213,7 +264,7 @@ def _near_the_part(job: Job, way: Floats, p: Floats) -> Floats:
     arriving = np.logical_and.accumulate(np.linalg.norm(p[:-1] - p[-1], axis=1)[::-1] <= near)[::-1]
     step = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1), STANDING)
     speed = process.travel_speed_mm_s * METRES_PER_MM * np.linalg.norm(np.diff(way, axis=0), axis=1) / step
-    return np.where(leaving | arriving, np.maximum(speed, STANDING), np.inf)
+    return np.where((leaving & leaves) | (arriving & arrives), np.maximum(speed, STANDING), np.inf)
 
 
 def _retracted(job: Job, p: Floats) -> int:

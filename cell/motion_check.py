@@ -9,6 +9,7 @@ data: stretches of rows with a reason and the worst measure on them. Radians, me
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,19 +19,19 @@ from ik.singularity import KINDS, margins, sides, smallest_singular_value
 
 from .collision import Clearances
 from .job import Job
-from .motion import STANDING, Motion
+from .motion import Motion
 from .motion_bead import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
+from .motion_corners import corner_collisions, rounded_rows
 from .motion_file import ReadMotion
 from .motion_hits import collisions, stages, stretches_of
 from .motion_order import Finding, order_findings, skips
 from .pace import Pace
 from .place import METRES_PER_MM
-from .timing import TRAVEL_ZONE, rounded
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
 SPEED_SLACK = 1.001
 ACCELERATION_SLACK = 1.02
-WINDOW = 0.05  # s to either side over which accelerations are measured: files have few decimals
+WINDOWS = (0.0, 0.005, 0.01, 0.02, 0.05)  # s to either side over which accelerations are measured; 0: from row to row
 ROLL_SLACK = np.deg2rad(0.05)
 UNITS = {"wrist": (180 / np.pi, "deg"), "elbow": (180 / np.pi, "deg"), "shoulder": (1e3, "mm"), "sigma": (1.0, "1")}
 
@@ -85,12 +86,14 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     """
     motion = read.motion
     rows = rows_of(job, motion)
-    use = np.stack([_speed_use(job, motion), _acceleration_use(job, motion, rows)])
+    use = np.stack([_speed_use(job, motion), _acceleration_use(job, read, rows)])
     fine = dense(job, motion, rows, FINE, motion.welding)
     on = against_beads(job, fine, motion.target[fine.row])
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
-    clear, hits = collisions(job, motion, coarse, stages(job, motion, coarse.row))
+    stage = stages(job, motion, coarse.row)
+    clear, hits = collisions(job, motion, coarse, stage)
+    hits += corner_collisions(job, motion, rows, coarse, stage, clear)
     order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
     findings = [
         *_limit_findings(job, motion, rows.q),
@@ -150,38 +153,39 @@ def _speed_use(job: Job, motion: Motion) -> Floats:
     return np.concatenate([speed, np.zeros((1, speed.shape[1]))])
 
 
-def _acceleration_use(job: Job, motion: Motion, rows: Way) -> Floats:
+def _acceleration_use(job: Job, read: ReadMotion, rows: Way) -> Floats:
     """Share of its acceleration that each axis needs about each row, (m, j + 2).
 
-    Of the motion with its corners rounded; a second difference over ``WINDOW`` or more is a mean of the accelerations
-    in it. Before its first row and after its last the motion is at rest.
+    Of the motion with its corners rounded: second differences, which are means of the accelerations in them. From row
+    to row they hide no spike, but the rounding of a file's digits can be all they show: what it can be at most is taken
+    off, which over longer ones is little. Before its first row and after its last the motion is at rest.
     """
-    q, t = _rounded(job, motion, rows), motion.t_s
-    q = np.concatenate([q[:1], q, q[-1:]])
-    t = np.concatenate([t[:1] - WINDOW, t, t[-1:] + WINDOW])
-    i = np.arange(1, len(t) - 1)
-    a = np.clip(np.searchsorted(t, t[i] - WINDOW, side="right") - 1, 0, i - 1)
-    b = np.clip(np.searchsorted(t, t[i] + WINDOW), i + 1, len(t) - 1)
-    ahead = (q[b] - q[i]) / (t[b] - t[i])[:, None]
-    behind = (q[i] - q[a]) / (t[i] - t[a])[:, None]
-    out: Floats = np.abs(ahead - behind) / ((t[b] - t[a]) / 2)[:, None] / job.drives.acceleration
+    smooth = _second_differences(rounded_rows(job, read.motion, rows), read, WINDOWS)
+    # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
+    plain = _second_differences(_axes(read.motion), read, WINDOWS)
+    plain[-1] = np.inf
+    shares: Floats = np.minimum(smooth, plain).max(axis=0) / job.drives.acceleration
+    return shares
+
+
+def _second_differences(q: Floats, read: ReadMotion, windows: Sequence[float]) -> Floats:
+    """Mean accelerations about each row over windows (s to either side; 0: from row to row), (w, m, j), at least."""
+    t, (time, angle) = read.motion.t_s, read.grain
+    before, after, longest = float(t[1] - t[0]), float(t[-1] - t[-2]), max(windows)
+    q = np.concatenate([q[[0, 0]], q, q[[-1, -1]]])
+    t = np.concatenate([t[0] - [before + longest, before], t, t[-1] + [after, after + longest]])
+    i = np.arange(2, len(t) - 2)
+    out = np.empty((len(windows), len(i), q.shape[1]))
+    for k, window in enumerate(windows):
+        a = np.clip(np.searchsorted(t, t[i] - window, side="right") - 1, 0, i - 1)
+        b = np.clip(np.searchsorted(t, t[i] + window), i + 1, len(t) - 1)
+        to, since, both = ((t[x] - t[y])[:, None] for x, y in ((b, i), (i, a), (b, a)))
+        ahead, behind = (q[b] - q[i]) / to, (q[i] - q[a]) / since
+        mean = np.abs(ahead - behind) / (both / 2)
+        # less what the rounding of the file's digits can make of it
+        blur = (angle + np.abs(ahead) * time) / to + (angle + np.abs(behind) * time) / since
+        out[k] = np.maximum(mean * (1 - time / both) - blur / (both / 2), 0.0)
     return out
-
-
-def _rounded(job: Job, motion: Motion, rows: Way) -> Floats:
-    """All axes with corners rounded as a controller does; not where the arc goes on or off, nor where all stand."""
-    q = _axes(motion).copy()
-    away = np.linalg.norm(np.diff(rows.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
-    turn = np.linalg.norm(np.diff(q, axis=0), axis=1)
-    way = np.where(motion.welding, away, turn)
-    zones = {True: job.case.process.blend_mm * METRES_PER_MM, False: TRAVEL_ZONE}
-    kind = np.where(way <= STANDING, -1, motion.welding)
-    starts = np.flatnonzero(np.diff(kind, prepend=-2))
-    for a, b in zip(starts, [*starts[1:], len(kind)], strict=True):
-        if kind[a] >= 0 and b - a > 1:
-            s = np.concatenate([[0.0], np.cumsum(way[a:b])])
-            q[a : b + 1] = rounded(q[a : b + 1], s, zones[bool(kind[a])])
-    return q
 
 
 def _drive_findings(job: Job, use: Floats) -> list[Finding]:

@@ -32,6 +32,7 @@ from .pieces import one_line
 JUMP_DEG = 60.0  # more between neighbouring rows is no motion: nothing says which way round
 WHOLE = ("arc", "bead", "layer", "target")
 SUFFIXES = (".csv", ".npz")
+MOST_DIGITS, NO_GRAIN = 10, 1e-3  # decimals that a file may be rounded to, and what is no unit of the last of them
 MOST_WHOLE = 2.0**53  # numbers beyond it have no units' place
 MOST_BYTES = 256 * 2**20  # unpacked: two million rows
 _ZIP = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError)  # damaged, of another packing, encrypted
@@ -45,11 +46,13 @@ class ReadMotion:
         motion: its rows.
         row: number of each in the file, from 1, (m,).
         repaired: what was mended, one line each.
+        grain: what times, s, and angles, rad, are rounded to; 0 where they are not.
     """
 
     motion: Motion
     row: NDArray[np.int64]
     repaired: tuple[str, ...]
+    grain: tuple[float, float] = (0.0, 0.0)
 
 
 def check_suffix(path: str | Path) -> None:
@@ -115,7 +118,19 @@ def read_motion(path: str | Path, job: Job) -> ReadMotion:
     motion = Motion(kept["t_s"], q, turned, arc, bead, layer, target, tuple(names))
     _check_order(path, motion, row)
     _check_numbers(path, motion, row, job)
-    return ReadMotion(motion, row + 1, repaired)
+    grain = _rounded_to(kept["t_s"]), float(np.deg2rad(_rounded_to(np.rad2deg(angles))))
+    if np.ptp(np.diff(kept["t_s"])) < NO_GRAIN * grain[0]:
+        grain = 0.0, grain[1]  # rows at an even beat are where they say
+    return ReadMotion(motion, row + 1, repaired, grain)
+
+
+def _rounded_to(values: Floats) -> float:
+    """The power of ten that all values are multiples of; 0 where there is none."""
+    for digits in range(MOST_DIGITS):
+        scaled = values * 10.0**digits
+        if (np.abs(scaled - np.round(scaled)) < NO_GRAIN).all():
+            return float(10.0**-digits)
+    return 0.0
 
 
 def _check_size(path: str | Path) -> None:

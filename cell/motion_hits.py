@@ -86,24 +86,29 @@ def collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> tuple[Clearan
     return clear, [*found, *_wire_collisions(job, motion, way, stage), *_table_collisions(job, way, stage)]
 
 
+def arm_checker(job: Job, way: Way) -> Checker:
+    """Collision detection of the arm that moves the table's axes like the arm's."""
+    scene = job.scene
+    table = (float(way.q[0, -2]), float(way.q[0, -1]))
+    eight = replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
+    return Checker(eight, table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM))
+
+
 def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:
     """Clearances at samples, and where they are too small or what lies between is not proved free."""
     scene = job.scene
     least = job.case.checks.clearance_mm * METRES_PER_MM
-    table = (float(way.q[0, -2]), float(way.q[0, -1]))
-    # the table's axes are moved like the arm's
-    eight = replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
-    checker = Checker(eight, table, max(CLEARANCE_REACH, 2 * least))
+    checker = arm_checker(job, way)
     clear = checker.clearances(way.q, stage)
     found = [
-        Finding("collision", a, b, _hit(scene, clear, k, least))
+        Finding("collision", a, b, hit(scene, clear, k, least))
         for a, b, k in stretches_of(clear.distance < least, way.row, -clear.distance)
     ]
     radius = np.concatenate([radii(scene), table_radii(scene)])
     step, nearest = unproved(checker, radius, way.q, stage, clear)
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] >= least and clear.distance[at + 1] >= least:
-            between = {"between_rows": True, **_hit(scene, nearest, n, least)}
+            between = {"between_rows": True, **hit(scene, nearest, n, least)}
             found.append(Finding("collision", int(way.row[at]), int(way.row[at + 1]), between))
     return clear, found
 
@@ -119,7 +124,7 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
     checker = Checker(eight, (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
     clear = checker.clearances(q, laid)
     found = [
-        Finding("collision", a, b, _hit(scene, clear, k, 0.0))
+        Finding("collision", a, b, hit(scene, clear, k, 0.0))
         for a, b, k in stretches_of(clear.distance <= 0.0, row, -clear.distance)
     ]
     radius = np.concatenate([radii(job.scene), table_radii(job.scene)])
@@ -127,7 +132,7 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
     step, nearest = unproved(checker, radius, q, laid, clear, run)
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] > 0.0 and clear.distance[at + 1] > 0.0:
-            between = {"between_rows": True, **_hit(scene, nearest, n, 0.0)}
+            between = {"between_rows": True, **hit(scene, nearest, n, 0.0)}
             found.append(Finding("collision", int(row[at]), int(row[at + 1]), between))
     return found
 
@@ -158,7 +163,7 @@ def _table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
     tables = way.q[:, scene.chain.n :]
     clear = checker.clearances(tables, stage)
     found = [
-        Finding("collision", a, b, _hit(scene, clear, k, 0.0))
+        Finding("collision", a, b, hit(scene, clear, k, 0.0))
         for a, b, k in stretches_of(clear.distance < 0.0, way.row, -clear.distance)
     ]
     step, nearest = unproved(checker, table_radii(scene), tables, stage, clear)
@@ -166,12 +171,13 @@ def _table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
     moves = (np.diff(tables, axis=0) != 0).any(axis=1)
     for n, at in enumerate(step.tolist()):
         if moves[at] and clear.distance[at] >= 0.0 and clear.distance[at + 1] >= 0.0:
-            between = {"between_rows": True, **_hit(scene, nearest, n, 0.0)}
+            between = {"between_rows": True, **hit(scene, nearest, n, 0.0)}
             found.append(Finding("collision", int(way.row[at]), int(way.row[at + 1]), between))
     return found
 
 
-def _hit(scene: Scene, clear: Clearances, k: int, least: float) -> dict[str, Any]:
+def hit(scene: Scene, clear: Clearances, k: int, least: float) -> dict[str, Any]:
+    """A collision in words and figures."""
     return {
         "pair": [scene.geom_name(int(g)) for g in clear.pair[k] if g >= 0],
         "distance_mm": round(float(clear.distance[k]) / METRES_PER_MM, 3) if np.isfinite(clear.distance[k]) else None,

@@ -92,6 +92,7 @@ def finding_in_words(f: Finding) -> str:
         return f"{d['axis']} {d['over_deg']:g} deg outside its range"
     if f.reason == "collision":
         where = "nothing proves the way between rows free: " if d.get("between_rows") else ""
+        where = "where a corner is rounded: " if d.get("rounded") else where
         near = "" if d["distance_mm"] is None else f" {d['distance_mm']:.1f} mm"
         return f"{where}{' - '.join(d['pair'])}{near}, needs {d['required_mm']:g}"
     if f.reason == "singular":

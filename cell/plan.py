@@ -71,7 +71,7 @@ def plan_part(setup: Setup, path: Ints, progress: IO[str] | None = None) -> Part
     last: Stretch | None = None
     with Bar(progress, "beads", len(firsts)) as bar:
         for first, stop in zip(firsts, [*firsts[1:], len(path)], strict=True):
-            bead = plan_bead(setup, first, stop, None if last is None else last.q_targets[-1])
+            bead = plan_bead(setup, first, stop, setup.checker.scene.start if last is None else last.q_targets[-1])
             if bead.whole and stop < len(path):
                 bead, _ = _that_can_leave(setup, bead)
             if last is not None and bead.whole:
@@ -169,3 +169,10 @@ def _search(
         off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)
         nodes.cost[at][off < ELSEWHERE] = np.inf
     return BeadSearch(bead, nodes).run(q_before)
+
+
+def searched_again(
+    setup: Setup, bead: BeadPlan, q_before: Floats | None, begin_off: Sequence[Floats], end_off: Sequence[Floats]
+) -> BeadPlan:
+    """A bead that begins and ends well off given configurations."""
+    return _search(setup, bead.first, bead.stop, q_before, setup.settings.roll_step, begin_off, end_off)

@@ -20,6 +20,7 @@ from .place import place
 from .plan import FINER, plan_bead
 from .scene import table_angles
 from .setup import Setup
+from .table_motion import table_alone
 
 TOGETHER = 8  # configurations looked at before asking whether one is free
 ALONE = 4  # targets of a bead that are looked at by themselves
@@ -30,7 +31,7 @@ def lost_on(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], wanted
     table = table_angles(job.scene, E1_deg, E2_deg)
     placed, settings = place(job.targets, job.scene.T_base_part(*table)), settings_of(job)
     checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
-    if checker.table_alone().distance[0] < 0.0:
+    if table_alone(job.scene, table).distance[0] < 0.0:
         return set(range(len(job.targets)))
     setup = Setup.of(job.solver, placed, job.stage, job.laid, job.window, job.singularity_limits, checker, settings)
     for bead in beads:

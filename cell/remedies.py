@@ -19,13 +19,16 @@ from typing import IO, Any
 
 import numpy as np
 
-from .changes import Knob, Start, in_words, knobs, pair_knob
+from .change_words import in_words
+from .changes import Knob, Start, knobs, pair_knob, seam_knobs
 from .check import Result, check
 from .collision import Ints
 from .groups import Group, groups
+from .job import Job
 from .probe import lost_on
 from .progress import Bar
 from .screening import Screening, between
+from .seam_changes import counterparts, seam_places
 
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
@@ -145,7 +148,7 @@ class _Search:
         self.start = Start(result.job, *result.asked)
         self.bad = {i for i, row in enumerate(result.rows) if row.reason is not None}
         slow = any(row.reason == "speed" for row in result.rows)
-        self.knobs = knobs(self.start, slower=slow)
+        self.knobs = [*seam_knobs(seam_places(result.job, result.rows)), *knobs(self.start, slower=slow)]
         good = [i for i in range(len(result.rows)) if i not in self.bad]
         must = [int(i) for group in found for i in group.targets[[0, len(group.targets) // 2, -1]]]
         self.screening = Screening(self.start, sorted(self.bad), good, must)
@@ -193,7 +196,8 @@ class _Search:
         for n, knob in enumerate(choice):
             fails, size = self.screening.border(knob, None if entire else wanted)
             if np.isfinite(size):
-                heapq.heappush(queue, (knob.effort(size), n, _Trial(knob, fails, size)))
+                tries = len(knob.steps) if knob.unit == "seam" else TRIES
+                heapq.heappush(queue, (knob.effort(size), n, _Trial(knob, fails, size, left=tries)))
         while queue and not self.spent:
             effort, n, trial = heapq.heappop(queue)
             efforts = sorted(r.effort for r in found.values())
@@ -234,7 +238,7 @@ class _Search:
             blame = self._blame(knob, size, wanted, entire)
             if not blame:
                 return size
-            bead = int(self.result.job.targets.path[min(blame)])
+            bead = int(self._numbering(knob, size).targets.path[min(blame)])
             trial.creep = 2 * trial.creep or int(bead in probes or self._bead_holds(knob, size, bead))
             if bead not in probes:
                 probes.insert(0, bead)
@@ -252,9 +256,9 @@ class _Search:
         """The next size to try, infinite where there is none."""
         knob, size = trial.knob, trial.fails
         crept = size + trial.creep * knob.resolution
-        if trial.creep and knob.unit != "pose" and crept <= knob.steps[-1] and self.start.has(knob, crept):
+        if trial.creep and not knob.numbered and crept <= knob.steps[-1] and self.start.has(knob, crept):
             return crept
-        enough = size if knob.unit == "pose" else GROW * size
+        enough = size if knob.numbered else GROW * size
         allowed = self.screening.allowed(knob, wanted)
         return min((s for s in allowed if s > size and (s >= enough or s == knob.steps[-1])), default=np.inf)
 
@@ -262,7 +266,7 @@ class _Search:
         return not lost_on(*self.start.changed(knob, size), [bead], None)
 
     def _refined(self, knob: Knob, fails: float, holds: float, wanted: Ints, entire: bool, probes: list[int]) -> float:
-        if knob.unit == "pose":
+        if knob.numbered:
             return holds
         while holds - fails > knob.resolution * 1.001 and time.process_time() < self.deadline:
             middle = between(knob, fails, holds)
@@ -279,8 +283,8 @@ class _Search:
         if not self.start.has(knob, size):
             return False
         job, e1, e2 = self.start.changed(knob, size)
-        lost = lost_on(job, e1, e2, probes, None if entire else set(wanted.tolist()))
-        return not lost
+        mine = None if entire else counterparts(self.start.job, self._numbering(knob, size), wanted)
+        return not lost_on(job, e1, e2, probes, mine)
 
     def _blame(self, knob: Knob, size: float, wanted: Ints, entire: bool) -> set[int]:
         """Targets that are infeasible with a change though they are wanted, by a whole check."""
@@ -290,7 +294,11 @@ class _Search:
             found = check(*self.start.changed(knob, size))
             self.checked[knob, size] = {i for i, row in enumerate(found.rows) if row.reason is not None}
         bad = self.checked[knob, size]
-        return bad if entire else bad & set(wanted.tolist())
+        return bad if entire else bad & counterparts(self.start.job, self._numbering(knob, size), wanted)
+
+    def _numbering(self, knob: Knob, size: float) -> Job:
+        """A job whose targets are numbered as those of a changed case."""
+        return self.start.changed(knob, size)[0] if knob.unit == "seam" else self.start.job
 
     def _probes(self, wanted: Ints) -> list[int]:
         beads = np.unique(self.result.job.targets.path[wanted])
@@ -320,6 +328,8 @@ def _bounds(start: Start, knob: Knob, every: list[Knob]) -> str:
     if knob.key == "roll":
         return "any roll" if start.job.window.is_fixed else "wider rolls up to free"
     same = [k for k in every if k.key == knob.key]
+    if knob.unit == "seam":
+        return f"seams of {knob.how} at {len(knob.steps)} other places"
     if knob.key.startswith("table"):
         k = 0 if knob.key.endswith("E1_deg") else 1
         low, high = np.rad2deg(start.job.scene.table_range[k])

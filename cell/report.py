@@ -109,6 +109,7 @@ def report_document(
             "travel_s": round(result.motion.travel_time, 3),
             "dwell_s": round(result.motion.dwell_time, 3),
             "speed": None if result.motion.pace is None else pace_document(result.motion.pace, t.path),
+            "home_s": None if result.motion.home_s is None else round(result.motion.home_s, 3),
         },
         "warnings": list(job.warnings),
         "rows": rows,
@@ -179,8 +180,14 @@ def _way_in_words(d: dict[str, Any]) -> str:
     hit = ""
     if "pair" in d:
         hit = f"{' - '.join(d['pair'])} {d['distance_mm']:.1f} mm, needs {d['required_mm']:g}"
+        hit += " where a corner is rounded" if d.get("rounded") else ""
     if "blocked_by_layers" in d:
         hit += f"; locked out by {layers_in_words(d['blocked_by_layers'])}"
+    if "at_home" in d:
+        return f"the arm at home: {hit}"
+    if d.get("from") == "home" or d.get("to") == "home":
+        way = "way from home" if d.get("from") == "home" else "way home"
+        return f"{way}: {hit or str(d['on_the_way']).replace('_', ' ')}"
     if "from_target" not in d:
         return hit
     way = "travel" if d.get("travel") else "bead"
@@ -245,10 +252,11 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     if result.motion is not None:
         motion = result.motion
         dwell = f", {motion.dwell_time:.0f} s waiting" if motion.dwell_time else ""
+        home = "" if motion.home_s is None else f" ({motion.home_s:.0f} s from home and back)"
         yield (
             "motion",
             f"{motion.t_s[-1]:.0f} s, {motion.arc_time:.0f} s of them with the arc on, {motion.travel_time:.0f} s "
-            f"travelling{dwell}; {len(motion.t_s)} samples checked",
+            f"travelling{home}{dwell}; {len(motion.t_s)} samples checked",
         )
         if motion.pace is not None:
             yield "speed", speed_in_words(pace_document(motion.pace, job.targets.path))

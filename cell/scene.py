@@ -50,6 +50,7 @@ class Scene:
         table_qpos: places of E1, E2 in qpos, (2,).
         table_range: their ranges, (2, 2), rad.
         home: the arm's rest configuration, (n,), rad.
+        has_home: whether it is known: a program begins and ends there.
         deposit_of_geom: number of the deposit a geom stands for, -1 for all else, (ngeom,).
         n_deposits: how many deposits the part has.
         contact_bits: contype and conaffinity of every geom, (2, ngeom); the model's own are changed by checks.
@@ -67,6 +68,7 @@ class Scene:
     table_qpos: NDArray[np.int64]
     table_range: Floats
     home: Floats
+    has_home: bool
     deposit_of_geom: NDArray[np.int64]
     n_deposits: int
     contact_bits: NDArray[np.int32]
@@ -74,6 +76,11 @@ class Scene:
     body_conaffinity: NDArray[np.int32]
     arm_geom: NDArray[np.bool_]
     tool_geom: NDArray[np.bool_]
+
+    @property
+    def start(self) -> Floats | None:
+        """Where a program begins and ends, (n,), rad; None where no home is known."""
+        return self.home if self.has_home else None
 
     def T_base_part(self, E1: float, E2: float) -> Floats:
         """Pose of the part in the arm's base frame.
@@ -185,7 +192,7 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
     arm_geom = np.array([_descends(model, int(b), tool_root) for b in model.geom_bodyid], dtype=bool)
     last = [b for b in range(model.nbody) if _descends(model, b, int(model.jnt_bodyid[arm_joints[-1]]))]
     chain = chain_of(model, case.robot.joints, case.tool.tcp, case.robot.base, _speeds(model, case))
-    rest = np.array([home.get(name, 0.0) for name in case.robot.joints])
+    rest = _rest(case, chain, home)
     names = [model.geom(i).name for i in range(model.ngeom)]
     deposits = [int(n.split("/")[1]) if n.startswith("deposit/") else -1 for n in names]
     return Scene(
@@ -196,7 +203,8 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
         arm_qpos=model.jnt_qposadr[arm_joints].astype(np.int64),
         table_qpos=model.jnt_qposadr[table_joints].astype(np.int64),
         table_range=model.jnt_range[table_joints].copy(),
-        home=np.clip(rest, chain.lower, chain.upper),
+        home=np.clip(np.zeros(chain.n), chain.lower, chain.upper) if rest is None else rest,
+        has_home=rest is not None,
         deposit_of_geom=np.array(deposits, dtype=np.int64),
         n_deposits=part.n_deposits,
         contact_bits=np.array([model.geom_contype, model.geom_conaffinity]),
@@ -205,6 +213,26 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
         arm_geom=arm_geom,
         tool_geom=arm_geom & np.isin(model.geom_bodyid, last),
     )
+
+
+def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
+    """The arm's home, from the case or else its MJCF's key; None where neither has one.
+
+    Raises:
+        InputError: it is outside the joint limits, or not one angle a joint.
+    """
+    given, where = case.robot.home_deg, "robot.home_deg"
+    if given is not None and len(given) != chain.n:
+        raise InputError(f"{case.path}: {where}: has {len(given)} values for {chain.n} joints")
+    if given is None and not set(chain.names) <= home.keys():
+        return None
+    if given is None:
+        where = f"robot.model: the key home of {case.robot.model} (robot.home_deg goes before it)"
+    rest = np.array([home[name] for name in chain.names]) if given is None else np.deg2rad(given)
+    for name, value, low, high in zip(chain.names, *np.rad2deg([rest, chain.lower, chain.upper]), strict=True):
+        if not low - 1e-6 <= value <= high + 1e-6:
+            raise InputError(f"{case.path}: {where}: {name} = {value:g} deg is outside {low:g} .. {high:g} deg")
+    return np.clip(rest, chain.lower, chain.upper)
 
 
 def _check_table(model: mujoco.MjModel, joints: list[int], case: Case) -> None:

@@ -53,14 +53,15 @@ class Screening:
         todo: dict[RollWindow, list[tuple[Knob, int, Floats, Floats]]] = {}
         for knob in knobs:
             self.reached[knob] = np.zeros((len(knob.steps), len(self.sample)), dtype=bool)
-            for k, size in enumerate(knob.steps):
+            # the start of a bead is nothing to the arm in a single target
+            for k, size in enumerate(knob.steps[: 1 if knob.unit == "seam" else None]):
                 window = start.window(knob, size)
                 todo.setdefault(window, []).append((knob, k, *start.poses(knob, size, self.sample)))
         for window, items in todo.items():
             Ts, normal = (np.concatenate([item[i] for item in items]) for i in (2, 3))
             ok = self._solved(Ts, normal, window).reshape(len(items), -1)
             for (knob, k, *_), row in zip(items, ok, strict=True):
-                self.reached[knob][k] = row
+                self.reached[knob][slice(None) if knob.unit == "seam" else k] = row
 
     def allowed(self, knob: Knob, wanted: Ints | None) -> list[float]:
         """Sizes at which the sampled ones of some targets (None: of all) can be reached."""
@@ -77,7 +78,7 @@ class Screening:
         allowed = self.allowed(knob, wanted)
         if not allowed:
             return 0.0, np.inf
-        if knob.unit == "pose":
+        if knob.numbered:
             return -1.0, allowed[0]
         high, mine = allowed[0], self.sample[self._mine(wanted)]
         low = max((s for s in knob.steps if s < high), default=0.0)

@@ -11,24 +11,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from .ranges import values_of
+from .seam_section import SeamPlace
+from .section import NotNegative, Positive, RightAngle, Section, Values, Vec2, Vec3
 
 REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity")
-
-Vec2 = tuple[float, float]
-Vec3 = tuple[float, float, float]
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-Values = Annotated[list[float], BeforeValidator(values_of)]  # 5, "LO:HI:STEP" or a list of them
-RightAngle = Annotated[float, Field(ge=0, le=90)]  # an angle from a line: more than 90 would exclude everything
-
-
-class Section(BaseModel):
-    """A section of a case file: unknown keys and NaN are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Body(Section):
@@ -138,6 +126,7 @@ class Beads(Section):
     )
     seam_angle_deg: float | None = Field(None, description="chosen place: angle about the body's axis, or")
     seam_xyz_mm: Vec3 | None = Field(None, description="a point of the part")
+    seams: list[SeamPlace] = Field(default_factory=list, description="places of some sub-volumes' or layers' own")
     alternate: bool = Field(False, description="every other layer runs the other way round")
     order: Literal["given", "short"] | None = Field(
         None, description="of a layer's beads: as found, or with little travel; contour: given, others: short"
@@ -183,9 +172,12 @@ class Robot(Section):
     model: str = "kr70_r2100"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
     rotation_deg: Vec3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
-    joints: Annotated[list[str], Field(min_length=1)] = ["A1", "A2", "A3", "A4", "A5", "A6"]
+    joints: Annotated[list[str], Field(min_length=1)] = Field(["A1", "A2", "A3", "A4", "A5", "A6"])
     flange: str = "flange"
     base: str = Field("base_link", description="body whose frame the report's base_* columns are given in")
+    home_deg: list[float] | None = Field(
+        None, description="where the program starts and ends; the MJCF's key home where left out, if it has one"
+    )
     max_speed_deg_s: list[Positive] | None = Field(None, description="where the MJCF does not carry them")
     max_acceleration_deg_s2: list[Positive] | None = Field(
         None, description="instead of the MJCF's; where that has none, full speed in half a second"

@@ -30,6 +30,7 @@ from .place import Placed, place
 from .plan import FINER
 from .scene import table_angles
 from .setup import LEAST_REACH
+from .table_motion import table_alone
 
 SPREAD = 32  # targets whose collisions are looked at
 NORMAL_MM = 20.0  # two targets a unit of normal apart count as this far from one another
@@ -68,7 +69,7 @@ def screen(job: Job, E1_deg: float, E2_deg: float) -> Screened | None:
     table = table_angles(job.scene, E1_deg, E2_deg)
     n = len(job.targets)
     checker = Checker(job.scene, table, max(settings_of(job).clearance, LEAST_REACH))
-    if checker.table_alone().distance[0] < 0.0:
+    if table_alone(job.scene, table).distance[0] < 0.0:
         return Screened(n, n, {"collision": n})
     placed = place(job.targets, job.scene.T_base_part(*table))
     dead = _steep(job, placed) | _proved_out(job, placed)

@@ -20,6 +20,7 @@ from ik.chain import Floats
 
 from .collision import NEVER, Checker, Clearances, Ints
 from .scene import Scene
+from .swept import joint_way
 
 DEGENERATE = -1e-6  # m: MuJoCo's distance of shapes whose centres fall together is 0
 
@@ -48,6 +49,24 @@ def _put_there(scene: Scene) -> NDArray[np.bool_]:
     return np.array(ours, dtype=bool)
 
 
+REACH = 5e-3  # m: of a table by itself it is only asked whether it touches anything
+
+
+def table_alone(scene: Scene, table: tuple[float, float]) -> Clearances:
+    """What no arm can help: the table and the whole of what stands on it in the cell around it.
+
+    Every verdict asks this, and whatever screens poses or changes for one: they cannot disagree.
+
+    Args:
+        scene: the composed cell.
+        table: E1, E2, rad.
+
+    Returns:
+        Clearances of one row; below 0 the pose is infeasible.
+    """
+    return TableChecker(scene, REACH).clearances(np.array([table]), np.array([scene.n_deposits]))
+
+
 class TableChecker:
     """Collision detection of a scene's table, wherever it is turned; see ``cell.collision.Checker``."""
 
@@ -69,6 +88,10 @@ class TableChecker:
         self._tilt = np.flatnonzero(hits & moves & ~_carried(scene, 1))
         # the positioner's own parts turn in one another; what is put onto its table does not
         self._work = np.flatnonzero(hits & _put_there(scene))
+
+    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+        """How far anything on the table can travel on steps, (m,), m."""
+        return joint_way(radius, a, b)
 
     def clearances(self, tables: Floats, stage: Ints) -> Clearances:
         """The nearest pair at every table pose.

@@ -8,7 +8,8 @@ The fastest law there is under joint speeds, joint accelerations and a cap on th
 A path of straight pieces has corners, which no axis can run through at any speed; a controller rounds them. So the
 path that is timed is the samples' moving average over ``zone`` each way: straight where they are straight, and at a
 corner the parabola of a controller's blend (C_DIS with that distance), which leaves the corner by a quarter of the
-zone times the change of direction (0.35 of the zone at a right angle). The samples themselves stay as they are.
+zone times the change of direction (0.35 of the zone at a right angle). The samples themselves stay as they are; that
+the rounded path is free as well is ``cell.corners``'.
 Radians and seconds; the unit of the path's length is the caller's.
 
 Source: Pham and Pham, A new approach to time-optimal path parameterization based on reachability analysis, IEEE T-RO
@@ -24,8 +25,8 @@ import numpy as np
 
 from ik.chain import Floats
 
-# rounding of corners between beads, rad of joint travel each way; what is checked are the rows, and a TCP rounds them
-# within a millimetre and a half in the shipped cells
+# rounding of corners between beads, rad of joint travel each way; a TCP leaves them by 1.5 mm
+# at most in the shipped cells
 TRAVEL_ZONE = np.deg2rad(0.2)
 PER_ZONE = 4  # grid steps a zone
 REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
@@ -144,18 +145,20 @@ def time_travel(
     return dt
 
 
-def rounded(q: Floats, s: Floats, zone: float) -> Floats:
+def rounded(q: Floats, s: Floats, zone: float, at: Floats | None = None) -> Floats:
     """A path with its corners rounded, as :func:`time_path` times it.
 
     Args:
         q: samples, (m, j), rad.
         s: path length at each, (m,), ascending.
         zone: distance each way over which corners are rounded; at most half the path.
+        at: path lengths wanted, (k,); those of the samples where left out.
 
     Returns:
-        The moving average at the samples, (m, j).
+        The moving average there, (m, j) or (k, j).
     """
-    s = s - s[0]
+    at = s if at is None else at
+    at, s = at - s[0], s - s[0]
     zone = min(zone, s[-1] / 2)
     t, far = _mirrored(q, s)
     slope = np.diff(far, axis=0) / np.diff(t)[:, None]
@@ -168,7 +171,7 @@ def rounded(q: Floats, s: Floats, zone: float) -> Floats:
         h = (u - t[k])[:, None]
         return np.asarray(area[k] + far[k] * h + slope[k] * h**2 / 2)
 
-    return (integral(s + zone) - integral(s - zone)) / (2 * zone)
+    return (integral(at + zone) - integral(at - zone)) / (2 * zone)
 
 
 def _mirrored(q: Floats, s: Floats) -> tuple[Floats, Floats]:

@@ -1,6 +1,6 @@
-"""From the end of one bead to the start of the next: out along the normal, across, in again.
+"""From the end of one bead to the start of the next: out along the normal, across, in again; or from home and back.
 
-    way = travel(setup, end, start, stage)
+    way = travel(setup, end, start, stage)   # None for either: the arm's home
     q, clearances = way                      # or a dict: why there is no way
 
 Retracting and approaching are straight lines of the TCP. Across, all joints move together; where that is not free it is
@@ -20,6 +20,7 @@ from ik import dls
 from ik.chain import Floats
 from ik.roll import RollWindow, apply_roll
 
+from .as_run import travel_corners, wire_corners
 from .between import unproved
 from .collision import Clearances
 from .edges import Edges
@@ -38,18 +39,19 @@ UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
 Way = tuple[Floats, Clearances]
 
 
-def travel(setup: Setup, end: Stretch, start: Stretch, stage: int) -> Way | dict[str, Any]:
+def travel(setup: Setup, end: Stretch | None, start: Stretch | None, stage: int) -> Way | dict[str, Any]:
     """From the end of one bead to the start of the next: out along the normal, across, in again.
 
     Args:
         setup: what the search needs.
-        end: what was welded last.
-        start: what is welded next.
+        end: what was welded last; None where the arm comes from its home.
+        start: what is welded next; None where it goes home.
         stage: deposits laid by then.
 
     Returns:
         Samples (m, j) and their clearances; or why there is no way. It ends where
-        ``start`` begins, or whole turns of joints from there by which :func:`turned` can turn all of it.
+        ``start`` begins, or whole turns of joints from there by which :func:`turned` can turn all of it; from home it
+        always ends where it begins.
     """
     return _Travel(setup, end, start, stage).search()
 
@@ -71,7 +73,7 @@ def can_leave(setup: Setup, end: Stretch, stage: int) -> bool:
 class _Travel:
     """The search of one travel."""
 
-    def __init__(self, setup: Setup, end: Stretch, start: Stretch, stage: int) -> None:
+    def __init__(self, setup: Setup, end: Stretch | None, start: Stretch | None, stage: int) -> None:
         self.setup, self.end, self.start, self.stage = setup, end, start, stage
         self.why: dict[str, Any] = {}
         self.wire = setup.wire
@@ -82,7 +84,7 @@ class _Travel:
         arrives: list[Floats | str] = []
         for times in RETRACTS:
             retract = self.setup.settings.retract * times
-            leave, arrive = _legs(self.setup, [(self.end, -1), (self.start, 0)], retract)
+            leave, arrive = self._ends(retract)
             leaves.append(leave)
             arrives.append(arrive)
             if isinstance(leave, str) or isinstance(arrive, str):
@@ -95,8 +97,16 @@ class _Travel:
         back = self._free(arrives, "arriving") if out else []
         if not out or not back:
             return self.why
-        turns = _turns(self.setup, self.start, back)
+        turns = [np.zeros(out[0].shape[1])]
+        if self.end is not None and self.start is not None:
+            turns = _turns(self.setup, self.start, back)
         return self._around(out, [arrive + turn for arrive in back for turn in turns])
+
+    def _ends(self, retract: float) -> list[Floats | str]:
+        """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of."""
+        ends = [(self.end, -1), (self.start, 0)]
+        legs = iter(_legs(self.setup, [(bead, at) for bead, at in ends if bead is not None], retract))
+        return [self.setup.checker.scene.home[None] if bead is None else next(legs) for bead, _ in ends]
 
     def _free(self, legs: list[Floats | str], doing: str) -> list[Floats]:
         """Those ways out of a bead that are free themselves."""
@@ -117,14 +127,14 @@ class _Travel:
         if not isinstance(found, Clearances):
             self.why = found
             return None
-        dragged = self._dragged(middle)
-        if dragged is not None:
-            self.why = dragged
+        cut = travel_corners(self.setup, q, found, self.stage) or self._dragged(middle, q, len(leave) - 1)
+        if cut is not None:
+            self.why = cut
             return None
         return q, found
 
-    def _dragged(self, q: Floats) -> dict[str, Any] | None:
-        """What the wire is drawn through on the way across, if anything."""
+    def _dragged(self, q: Floats, whole: Floats, first: int) -> dict[str, Any] | None:
+        """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
         if self.wire is None:
             return None
         laid = np.full(len(q), self.stage)
@@ -134,7 +144,7 @@ class _Travel:
         else:
             step, nearest = unproved(self.wire, self.setup.radius, q, laid, found)
             if not len(step):
-                return None
+                return wire_corners(self.wire, self.setup, whole, (first, found), self.stage)
             hit = self.setup.describe(nearest, 0)
         return {"on_the_way": "collision", **hit, "required_mm": 0.0}
 

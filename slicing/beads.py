@@ -35,6 +35,32 @@ BORDERS = ("centre", "edge")
 
 
 @dataclass(frozen=True)
+class SeamPlace:
+    """A place for the seams of some closed beads, whatever those of all others are.
+
+    Attributes:
+        sub_volume: whose beads; None: all sub-volumes'.
+        layers: first and last layer of these; None: all of them.
+        angle_deg: the angle about the body's axis, or
+        xyz_mm: a point of the part frame.
+    """
+
+    sub_volume: str | None = None
+    layers: tuple[int, int] | None = None
+    angle_deg: float | None = None
+    xyz_mm: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if (self.angle_deg is None) == (self.xyz_mm is None):
+            raise PartError("seams: each needs one of angle_deg, xyz_mm")
+
+    def is_for(self, sub_volume: str, layer: int) -> bool:
+        """Whether a layer's beads start here."""
+        mine = self.sub_volume is None or self.sub_volume == sub_volume
+        return mine and (self.layers is None or self.layers[0] <= layer <= self.layers[1])
+
+
+@dataclass(frozen=True)
 class BeadParameters:
     """How layers become beads. The defaults are the paper's: the borders alone, seams one above the other.
 
@@ -51,6 +77,7 @@ class BeadParameters:
         seam: where closed beads start: aligned (near the seam below), spread (far from it) or chosen.
         seam_angle_deg: chosen place, the angle about the body's axis, or
         seam_xyz_mm: a point of the part frame.
+        seams: places of some beads' own, the last that fits a bead goes.
         alternate: whether every other layer runs the other way round.
         order: of the beads in a layer: given (as found), or short (little travel); None: given for pattern
             contour, short for those that fill.
@@ -69,6 +96,7 @@ class BeadParameters:
     seam: str = "aligned"
     seam_angle_deg: float | None = None
     seam_xyz_mm: tuple[float, float, float] | None = None
+    seams: tuple[SeamPlace, ...] = ()
     alternate: bool = False
     order: str | None = None
     lead_in_mm: float = 0.0
@@ -197,9 +225,14 @@ def lay_beads(
         Their beads.
 
     Raises:
-        PartError: a layer cannot be filled.
+        PartError: a layer cannot be filled, or a seam is given for a sub-volume that is none of these.
     """
-    return tuple(_laid(one, parameters or BeadParameters(), locate) for one in sliced)
+    parameters = parameters or BeadParameters()
+    names = [one.name for one in sliced]
+    for place in parameters.seams:
+        if place.sub_volume not in (None, *names):
+            raise PartError(f"seams: no sub-volume is named {place.sub_volume}; there are {', '.join(names)}")
+    return tuple(_laid(one, parameters, locate) for one in sliced)
 
 
 def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> LaidSubVolume:

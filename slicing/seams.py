@@ -5,7 +5,8 @@
 aligned: at the point nearest to a seam of the layer below; in the first layer at its lowest point, the first of them in
 the direction of travel. spread: golden shares of the way round from where the first layer's seam would be, so that
 successive seams are at least 0.38 of the bead's length apart and do not come back soon. chosen: at the point nearest
-to a given one, or to a given angle about the body's axis (the lowest of the nearest). Open beads have no seam.
+to a given one, or to a given angle about the body's axis (the lowest of the nearest). A sub-volume or some layers of it
+may have a place of their own. Open beads have no seam.
 """
 
 from __future__ import annotations
@@ -57,19 +58,27 @@ def with_seams(
 def _started(sliced: SlicedSubVolume, bead: Bead, below: Floats, p: BeadParameters) -> Bead:
     """A closed bead from its seam on."""
     surface = sliced.layers[bead.layer].surface
+    own = next((place for place in reversed(p.seams) if place.is_for(sliced.name, bead.layer)), None)
+    if own is not None:
+        return _placed(sliced, bead, own.angle_deg, own.xyz_mm)
     if p.seam == "aligned":
         if not len(below):
             return bead.rolled(_lowest(bead, surface))
         away = ((bead.points[:, None] - below[None]) ** 2).sum(axis=2).min(axis=1)
         return bead.rolled(int(np.argmin(away)))
     if p.seam == "spread":
-        k, share = _further(bead.points, _lowest(bead, surface), (bead.layer * GOLDEN) % 1.0)
-    elif p.seam_xyz_mm is not None:
-        k, share = _nearest(bead.points, np.asarray(p.seam_xyz_mm, dtype=np.float64))
-    else:
-        across = bead.points - np.append(sliced.body.surface.axis_point, 0.0)
-        k, share = _at_angle(across, math.radians(p.seam_angle_deg or 0.0))
-    return _split(sliced, bead, k, share)
+        return _split(sliced, bead, *_further(bead.points, _lowest(bead, surface), (bead.layer * GOLDEN) % 1.0))
+    return _placed(sliced, bead, p.seam_angle_deg, p.seam_xyz_mm)
+
+
+def _placed(
+    sliced: SlicedSubVolume, bead: Bead, angle_deg: float | None, xyz_mm: tuple[float, float, float] | None
+) -> Bead:
+    """A closed bead from the point on that is nearest to a point or an angle."""
+    if xyz_mm is not None:
+        return _split(sliced, bead, *_nearest(bead.points, np.asarray(xyz_mm, dtype=np.float64)))
+    across = bead.points - np.append(sliced.body.surface.axis_point, 0.0)
+    return _split(sliced, bead, *_at_angle(across, math.radians(angle_deg or 0.0)))
 
 
 def _split(sliced: SlicedSubVolume, bead: Bead, k: int, share: float) -> Bead:

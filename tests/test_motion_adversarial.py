@@ -160,11 +160,12 @@ def test_a_motion_starts_from_rest(good: Result, at_full_speed: bool, rows: set[
     # 9 degrees of A1 in 0.3 s: braked from 60 deg/s, or in a second smoothly from rest
     way = -9.0 * (1 - u) ** 2 if at_full_speed else -9.0 * (1 - u**3 * (10 - 15 * u + 6 * u**2))
     time = 0.3 if at_full_speed else 1.0
-    index = np.concatenate([np.zeros(len(u), dtype=int), np.arange(len(m.t_s))])
+    # it stands at home for a moment, so that no corner is to be rounded there
+    index = np.concatenate([np.zeros(len(u) + 1, dtype=int), np.arange(len(m.t_s))])
     q, arc = m.q[index], m.arc[index]
     q[: len(u), 0] += np.deg2rad(way)
     arc[: len(u)] = 0
-    found = look(good.job, rows_of(m, index, np.concatenate([time * u, time + m.t_s]), q=q, arc=arc))
+    found = look(good.job, rows_of(m, index, np.concatenate([time * u, [time], time + 0.1 + m.t_s]), q=q, arc=arc))
     assert {f.row for f in found.findings if f.detail.get("by") == "acceleration"} == rows
 
 
@@ -205,11 +206,17 @@ def test_an_arc_off_the_bead(good: Result, count: int) -> None:
         assert any(d.get("off_mm", 0) > 10 for d in of(found, "off_bead"))
 
 
+def travel_to(motion: Motion, bead: int) -> np.ndarray:
+    """Rows of the travel to a bead; those of the way home name the last one as well."""
+    rows = np.flatnonzero((motion.bead == bead) & (motion.arc == 0))
+    return rows[rows < np.flatnonzero(motion.arc)[-1]]
+
+
 def dragged(motion: Motion) -> Motion:
     """Without retraction: the torch slides back along the bead that it has just laid, and to the start of the next."""
     q = motion.q.copy()
     for bead in range(1, int(motion.bead.max()) + 1):
-        travel = np.flatnonzero((motion.bead == bead) & (motion.arc == 0))
+        travel = travel_to(motion, bead)
         laid = np.flatnonzero((motion.bead == bead - 1) & (motion.arc == 1))
         back = np.concatenate([motion.q[laid[::-1]], motion.q[travel[-1] + 1][None]])
         at = np.linspace(0, len(back) - 1, len(travel) + 2)[1:-1]
@@ -232,7 +239,7 @@ def test_a_wire_that_is_drawn_through_what_was_laid(good: Result, folder: Path) 
     m, names = result.motion, [model.geom(g).name for g in range(model.ngeom)]
     tcp = result.job.scene.chain.forward(m.q)[:, :3, 3]
     for bead in range(1, int(m.bead.max()) + 1):
-        travel = np.flatnonzero((m.bead == bead) & (m.arc == 0))
+        travel = travel_to(m, bead)
         ends = tcp[[travel[0] - 1, travel[-1] + 1]]
         far = travel[(np.linalg.norm(tcp[travel, None] - ends, axis=2) > 4.3e-3).all(axis=1)]
         laid = [g for g, n in enumerate(names) if n.startswith("deposit/") and int(n.split("/")[1]) < bead]

@@ -118,7 +118,9 @@ def test_a_wall_is_gone_round_and_a_closed_room_is_no_path(make_case, tmp_path):
     assert np.array_equal(open_.motion.q, again.motion.q)  # the search repeats itself
     assert open_.clearance.value >= 5e-3
     closed = run(make_case("closed", **case, fixtures=[*walls, roof], process={"travel_attempts": 60}))
-    (target,) = failures(closed)
+    first, target, last = failures(closed)
+    assert closed.rows[first].detail["at_home"]  # under the roof there is no room for that
+    assert closed.rows[last].detail["at_home"]
     row = closed.rows[target]
     assert (row.reason, row.detail["on_the_way"]) == ("no_path", "collision")
     assert row.detail["travel"]

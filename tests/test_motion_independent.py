@@ -111,7 +111,7 @@ class Bystander:
         """Samples of whole beads and the ways to them, spread evenly over the motion, not many more than MOST."""
         beads = np.unique(self.motion.bead)
         every = int(np.ceil(len(row) / MOST)) if len(row) > MOST else 1
-        keep = np.isin(self.motion.bead[row], beads[::every])
+        keep = np.isin(self.motion.bead[row], [*beads[::every], beads[-1]])
         return row[keep], f[keep]
 
     def _place(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

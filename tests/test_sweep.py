@@ -13,6 +13,7 @@ from cell.cli import main
 from cell.config import load_case, with_changes
 from cell.errors import InputError
 from cell.job import prepare
+from cell.probe import lost_on
 from cell.ranges import values_of
 from cell.rolls import parse_roll, roll_text
 from cell.sections import REASONS
@@ -76,6 +77,25 @@ def test_screening_lets_a_feasible_pose_pass_and_sees_a_table_in_the_floor(make_
     assert found is not None
     assert found.reasons == {"collision": len(job.targets)}
     assert found.looked_at == len(job.targets)
+
+
+def test_screening_and_check_agree_about_a_table_by_itself(make_case):
+    # it hangs down past the faceplate's rim: at E2 = 0 into the tilting arm, at the other turns beside it
+    flag = {"name": "flag", "box": {"size_mm": [20, 20, 300]}, "position_mm": [0, 300, -100], "on": "table"}
+    job = prepare(load_case(make_case(fixtures=[flag])))
+    settled = {}
+    for turn in (-180, -90, 0, 90):
+        found, result = screen(job, 90, turn), check(job, 90, turn)
+        alone = result.rows[0].detail.get("note") == "the table and what stands on it, whatever the arm does"
+        settled[turn] = found is not None and found.infeasible == found.looked_at == len(job.targets)
+        assert alone <= settled[turn]  # what a check says at once is not searched for
+        assert found is None or not result.feasible
+        probed = lost_on(job, 90, turn, [0], None)
+        assert (len(probed) == len(job.targets)) >= alone
+        if alone:
+            assert {"flag"} < set(result.rows[0].detail["pair"])
+    assert settled[0]
+    assert not all(settled.values())
 
 
 def test_screening_sees_targets_that_a_fixture_covers(make_case):

@@ -135,8 +135,9 @@ class Report {
     this.cell.pose(this.anglesAt(i, f));
     const target = path.target[i];
     const welding = path.timed && Boolean(path.arc[i]);
+    const home = path.timed && i > path.arc.lastIndexOf(1);
     if (viewer) {
-      viewer.laid = welding ? target : target - 1;
+      viewer.laid = welding || home ? target : target - 1;
       viewer.live = welding && next > i && Boolean(path.arc[next]) && this.targets.joined(target);
       const row = this.bad.get(target);
       const red = path.timed ? this.red || [] : row?.pair || [];
@@ -147,10 +148,10 @@ class Report {
     find("time").value = x;
     this.charts.show(x, i);
     this.table?.mark(target);
-    find("now").textContent = this._words(x, i, target, welding);
+    find("now").textContent = this._words(x, i, target, home ? "on the way home from" : welding ? "welding" : "on the way to");
   }
 
-  _words(x, i, target, welding) {
+  _words(x, i, target, doing) {
     const { path, targets, doc } = this;
     const where = `${doc.sub_volumes[targets.sub_volume[target]]}, layer ${targets.layer[target]}`;
     if (!path.timed) {
@@ -159,7 +160,7 @@ class Report {
       return `Target ${target}, ${where}: ${row ? row.words : "feasible"}${arm}`;
     }
     const pair = path.pair[i] >= 0 ? `; nearest: ${path.pairs[path.pair[i]].join(" and ")}` : "";
-    return `${figure(x, 1)} s, ${welding ? "welding" : "on the way to"} ${where}, target ${target}${pair}`;
+    return `${figure(x, 1)} s, ${doing} ${where}, target ${target}${pair}`;
   }
 
   scrub(x) {
