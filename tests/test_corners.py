@@ -137,8 +137,10 @@ def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(tmp_path: P
     assert nearest_rounded(sharp, sharp.motion, 20e-3) < 4e-3
     cut = run(notched_case(tmp_path, "cut", blend_mm=20))
     bad = {i: row for i, row in enumerate(cut.rows) if row.reason is not None}
-    target, row = min(bad.items(), key=lambda item: item[1].detail["distance_mm"])
-    assert max(bad) - min(bad) < 2
+    # every layer has the corner; the first is held against the same looked at closely
+    first = {i: row for i, row in bad.items() if cut.job.targets.path[i] == 0}
+    target, row = min(first.items(), key=lambda item: item[1].detail["distance_mm"])
+    assert max(first) - min(first) < 2
     assert (row.reason, row.detail["on_the_way"], row.detail["rounded"]) == ("no_path", "collision", True)
     assert set(row.detail["pair"]) == {"nail", "torch_wire"}
     assert row.detail["distance_mm"] == pytest.approx(1e3 * nearest_rounded(sharp, sharp.motion, 20e-3), abs=0.3)
