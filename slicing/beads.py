@@ -21,17 +21,20 @@ import numpy as np
 
 from slicing.chains import SAME_POINT_MM
 from slicing.layers import Layer, SlicedSubVolume
-from slicing.part import Floats, PartError
+from slicing.part import Bools, Floats, PartError
 
 if TYPE_CHECKING:
-    from slicing.charts import Island
+    from slicing.charts import Chart
     from slicing.infill import Stroke
+    from slicing.islands import Island
     from slicing.policy import Place
 
 PATTERNS = ("contour", "contour_parallel", "zigzag")
 SEAMS = ("aligned", "spread", "chosen")
 ORDERS = ("given", "short")
 BORDERS = ("centre", "edge")
+CROWDED = 0.85  # share of the pitch: beads nearer than this are told of
+HALVINGS = 12  # of chords over a corner of the surface
 
 
 @dataclass(frozen=True)
@@ -123,6 +126,9 @@ class Bead:
         gained_mm: (n,) thickness taken over from the layer below, mm; see `slicing.policy`.
         stops: numbers of points that have to become targets.
         thin: whether its place is narrower than it is.
+        close_mm: length on which the beads beside it lie less than CROWDED of their pitch away, where the layer does
+            not unroll.
+        least_spacing: least distance of the beads beside it as a share of their pitch.
     """
 
     points: Floats
@@ -133,6 +139,8 @@ class Bead:
     gained_mm: Floats = field(default_factory=lambda: np.zeros(0))
     stops: tuple[int, ...] = ()
     thin: bool = False
+    close_mm: float = 0.0
+    least_spacing: float = 1.0
 
     def __post_init__(self) -> None:
         if len(self.gained_mm) != len(self.points):
@@ -225,6 +233,13 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> 
             f"{sliced.name}: {thin:.1f} mm of beads lie where the layer is narrower than a bead of"
             f" {parameters.width_mm:g} mm; they stand out beside it"
         )
+    close = sum(bead.close_mm for some in fresh for bead in some)
+    if close:
+        least = min(bead.least_spacing for some in fresh for bead in some)
+        lines.append(
+            f"{sliced.name}: {close:.1f} mm of beads lie closer together than asked, down to {least:.0%} of"
+            f" {parameters.pitch_mm:g} mm, where the layers cannot be unrolled: more is laid there than fills them"
+        )
     return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
 
 
@@ -244,12 +259,14 @@ def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 
     """
     if parameters.pattern == "contour" and parameters.first_mm == 0.0:
         return [Bead(c.points, c.closed, "contour", layer.index, c.hole) for c in layer.curves]
-    from slicing.charts import islands
+    from slicing.islands import Joint, islands
 
     # (imported here: shapely is heavy, and the paper's beads do without)
+    # the outermost beads of pieces that meet run first_mm within them, and are to be neighbours
+    joint = Joint(parameters.first_mm - 0.5 * parameters.pitch_mm, parameters.width_mm)
     beads = [
         bead_of(stroke, island, layer.index, tolerance_mm)
-        for island in islands(layer)
+        for island in islands(layer, None if parameters.pattern == "contour" else joint)
         for stroke in _strokes(island, parameters, layer.index)
     ]
     return sorted(beads, key=lambda bead: (bead.kind == "infill") == parameters.contours_first)
@@ -295,8 +312,45 @@ def bead_of(stroke: Stroke, island: Island, layer: int, tolerance_mm: float) -> 
     piece = np.repeat(np.arange(len(step)), count)
     share = (np.arange(first[-1]) - first[piece]) / count[piece]
     flat = line[piece] + share[:, None] * (line[piece + 1] - line[piece])
-    if not stroke.closed:
-        flat = np.concatenate([flat, line[-1:]])
-    stops = tuple(sorted({int(first[k]) for k in stroke.corners}))
-    points = island.chart.lift(flat)
-    return Bead(points, stroke.closed, stroke.kind, layer, stroke.hole, stops=stops, thin=stroke.thin)
+    flat = np.concatenate([flat, line[-1:]])
+    corner = np.zeros(len(flat), dtype=bool)
+    corner[[int(first[k]) for k in stroke.corners]] = True
+    points, flat, corner = _true_to_it(island.chart, flat, corner, tolerance_mm)
+    close, least = _crowded(island.chart, flat, points) if stroke.kind == "infill" else (0.0, 1.0)
+    if stroke.closed:
+        points, corner = points[:-1], np.append(corner[0] | corner[-1], corner[1:-1])
+    stops = tuple(np.flatnonzero(corner).tolist())
+    return Bead(
+        points,
+        stroke.closed,
+        stroke.kind,
+        layer,
+        stroke.hole,
+        stops=stops,
+        thin=stroke.thin,
+        close_mm=close,
+        least_spacing=least,
+    )
+
+
+def _true_to_it(chart: Chart, flat: Floats, corner: Bools, tolerance_mm: float) -> tuple[Floats, Floats, Bools]:
+    """Points on the surface of a line in a chart, more of them where the surface has a corner or a tip below it."""
+    points = chart.lift(flat)
+    for _ in range(HALVINGS if chart.bends else 0):
+        half = 0.5 * (flat[1:] + flat[:-1])
+        middle = chart.lift(half)
+        off = np.sqrt(((middle - 0.5 * (points[1:] + points[:-1])) ** 2).sum(axis=1))
+        rows = np.flatnonzero(off > tolerance_mm) + 1
+        if len(rows) == 0:
+            break
+        flat, points = np.insert(flat, rows, half[rows - 1], axis=0), np.insert(points, rows, middle[rows - 1], axis=0)
+        corner = np.insert(corner, rows, False)
+    return points, flat, corner
+
+
+def _crowded(chart: Chart, flat: Floats, points: Floats) -> tuple[float, float]:
+    """Length of a line on which its neighbours are much nearer than in the chart, mm, and the least share of that."""
+    ways = np.diff(flat, axis=0)
+    share = chart.spacing_share(0.5 * (flat[1:] + flat[:-1]), ways)
+    length = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    return float(length[share < CROWDED].sum()), float(share.min(initial=1.0))
