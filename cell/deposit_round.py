@@ -14,16 +14,15 @@ from itertools import pairwise
 import numpy as np
 
 from ik.chain import Floats
-from slicing.charts import lengths_along, meridian_of
+from slicing.charts import lengths_along, meridian_of, on_surface
 from slicing.islands import poles
 from slicing.layers import Layer
 from slicing.surfaces import Cone, Cylinder, Plane, Revolved
-from slicing.thickness import resampled
 
 SECTOR = np.deg2rad(15.0)
 SHARED = 0.55  # of a sector to either side of its middle
 MERIDIANS = 5  # in a sector
-SPACING_MM = 1.0  # of points along borders
+SPACING_MM = 2.0  # of points along borders at most
 OFF_AXIS_MM = 1e-6
 OFF_CORNER_MM = 1e-3  # points so near a corner have the normals of its sides, and those between
 FAN_RAD = 0.3
@@ -42,7 +41,7 @@ def sectors(layer: Layer, sagitta_mm: float) -> Iterator[Floats]:
     surface = layer.surface
     assert not isinstance(surface, Plane)
     # straight borders have points at their corners alone: without more of them sectors would be missed
-    borders = [np.concatenate([c.points, resampled(c.points, surface, SPACING_MM)]) for c in layer.curves]
+    borders = [_filled(c.points, surface) for c in layer.curves]
     points = np.concatenate(borders)
     angle = np.arctan2(points[:, 1] - surface.axis_point[1], points[:, 0] - surface.axis_point[0])
     first = np.cumsum([0, *(len(border) for border in borders)])
@@ -55,6 +54,19 @@ def sectors(layer: Layer, sagitta_mm: float) -> Iterator[Floats]:
                 near[begin:end] = own | np.roll(own, 1) | np.roll(own, -1)
             more = [] if profile is None else list(profile.within(angle, low + SECTOR / 2, near))
             yield np.concatenate([points[near], *more])
+
+
+def _filled(loop: Floats, surface: Cylinder | Cone | Revolved) -> Floats:
+    """A closed curve (n, 3) with points in between where its own are far apart, these put onto its surface."""
+    way = np.roll(loop, -1, axis=0) - loop
+    count = np.maximum(np.ceil(np.linalg.norm(way, axis=1) / SPACING_MM), 1).astype(np.int64)
+    first = np.cumsum(count) - count
+    piece = np.repeat(np.arange(len(loop)), count)
+    share = (np.arange(len(piece)) - first[piece]) / count[piece]
+    points = loop[piece] + share[:, None] * way[piece]
+    new = share > 0.0
+    points[new] = on_surface(surface, points[new])
+    return points
 
 
 def _beside(angle: Floats, middle: float, width: float) -> np.ndarray:
