@@ -19,7 +19,7 @@ import numpy as np
 from slicing.chains import Curve
 from slicing.part import Floats, Ints, Mesh
 from slicing.revolve import stacked_curves
-from slicing.stack import SLACK_MM, FaceIntervals
+from slicing.stack import SLACK_MM
 from slicing.surfaces import Cone
 
 NUDGE_MM = 1e-7  # zero counts as inside
@@ -76,8 +76,7 @@ def _batches(mesh: Mesh, base: Cone, height: Floats, cut_at: Floats) -> Iterator
     low = np.minimum(np.minimum(corners[0], corners[1]), corners[2]) - sag
     high = np.maximum(np.maximum(corners[0], corners[1]), corners[2])
     first, after = np.searchsorted(cut_at, low), np.searchsorted(cut_at, high)
-    order = FaceIntervals.about(mesh, base).order  # that in which single cuts take them
-    met = order[after[order] > first[order]]
+    met = np.flatnonzero(after > first)
     first, after = first[met], after[met]
     levels = len(cut_at)
     count = np.cumsum(np.bincount(first, minlength=levels + 1) - np.bincount(after, minlength=levels + 1))[:levels]
