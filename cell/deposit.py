@@ -22,8 +22,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ik.chain import Floats
-from slicing.beads import BeadParameters, LaidSubVolume
+from slicing.beads import BeadParameters
 from slicing.layers import Layer, SlicedSubVolume
+from slicing.laying import LaidSubVolume
 from slicing.part import Mesh
 from slicing.surfaces import Cylinder, Plane, Surface
 

@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from slicing.islands import Island
+from slicing.medial import middle_lines
 from slicing.part import Floats
 
 ROUND_MM = 0.002  # sagitta of the rounds about inner corners
@@ -364,8 +365,6 @@ def narrow_places(island: Island, first_mm: float, width_mm: float) -> Iterator[
         Strokes; where the island has no room for any bead and no middle line, its border.
     """
     import shapely
-
-    from slicing.medial import middle_lines
 
     island = island.repeated(_beyond(island, width_mm))
     wide = _inset(island.region, first_mm)

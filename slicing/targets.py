@@ -4,7 +4,7 @@
     targets.position, targets.normal, targets.tangent          # (n, 3) each, part frame
 
 Order: sub-volume, layer, bead (path). Which beads there are, where they start and in which order they are laid is the
-bead stage's (`slicing.beads`): by default every curve of a layer is one, outer loops counter-clockwise seen from
+bead stage's (`slicing.laying`): by default every curve of a layer is one, outer loops counter-clockwise seen from
 outside, holes clockwise, starting at the point nearest to a seam of the layer below. A closed bead ends where it
 starts: its first target is repeated as its last. An open one has both its ends. How points are chosen along a
 bead: `slicing.breakpoints`.
@@ -18,9 +18,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slicing.beads import Bead, BeadParameters, LaidSubVolume, lay_beads
+from slicing.beads import Bead, BeadParameters
 from slicing.breakpoints import Line, chosen_points, corner_flags
 from slicing.layers import SlicedSubVolume
+from slicing.laying import LaidSubVolume, lay_beads
 from slicing.part import Bools, Floats, Ints, PartError
 from slicing.speeds import BeadSpeed
 
@@ -107,7 +108,7 @@ def sample_beads(
     """Sample beads that have been laid; see `sample_targets`.
 
     Args:
-        laid: from `slicing.beads.lay_beads`.
+        laid: from `slicing.laying.lay_beads`.
         chord_tolerance_mm: greatest distance between a bead and a segment.
         min_segment_mm: least distance between successive targets.
         speed: how fast they are laid.

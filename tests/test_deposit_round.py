@@ -11,9 +11,10 @@ from test_slicing_solids import box, from_manifold
 from trimesh import PointCloud
 
 from cell.deposit import part_shape
-from slicing.beads import BeadParameters, layer_beads
+from slicing.beads import BeadParameters
 from slicing.bodies import ConicalBody, RevolvedBody
 from slicing.layers import SlicedSubVolume
+from slicing.laying import layer_beads
 
 FLAT_END = ((0.0, 30.0), (20.0, 30.0), (20.0, 0.0))
 DOME = ((20.0, 0.0), (18.0, 8.0), (12.0, 14.0), (0.0, 17.0))

@@ -13,13 +13,14 @@ from scipy.spatial import cKDTree
 from test_slicing_infill import coverage
 from test_slicing_solids import box, from_manifold
 
-from slicing.beads import BeadParameters, lay_beads, layer_beads
+from slicing.beads import BeadParameters
 from slicing.bodies import ConicalBody, RevolvedBody
 from slicing.charts import PoleChart, RoundChart
 from slicing.infill import contour_rounds
 from slicing.intersect import Curve, intersect
 from slicing.islands import Joint, islands, poles
 from slicing.layers import Layer, SlicingParameters
+from slicing.laying import lay_beads, layer_beads
 from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
 from slicing.surfaces import Cone, Plane, Revolved
