@@ -25,7 +25,8 @@ import yaml
 from slicing.bodies import Body, RoundBody, fits
 from slicing.indices import Indices, indices
 from slicing.layers import SlicingParameters
-from slicing.part import Mesh, PartError, load_mesh
+from slicing.load import load_mesh
+from slicing.part import Mesh, PartError
 from slicing.scores import ZERO_RAD, Scores, scores_of
 from slicing.slicer import slice_sub_volume
 from slicing.targets import sample_targets

@@ -22,17 +22,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ik.chain import Floats
-from slicing.beads import BeadParameters, LaidSubVolume
+from slicing.beads import BeadParameters
 from slicing.layers import Layer, SlicedSubVolume
+from slicing.laying import LaidSubVolume
 from slicing.part import Mesh
 from slicing.surfaces import Cylinder, Plane, Surface
+
+from .deposit_round import sectors
 
 if TYPE_CHECKING:
     from shapely import Polygon
 
 FILLED = 0.8  # share of its hull that a piece has to fill
 SMALLEST_MM = 4.0  # pieces are not cut further
-SECTOR = np.deg2rad(15.0)  # of layers that go round the body
 SIMPLIFY_MM = 0.05  # curves are thinned to this before they become hulls, and hulls are padded by it
 FEW = 200  # vertices of a body's hull at most
 ROUND = 48  # corners of a body given as a cylinder
@@ -139,8 +141,7 @@ def _pieces(layer: Layer, beyond: float) -> Iterator[Floats]:
         # rings have no outline to unroll, and cones and profiles are taken by sectors as well
         rings = any(_winds(surface.axis_point, c.points) for c in layer.curves if c.closed)
         if rings or not isinstance(surface, Cylinder):
-            points = np.concatenate([c.points for c in layer.curves])
-            yield from (_carried_on(surface, piece, beyond) for piece in _sectors(surface.axis_point, points))
+            yield from (_carried_on(surface, piece, beyond) for piece in sectors(layer, SIMPLIFY_MM))
             return
     rolled_back = _way_back(surface)
     for polygon in _polygons(layer, surface, beyond):
@@ -154,15 +155,6 @@ def _pieces(layer: Layer, beyond: float) -> Iterator[Floats]:
 def _winds(axis_point: tuple[float, float], points: Floats) -> bool:
     angle = np.unwrap(np.arctan2(*(points[[*range(len(points)), 0], :2] - axis_point).T[::-1]))
     return bool(abs(angle[-1] - angle[0]) > np.pi)
-
-
-def _sectors(axis_point: tuple[float, float], points: Floats) -> Iterator[Floats]:
-    angle = np.arctan2(points[:, 1] - axis_point[1], points[:, 0] - axis_point[0])
-    for low in np.arange(-np.pi, np.pi - 1e-9, SECTOR):
-        # neighbouring sectors share a margin, so that no gap opens between their hulls
-        near = np.abs((angle - low - SECTOR / 2 + np.pi) % (2 * np.pi) - np.pi) <= 0.55 * SECTOR
-        if near.sum() >= 3:
-            yield points[near]
 
 
 def _carried_on(surface: Surface, points: Floats, beyond: float) -> Floats:

@@ -16,9 +16,10 @@ import numpy as np
 from ik.candidates import Solver
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
-from slicing.beads import BeadParameters, LaidSubVolume, SeamPlace, lay_beads
+from slicing.beads import BeadParameters, SeamPlace
 from slicing.body import slice_body
 from slicing.layers import SlicedSubVolume, SlicingParameters
+from slicing.laying import LaidSubVolume, lay_beads
 from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
 from slicing.speeds import BeadSpeed

@@ -15,7 +15,8 @@ import numpy as np
 
 from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody, fits
 from slicing.body import BODY_NAME, turned_solid
-from slicing.part import Mesh, PartError, load_mesh
+from slicing.load import load_mesh
+from slicing.part import Mesh, PartError
 
 from .errors import InputError
 from .sections import Body as BodySection

@@ -18,6 +18,7 @@ import math
 
 import numpy as np
 
+from slicing.clip import body_section, region_of
 from slicing.layers import Body, ConicalBody, Layer, RevolvedBody, RoundBody
 from slicing.part import Floats
 from slicing.surfaces import Cylinder, Plane
@@ -58,8 +59,6 @@ def area_near_body(layer: Layer, body: RoundBody, within_mm: float) -> float:
 def _near_revolved(layer: Layer, body: ConicalBody | RevolvedBody, within_mm: float) -> float:
     """The same on a body that is no cylinder."""
     if isinstance(layer.surface, Plane):
-        from slicing.clip import body_section, region_of
-
         loops = [layer.surface.unrolled(curve.points) for curve in layer.curves]
         low, high = min(float(p[:, 1].min()) for p in loops), max(float(p[:, 1].max()) for p in loops)
         near = body_section(layer.surface, body.surface.offset(within_mm), low - 1.0, high + 1.0, SECTION_MM)

@@ -1,32 +1,20 @@
-"""From layers to beads: what the torch lays in one go, as fine points on the layers' exact surfaces.
+"""What a bead is, and what decides how layers become beads (`slicing.laying`).
 
-    laid = lay_beads([sliced], BeadParameters("zigzag", width_mm=5.0))
-    laid[0].beads[3].points, laid[0].beads[3].closed         # in the order in which they are laid
-    laid[0].places                                           # where the thickness leaves its limits (slicing.policy)
+    parameters = BeadParameters("zigzag", width_mm=5.0)
+    bead.points, bead.closed, bead.rolled(7), bead.reversed()
 
 By default every border of a layer is one bead, as in the paper, the border its centre line. The patterns that fill
-a layer are `slicing.infill`'s. Then, layer by layer: what is too thin or too thick is dealt with (`slicing.policy`),
-directions alternate, closed beads get their seam (`slicing.seams`), beads their order (`slicing.order`), and
-their starts and ends are led in and out (`slicing.leads`).
+a layer are `slicing.infill`'s.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slicing.chains import SAME_POINT_MM
-from slicing.layers import Layer, SlicedSubVolume
 from slicing.part import Floats, PartError
-
-if TYPE_CHECKING:
-    from slicing.charts import Island
-    from slicing.infill import Stroke
-    from slicing.policy import Place
 
 PATTERNS = ("contour", "contour_parallel", "zigzag")
 SEAMS = ("aligned", "spread", "chosen")
@@ -151,6 +139,9 @@ class Bead:
         gained_mm: (n,) thickness taken over from the layer below, mm; see `slicing.policy`.
         stops: numbers of points that have to become targets.
         thin: whether its place is narrower than it is.
+        close_mm: length on which the beads beside it lie less than `slicing.laying.CROWDED` of their pitch away, where
+            the layer does not unroll.
+        least_spacing: least distance of the beads beside it as a share of their pitch.
     """
 
     points: Floats
@@ -161,6 +152,8 @@ class Bead:
     gained_mm: Floats = field(default_factory=lambda: np.zeros(0))
     stops: tuple[int, ...] = ()
     thin: bool = False
+    close_mm: float = 0.0
+    least_spacing: float = 1.0
 
     def __post_init__(self) -> None:
         if len(self.gained_mm) != len(self.points):
@@ -192,144 +185,3 @@ class Bead:
         where = np.argsort(order)
         stops = tuple(sorted(int(where[k]) for k in self.stops))
         return replace(self, points=self.points[order], gained_mm=self.gained_mm[order], stops=stops)
-
-
-@dataclass(frozen=True, eq=False)
-class LaidSubVolume:
-    """A sub-volume's beads in the order in which they are laid.
-
-    Attributes:
-        sliced: the sub-volume.
-        beads: layer by layer.
-        places: where the thickness leaves its limits, and what was done there (`slicing.policy.Place`).
-        warnings: one line each.
-    """
-
-    sliced: SlicedSubVolume
-    beads: tuple[Bead, ...]
-    places: tuple[Place, ...]
-    warnings: tuple[str, ...]
-
-
-def lay_beads(
-    sliced: Sequence[SlicedSubVolume], parameters: BeadParameters | None = None, locate: bool = True
-) -> tuple[LaidSubVolume, ...]:
-    """The beads of sliced sub-volumes.
-
-    Args:
-        sliced: the sub-volumes in the order of deposition.
-        parameters: how; the paper's beads where left out.
-        locate: whether places outside the limits are looked for even where they are only reported.
-
-    Returns:
-        Their beads.
-
-    Raises:
-        PartError: a layer cannot be filled, or a seam is given for a sub-volume that is none of these.
-    """
-    parameters = parameters or BeadParameters()
-    names = [one.name for one in sliced]
-    for place in parameters.seams:
-        if place.sub_volume not in (None, *names):
-            raise PartError(f"seams: no sub-volume is named {place.sub_volume}; there are {', '.join(names)}")
-    return tuple(_laid(one, parameters, locate) for one in sliced)
-
-
-def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> LaidSubVolume:
-    from slicing.leads import with_leads
-    from slicing.order import ordered
-    from slicing.policy import policy_lines, with_policy
-    from slicing.seams import with_seams
-
-    fresh = [layer_beads(layer, parameters, sliced.parameters.tolerance_mm) for layer in sliced.layers]
-    layers: list[list[Bead]] = fresh
-    places: list[Place] = []
-    if locate or sliced.parameters.thickness != "report":
-        layers, places = with_policy(sliced, fresh, parameters)
-    if parameters.alternate:
-        layers = [[b.reversed() for b in some] if k % 2 else some for k, some in enumerate(layers)]
-    layers = with_seams(sliced, layers, parameters)
-    layers = ordered(layers, parameters)
-    beads = tuple(with_leads(sliced, bead, parameters) for some in layers for bead in some)
-    lines = policy_lines(sliced, places)
-    thin = sum(bead.length_mm for bead in beads if bead.thin)
-    if thin:
-        lines.append(
-            f"{sliced.name}: {thin:.1f} mm of beads lie where the layer is narrower than a bead of"
-            f" {parameters.width_mm:g} mm; they stand out beside it"
-        )
-    return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
-
-
-def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 0.01) -> list[Bead]:
-    """A layer's beads as its pattern has them: contours, then infill; seams, order and leads not yet looked at.
-
-    Args:
-        layer: the layer.
-        parameters: how.
-        tolerance_mm: greatest distance of fine points' chords from a line on the surface.
-
-    Returns:
-        The beads.
-
-    Raises:
-        PartError: the layer cannot be unrolled.
-    """
-    if parameters.pattern == "contour" and parameters.first_mm == 0.0:
-        return [Bead(c.points, c.closed, "contour", layer.index, c.hole) for c in layer.curves]
-    from slicing.charts import islands
-
-    # (imported here: shapely is heavy, and the paper's beads do without)
-    beads = [
-        bead_of(stroke, island, layer.index, tolerance_mm)
-        for island in islands(layer)
-        for stroke in _strokes(island, parameters, layer.index)
-    ]
-    return sorted(beads, key=lambda bead: (bead.kind == "infill") == parameters.contours_first)
-
-
-def _strokes(island: Island, p: BeadParameters, layer: int) -> list[Stroke]:
-    """A pattern's strokes on an island."""
-    from slicing.infill import OVER, contour_rounds, narrow_places, zigzag
-
-    found: list[Stroke] = []
-    if p.pattern == "zigzag":
-        angle = p.angle_deg + layer * p.angle_step_deg
-        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, p.contours)
-        # so far that between the round ends of two lines the round about them covers
-        over = p.pitch_mm - (0.5 - OVER) * p.width_mm if p.contours else 0.0
-        over = min(max(over, 0.0), p.pitch_mm)
-        found += zigzag(island, p.first_mm + p.contours * p.pitch_mm, over, p.pitch_mm, p.width_mm, angle)
-    else:
-        rounds = 1 if p.pattern == "contour" else None
-        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, rounds, fills=rounds is None)
-    if p.first_mm > 0.0:
-        found += narrow_places(island, p.first_mm, p.width_mm)
-    return found
-
-
-def bead_of(stroke: Stroke, island: Island, layer: int, tolerance_mm: float) -> Bead:
-    """A stroke put onto its layer's surface, its line cut so fine that chords keep to the surface.
-
-    Args:
-        stroke: in the island's chart.
-        island: its chart.
-        layer: the layer's number.
-        tolerance_mm: greatest distance of chords from the surface.
-
-    Returns:
-        The bead; the corners of open strokes of infill have to become targets.
-    """
-    line = np.concatenate([stroke.line, stroke.line[:1] + stroke.shift]) if stroke.closed else stroke.line
-    step = np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1))
-    count = np.maximum(np.ceil(step / island.chart.spacing(tolerance_mm)), 1).astype(np.int64)
-    count[step <= SAME_POINT_MM] = 0  # a point given twice has no direction
-    first = np.append(0, np.cumsum(count))
-    piece = np.repeat(np.arange(len(step)), count)
-    share = (np.arange(first[-1]) - first[piece]) / count[piece]
-    flat = line[piece] + share[:, None] * (line[piece + 1] - line[piece])
-    if not stroke.closed:
-        flat = np.concatenate([flat, line[-1:]])
-    stops = tuple(sorted({int(first[k]) for k in stroke.corners}))
-    points = island.chart.lift(flat)
-    return Bead(points, stroke.closed, stroke.kind, layer, stroke.hole, stops=stops, thin=stroke.thin)

@@ -1,6 +1,7 @@
 """Which points of a finely sampled curve become robot targets: few, true to it, not too close together.
 
     chosen = break_points(points, seam=0, chord_tolerance_mm=0.3, min_segment_mm=3.0)
+    chosen_points([Line(points, True, 0.3), ..], min_segment_mm=3.0)        # of many beads, several times faster
 
 Points are only ever chosen, never made up, so that targets lie on the exact curve. In this order of
 importance:
@@ -16,19 +17,122 @@ importance:
 from __future__ import annotations
 
 from bisect import bisect_left, insort
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from slicing.part import Bools, Floats, Ints
-from slicing.reach import Reach
+from slicing.reach import error, errors_through
+from slicing.walk import Stretches, walk
 
 CORNER_DEG = 30.0
 SPACING_MM = 0.02  # points of the fine curve closer than this are thinned out first
-SAME = 1e-9  # relative: distances that rounding may change
 ALIKE_MM = 1e-6  # errors that rounding may change
+FEW = 8  # points of so small a curve are not thinned out
 LEAST_TARGETS = 3  # of a closed bead, so that it goes round
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A bead's fine curve.
+
+    Attributes:
+        points: (n, 3) mm; of a closed one the first is not repeated.
+        closed: whether it ends where it starts, at its first point.
+        tolerance_mm: greatest distance of the fine curve from a segment.
+        stops: numbers of points that are targets whatever their distance.
+    """
+
+    points: Floats
+    closed: bool
+    tolerance_mm: float
+    stops: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """Points to walk along, from stop to stop or all the way round.
+
+    Attributes:
+        number: (m,) of the points in their line, thinned.
+        line: (m, 3) or, all the way round, (m + 1, 3) with the first point once more.
+        fixed: places in it that are targets.
+        round: whether it goes all the way round.
+    """
+
+    number: Ints
+    line: Floats
+    fixed: list[int]
+    round: bool
+
+
+def chosen_points(lines: Sequence[Line], min_segment_mm: float) -> list[Ints]:
+    """Choose the targets of beads, all of them in step.
+
+    Args:
+        lines: their fine curves.
+        min_segment_mm: least distance between successive targets; an open bead shorter than that has its two ends.
+
+    Returns:
+        By line the numbers of the chosen points in the order of travel: of open ones both ends, of closed ones the
+        first point and not once more.
+    """
+    runs = [list(_runs(line, min_segment_mm)) for line in lines]
+    walked = iter(_walked([(run, line.tolerance_mm) for line, some in zip(lines, runs, strict=True) for run in some],
+                          min_segment_mm))  # fmt: skip
+    out = []
+    for line, some in zip(lines, runs, strict=True):
+        found: list[int] = []
+        for run in some:
+            places = next(walked)
+            if run.round and len(places) < LEAST_TARGETS:
+                places = _thirds(run.line)
+            found += run.number[np.array(places, dtype=np.int64)].tolist()
+        if not line.closed:
+            found.append(len(line.points) - 1)
+        out.append(np.array(found, dtype=np.int64))
+    return out
+
+
+def _runs(line: Line, min_segment_mm: float) -> Iterator[_Run]:
+    """What of a line is walked by itself."""
+    n = len(line.points)
+    if line.closed and not line.stops:
+        number = _thinned(line.points)
+        loop = line.points[np.append(number, number[0])]
+        yield _Run(number, loop, _corners(loop, min_segment_mm), True)
+        return
+    points = np.concatenate([line.points, line.points[:1]]) if line.closed else line.points
+    last_one = len(points) - 1
+    for first, last in pairwise(sorted({0, last_one, *(k for k in line.stops if 0 <= k <= last_one)})):
+        if last == first + 1:  # nothing between them
+            yield _Run(np.array([first % n, last % n]), points[first : last + 1], [0], False)
+            continue
+        number = np.arange(first, last + 1)
+        number = number[_thinned_open(points[number])]
+        own = points[number]
+        yield _Run(number % n, own, _corners(own, min_segment_mm), False)
+
+
+def _walked(runs: Sequence[tuple[_Run, float]], min_segment_mm: float) -> Iterator[list[int]]:
+    """By run the places of its targets, its last point not among them."""
+    if not runs:
+        return
+    first = np.cumsum([0, *(len(run.line) for run, _ in runs)])
+    pieces = [list(pairwise([*run.fixed, len(run.line) - 1])) for run, _ in runs]
+    of = np.repeat(np.arange(len(runs)), [len(some) for some in pieces])
+    begin, end = (np.array([ends[k] for some in pieces for ends in some], dtype=np.int64) + first[of] for k in (0, 1))
+    tolerance = np.array([tolerance_mm for _, tolerance_mm in runs])[of]
+    size2 = np.array([float((np.ptp(run.line, axis=0) ** 2).sum()) for run, _ in runs])[of]
+    columns = np.ascontiguousarray(np.concatenate([run.line for run, _ in runs]).T)
+    walked = iter(walk(Stretches(columns, begin, end, tolerance, size2), min_segment_mm))
+    for (run, _), some, base in zip(runs, pieces, first.tolist(), strict=False):
+        places: list[int] = []
+        for _, last in some:
+            places += _ended(run.line, [k - base for k in next(walked)], last, min_segment_mm)
+        yield places
 
 
 def break_points(points: Floats, seam: int, chord_tolerance_mm: float, min_segment_mm: float) -> Ints:
@@ -44,16 +148,8 @@ def break_points(points: Floats, seam: int, chord_tolerance_mm: float, min_segme
         Numbers of the chosen points in the order of travel, the seam first and not repeated.
     """
     order = np.roll(np.arange(len(points)), -seam)
-    order = order[_thinned(points[order])]
-    loop = np.concatenate([points[order], points[order[:1]]])
-    n = len(order)
-    fixed, reach = _corners(loop, min_segment_mm), Reach(loop, chord_tolerance_mm)
-    chosen = []
-    for begin, end in zip(fixed, [*fixed[1:], n], strict=True):
-        chosen += _section(reach, begin, end, min_segment_mm)
-    if len(chosen) < LEAST_TARGETS:
-        chosen = _thirds(loop)
-    return order[np.array(chosen, dtype=np.int64)]
+    (chosen,) = chosen_points([Line(points[order], True, chord_tolerance_mm)], min_segment_mm)
+    return order[chosen]
 
 
 def open_break_points(
@@ -70,17 +166,8 @@ def open_break_points(
     Returns:
         Numbers of the chosen points in the order of travel, both ends among them.
     """
-    n = len(points)
-    ends = sorted({0, n - 1, *(k for k in stops if 0 <= k < n)})
-    chosen: list[int] = []
-    for first, last in pairwise(ends):
-        run = np.arange(first, last + 1)
-        run = run[_thinned_open(points[run])]
-        line = points[run]
-        fixed, reach = _corners(line, min_segment_mm), Reach(line, chord_tolerance_mm)
-        for begin, end in zip(fixed, [*fixed[1:], len(run) - 1], strict=True):
-            chosen += run[_section(reach, begin, end, min_segment_mm)].tolist()
-    return np.array([*chosen, n - 1], dtype=np.int64)
+    (chosen,) = chosen_points([Line(points, False, chord_tolerance_mm, tuple(stops))], min_segment_mm)
+    return chosen
 
 
 def _thinned_open(points: Floats) -> Ints:
@@ -102,10 +189,13 @@ def corner_flags(points: Floats) -> Bools:
 
 def _thinned(points: Floats) -> Ints:
     """Numbers of points at least about SPACING_MM apart; all of them on a very small curve."""
-    length = np.append(0.0, np.cumsum(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))))
-    step = np.floor(length / SPACING_MM)
-    kept = np.flatnonzero(np.append(True, np.diff(step) > 0))
-    return kept if len(kept) >= 8 else np.arange(len(points))
+    if len(points) < FEW:
+        return np.arange(len(points))
+    way = points[1:] - points[:-1]
+    step = np.zeros(len(points))
+    np.floor(np.cumsum(np.sqrt(np.einsum("ij,ij->i", way, way))) / SPACING_MM, out=step[1:])
+    kept = np.append(0, np.flatnonzero(step[1:] > step[:-1]) + 1)
+    return kept if len(kept) >= FEW else np.arange(len(points))
 
 
 def _distance(a: Floats, b: Floats) -> float:
@@ -116,9 +206,13 @@ def _corners(loop: Floats, min_segment_mm: float) -> list[int]:
     """The seam and the corners that keep min_segment from their neighbours, the sharpest taken first."""
     points = loop[:-1]
     n = len(points)
-    out = np.diff(loop, axis=0)
-    out /= np.maximum(np.sqrt((out**2).sum(axis=1)), 1e-300)[:, None]
-    cosine = (out * np.roll(out, 1, axis=0)).sum(axis=1)
+    if n == 1:
+        return [0]
+    out = loop[1:] - loop[:-1]
+    out /= np.maximum(np.sqrt(np.einsum("ij,ij->i", out, out)), 1e-300)[:, None]
+    cosine = np.empty(n)
+    cosine[0] = float(out[0] @ out[-1])
+    np.einsum("ij,ij->i", out[1:], out[:-1], out=cosine[1:])
     sharp = np.flatnonzero(cosine < np.cos(np.radians(CORNER_DEG)))
     fixed = [0]
     for corner in sharp[np.argsort(np.round(cosine[sharp], 6), kind="stable")].tolist():
@@ -130,49 +224,31 @@ def _corners(loop: Floats, min_segment_mm: float) -> list[int]:
     return fixed
 
 
-def _section(reach: Reach, begin: int, end: int, min_segment: float) -> list[int]:
-    """Break points from begin up to, not including, end."""
-    loop, chosen = reach.line, [begin]
-    while True:
-        i = chosen[-1]
-        j = reach.farthest(i, end)
-        if j < end and not _far(loop, i, j, min_segment):
-            far = np.flatnonzero(((loop[j:end] - loop[i]) ** 2).sum(axis=1) >= min_segment**2)
-            j = j + int(far[0]) if len(far) else end
-        if j >= end:
-            break
-        chosen.append(j)
-    # the last segment may have come out short: move its start back, or drop it
-    while len(chosen) > 1 and _distance(loop[chosen[-1]], loop[end]) < min_segment:
+def _ended(line: Floats, chosen: list[int], end: int, min_segment: float) -> list[int]:
+    """A walk whose last segment may have come out short: its start moved back, or dropped."""
+    while len(chosen) > 1 and _distance(line[chosen[-1]], line[end]) < min_segment:
         before = chosen[-2]
         chosen.pop()
-        moved = _between(reach, before, end, min_segment)
+        moved = _between(line, before, end, min_segment)
         if moved is not None:
             chosen.append(moved)
             break
     return chosen
 
 
-def _far(loop: Floats, i: int, j: int, min_segment: float) -> bool:
-    """Whether two points are farther apart than the least segment by more than rounding."""
-    (ax, ay, az), (bx, by, bz) = loop[i].tolist(), loop[j].tolist()
-    away2: float = (bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2
-    return away2 > (1.0 + SAME) * min_segment**2
-
-
-def _between(reach: Reach, i: int, j: int, min_segment: float) -> int | None:
+def _between(loop: Floats, i: int, j: int, min_segment: float) -> int | None:
     """The point between i and j, min_segment from both, that serves both segments best."""
-    loop, inner = reach.line, np.arange(i + 1, j)
+    inner = np.arange(i + 1, j)
     far = ((loop[inner] - loop[i]) ** 2).sum(axis=1) >= min_segment**2
     far &= ((loop[inner] - loop[j]) ** 2).sum(axis=1) >= min_segment**2
     inner = inner[far]
     if len(inner) == 0:
         return None
     inner = inner[:: max(1, len(inner) // 16)]
-    errors = reach.errors_through(i, inner, j)
+    errors = errors_through(loop, i, inner, j)
     best = inner[errors <= errors.min() + ALIKE_MM]
     if len(best) > 1:  # on symmetric curves two are alike but for rounding
-        exact = [max(reach.error(i, int(k)), reach.error(int(k), j)) for k in best]
+        exact = [max(error(loop[i : k + 1]), error(loop[k : j + 1])) for k in best.tolist()]
         return int(best[int(np.argmin(exact))])
     return int(best[0])
 

@@ -1,7 +1,7 @@
-"""Layers unrolled: charts in which a layer's region is a flat one, and the way back onto the exact surface.
+"""Charts: a layer's surface unrolled, and the way back onto the exact surface.
 
-    for island in islands(layer):                  # connected regions, shapely
-        line = island.chart.lift(flat)             # (n, 2) in the chart, mm -> (n, 3) on the surface
+    chart = RoundChart.around(surface, [border], ring=False)
+    line = chart.lift(flat)                        # (n, 2) in the chart, mm -> (n, 3) on the surface
 
 Planes, cylinders and cones unroll isometrically: lengths and widths in the chart are those on the surface. A
 profile that is turned is unrolled as the cone through the ends of its range: lengths along the profile are exact,
@@ -10,6 +10,10 @@ in the chart is never spaced wider on the surface; within one straight segment o
 
 A region that goes right round (a ring) has a periodic chart: x and x + period are the same place. There a cylinder is
 exact still; on cones and profiles the chart is as long everywhere as the widest parallel.
+
+Round the end of a body, its *pole*, `PoleChart` lays the surface flat as a map of the pole does: every point at its
+distance along the profile, in its direction. A flat end is exact; elsewhere what holds for profiles holds here: no
+parallel is longer than its distance from the pole says.
 """
 
 from __future__ import annotations
@@ -17,19 +21,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from slicing.clip import region_of
-from slicing.intersect import Curve
-from slicing.layers import Layer
-from slicing.part import Floats, PartError
+from slicing.part import Floats
 from slicing.surfaces import Cone, Cylinder, Plane, Revolved
 
 PROFILE_MM = 1e-4  # sagitta of a profile's sampled arcs; lifted points are put onto the exact surface
 STRAIGHT = 1e-6  # slopes below this count as a cylinder's
-LEAST_AREA_MM2 = 1e-6
 CHUNK = 2_000_000
 
 
@@ -44,6 +43,7 @@ class FlatChart:
     surface: Plane
     period = None
     stretch = (1.0, 1.0)
+    bends = False
 
     def flat(self, points: Floats) -> Floats:
         """Coordinates (n, 2) of points (n, 3), mm."""
@@ -57,6 +57,10 @@ class FlatChart:
     def spacing(self, tolerance_mm: float) -> float:
         """How far apart points of a straight line may lie."""
         return math.inf
+
+    def spacing_share(self, flat: Floats, ways: Floats) -> Floats:
+        """Distance of neighbouring lines on the surface as a share (n,) of that in the chart."""
+        return np.ones(len(flat))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +98,7 @@ class RoundChart:
             The chart.
         """
         points = np.concatenate(loops)
-        meridian = _meridian(surface, points)
+        meridian = meridian_of(surface, points)
         angles = np.unwrap(np.arctan2(*(points[:, :2] - surface.axis_point).T[::-1]))
         middle = 0.0 if ring else 0.5 * float(angles.min() + angles.max())
         bare = cls(surface, meridian, 0.0, 1.0, middle, None, (1.0, 1.0))
@@ -113,22 +117,14 @@ class RoundChart:
         period = 2 * math.pi * radius if ring else None
         return cls(surface, meridian, slope, radius, middle, period, (float(ratio.min()), float(ratio.max())))
 
+    @property
+    def bends(self) -> bool:
+        """Whether the surface may have corners."""
+        return isinstance(self.surface, Revolved)
+
     def _along(self, points: Floats) -> Floats:
         """Arc length (n,) of the meridian's nearest points."""
-        r = np.hypot(points[:, 0] - self.surface.axis_point[0], points[:, 1] - self.surface.axis_point[1])
-        start, step = self.meridian[:-1], np.diff(self.meridian, axis=0)
-        low, high = np.zeros(len(start)), step[:, 0].copy()
-        low[0], high[-1] = -np.inf, np.inf
-        out = np.empty(len(points))
-        size = max(CHUNK // len(start), 1)
-        for first in range(0, len(points), size):
-            rows = slice(first, first + size)
-            dr, dz = r[rows, None] - start[:, 1], points[rows, 2, None] - start[:, 2]
-            t = np.clip((dr * step[:, 1] + dz * step[:, 2]) / step[:, 0], low, high)
-            away = (dr - t * step[:, 1] / step[:, 0]) ** 2 + (dz - t * step[:, 2] / step[:, 0]) ** 2
-            best = np.argmin(away, axis=1)
-            out[rows] = start[best, 0] + t[np.arange(len(best)), best]
-        return out
+        return lengths_along(self.meridian, self.surface, points)
 
     def flat(self, points: Floats) -> Floats:
         """Coordinates (n, 2) of a curve's points (n, 3), unwrapped along the curve, mm."""
@@ -161,15 +157,113 @@ class RoundChart:
             return min(0.1, 10 * tolerance_mm)  # its profile may have corners
         return 1.8 * math.sqrt(2 * tolerance_mm * max(float(self.meridian[:, 1].min()), 0.1))
 
+    def spacing_share(self, flat: Floats, ways: Floats) -> Floats:
+        """Distance of neighbouring lines on the surface as a share (n,) of that in the chart.
 
-Chart = FlatChart | RoundChart
+        Args:
+            flat: (n, 2) places in the chart.
+            ways: (n, 2) directions of the lines there, of any length.
+        """
+        if self.slope == 0.0:
+            s, up = flat[:, 1], np.tile([0.0, 1.0], (len(flat), 1))
+        else:
+            up = flat + np.array([0.0, self.radius / self.slope])
+            s = math.copysign(1.0, self.slope) * np.hypot(*up.T) - self.radius / self.slope
+        r, _ = _at(self.meridian, s)
+        return _share(r / np.maximum(self.radius + self.slope * s, 1e-9), up, ways)
 
 
-def _meridian(surface: Cylinder | Cone | Revolved, points: Floats) -> Floats:
-    """Arc length, r and z of a surface's profile over the range of points."""
+@dataclass(frozen=True, eq=False)
+class PoleChart:
+    """The end of a body of revolution, laid flat: every point at its distance from the pole, in its direction.
+
+    Attributes:
+        surface: what is unrolled.
+        meridian: (k, 3) arc length from the pole, r and z along the profile, mm.
+        side: 1 at the upper end, -1 at the lower, which is seen from below.
+        stretch: least and greatest ratio of lengths round the axis in the chart to those on the surface.
+    """
+
+    surface: Cone | Revolved
+    meridian: Floats
+    side: int
+    stretch: tuple[float, float]
+    period = None
+    bends = True  # over a tip
+
+    @classmethod
+    def around(cls, surface: Cone | Revolved, loops: Sequence[Floats], side: int, whole: bool = True) -> PoleChart:
+        """The chart for a region.
+
+        Args:
+            surface: what it lies on.
+            loops: (n, 3) points of its outer borders, mm.
+            side: 1 for the upper end of the body, -1 for the lower.
+            whole: whether the region holds the pole.
+
+        Returns:
+            The chart.
+        """
+        points = np.concatenate(loops)
+        bare = cls(surface, _from_pole(surface, points, side), side, (1.0, 1.0))
+        s = _foot(bare.meridian, *_apart(surface, points), 0.0)
+        low, high = 0.0 if whole else float(s.min()), float(s.max())
+        at = bare.meridian[(bare.meridian[:, 0] > low) & (bare.meridian[:, 0] < high), 0]
+        ratio = bare.longer(np.concatenate([[max(low, 1e-6)], at, [max(high, 1e-6)]]))
+        return replace(bare, stretch=(float(ratio.min()), float(ratio.max())))
+
+    def radii(self, s: Floats) -> Floats:
+        """Distances (n,) from the axis at distances from the pole."""
+        return _at(self.meridian, s)[0]
+
+    def longer(self, s: Floats) -> Floats:
+        """How much longer parallels (n,) are in the chart than on the surface, at distances from the pole."""
+        return s / np.maximum(self.radii(s), 1e-12)
+
+    def flat(self, points: Floats) -> Floats:
+        """Coordinates (n, 2) of points (n, 3), mm."""
+        r, z = _apart(self.surface, points)
+        grown = _foot(self.meridian, r, z, 0.0) / np.where(r > 0, r, 1.0)
+        return (points[:, :2] - self.surface.axis_point) * np.stack([grown, self.side * grown], axis=1)
+
+    def lift(self, flat: Floats) -> Floats:
+        """Points (n, 3) on the surface at coordinates (n, 2)."""
+        s = np.hypot(flat[:, 0], flat[:, 1])
+        r, z = _at(self.meridian, s)
+        x, y = (flat * [1.0, self.side] * (r / np.where(s > 0, s, 1.0))[:, None] + self.surface.axis_point).T
+        return on_surface(self.surface, np.stack([x, y, z], axis=1))
+
+    def spacing(self, tolerance_mm: float) -> float:
+        """How far apart points of a straight line may lie for chords to stay within a tolerance."""
+        return min(0.1, 10 * tolerance_mm)
+
+    def spacing_share(self, flat: Floats, ways: Floats) -> Floats:
+        """Distance of neighbouring lines on the surface as a share (n,) of that in the chart.
+
+        Args:
+            flat: (n, 2) places in the chart.
+            ways: (n, 2) directions of the lines there, of any length.
+        """
+        return _share(1.0 / self.longer(np.maximum(np.hypot(flat[:, 0], flat[:, 1]), 1e-6)), flat, ways)
+
+
+Chart = FlatChart | RoundChart | PoleChart
+
+
+def meridian_of(surface: Cylinder | Cone | Revolved, points: Floats, sagitta_mm: float = PROFILE_MM) -> Floats:
+    """A surface's profile, upwards.
+
+    Args:
+        surface: the surface.
+        points: (n, 3) what of it is needed: cylinders and cones have no ends of their own.
+        sagitta_mm: how far chords may stray from the arcs of offset profiles.
+
+    Returns:
+        (k, 3) arc length, r and z, mm; of profiles that are closed on the axis up to there.
+    """
     low, high = float(points[:, 2].min()), float(points[:, 2].max())
     if isinstance(surface, Revolved):
-        chain = surface.chain(PROFILE_MM)
+        chain = surface.chain(sagitta_mm)
         r, z = chain.r, chain.z
         if not math.isnan(chain.slope[0]):
             r, z = np.append(r[0] - chain.slope[0], r), np.append(z[0] - 1.0, z)
@@ -183,6 +277,46 @@ def _meridian(surface: Cylinder | Cone | Revolved, points: Floats) -> Floats:
     return np.stack([s, r, z], axis=1)[kept]
 
 
+def _from_pole(surface: Cone | Revolved, points: Floats, side: int) -> Floats:
+    """Arc length from the pole, r and z of a surface's profile, as far as points lie on it."""
+    if isinstance(surface, Cone):
+        reach = max(float(_apart(surface, points)[0].max()), 1.0)
+        z = -surface.radius / surface.slope + np.array([0.0, reach / surface.slope])
+        r = np.array([0.0, reach])
+        return np.stack([np.append(0.0, math.hypot(reach, z[1] - z[0])), r, z], axis=1)
+    meridian = meridian_of(surface, points)
+    if side > 0:
+        meridian = meridian[::-1] * [-1.0, 1.0, 1.0] + [meridian[-1, 0], 0.0, 0.0]
+    return meridian
+
+
+def _apart(surface: Cylinder | Cone | Revolved, points: Floats) -> tuple[Floats, Floats]:
+    """Distances (n,) of points from a surface's axis, and their heights (n,)."""
+    return np.hypot(points[:, 0] - surface.axis_point[0], points[:, 1] - surface.axis_point[1]), points[:, 2]
+
+
+def _foot(meridian: Floats, r: Floats, z: Floats, least: float) -> Floats:
+    """Arc lengths (n,) of a meridian's nearest points; it runs on beyond its end, and down to `least`."""
+    start, step = meridian[:-1], np.diff(meridian, axis=0)
+    low, high = np.zeros(len(start)), step[:, 0].copy()
+    low[0], high[-1] = least, np.inf
+    out = np.empty(len(r))
+    size = max(CHUNK // len(start), 1)
+    for first in range(0, len(r), size):
+        rows = slice(first, first + size)
+        dr, dz = r[rows, None] - start[:, 1], z[rows, None] - start[:, 2]
+        t = np.clip((dr * step[:, 1] + dz * step[:, 2]) / step[:, 0], low, high)
+        away = (dr - t * step[:, 1] / step[:, 0]) ** 2 + (dz - t * step[:, 2] / step[:, 0]) ** 2
+        best = np.argmin(away, axis=1)
+        out[rows] = start[best, 0] + t[np.arange(len(best)), best]
+    return out
+
+
+def lengths_along(meridian: Floats, surface: Cylinder | Cone | Revolved, points: Floats) -> Floats:
+    """Arc lengths (n,) of a meridian's points nearest to points (n, 3) of its surface."""
+    return _foot(meridian, *_apart(surface, points), -math.inf)
+
+
 def _at(meridian: Floats, s: Floats) -> tuple[Floats, Floats]:
     """Radii and heights at arc lengths; the first and last segment run on."""
     k = np.clip(np.searchsorted(meridian[:, 0], s) - 1, 0, len(meridian) - 2)
@@ -191,126 +325,18 @@ def _at(meridian: Floats, s: Floats) -> tuple[Floats, Floats]:
     return meridian[k, 1] + share * step[:, 1], meridian[k, 2] + share * step[:, 2]
 
 
+def _share(shorter: Floats, up: Floats, ways: Floats) -> Floats:
+    """Share of the distance of lines that is left where lengths round the axis are so much shorter, (n,)."""
+    along = (up * ways).sum(axis=1) ** 2
+    across = (up[:, 0] * ways[:, 1] - up[:, 1] * ways[:, 0]) ** 2
+    length2 = along + across
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = shorter / np.sqrt((along + shorter**2 * across) / length2)
+    return np.asarray(np.where(length2 > 0, share, shorter))
+
+
 def on_surface(surface: Cylinder | Cone | Revolved | Plane, points: Floats) -> Floats:
     """Points (n, 3) near a surface put onto it along its normals."""
     for _ in range(3):
         points = points - surface.distance(points)[:, None] * surface.normals(points)
     return points
-
-
-@dataclass(frozen=True, eq=False)
-class Island:
-    """A part of a layer's region in a chart.
-
-    Attributes:
-        chart: the way to and from the surface.
-        region: shapely geometry in the chart, mm; of a ring `periods` of them, the middle one about x = 0.
-        periods: how often a ring's region is repeated; 1 for others.
-        borders: (n, 2) a ring's winding borders, one period each, running towards growing x.
-        holes: holes within a ring, shapely.
-    """
-
-    chart: Chart
-    region: Any
-    periods: int = 1
-    borders: tuple[Floats, ...] = ()
-    holes: tuple[Any, ...] = ()
-
-    @property
-    def area_mm2(self) -> float:
-        """In the chart."""
-        return float(self.region.area) / self.periods
-
-    def repeated(self, reach_mm: float) -> Island:
-        """The same island, a ring's region so long that its ends are farther than reach_mm from the middle period."""
-        period = self.chart.period
-        if period is None:
-            return self
-        count = 3 + 2 * math.ceil(reach_mm / period)
-        region = _ring_region(period, self.borders, self.holes, count)
-        return replace(self, region=region, periods=count)
-
-
-def islands(layer: Layer) -> list[Island]:
-    """The connected regions of a layer, each in its chart.
-
-    Args:
-        layer: the layer.
-
-    Returns:
-        One island an outer border; one for all rings together.
-
-    Raises:
-        PartError: the region holds a pole of its surface, where there is no way round.
-    """
-    import shapely
-
-    surface = layer.surface
-    closed = [curve for curve in layer.curves if curve.closed]
-    if isinstance(surface, Plane):
-        chart = FlatChart(surface)
-        region = region_of([chart.flat(curve.points) for curve in closed])
-        parts = [part for part in shapely.get_parts(region) if part.geom_type == "Polygon"]
-        return [Island(chart, part) for part in parts if part.area > LEAST_AREA_MM2]
-    rings = [curve for curve in closed if curve.winding]
-    if sum(curve.winding for curve in rings):
-        raise PartError(
-            f"layer {layer.index}: runs over the end of its body, where it cannot be unrolled;"
-            " only pattern contour can be laid there"
-        )
-    found: list[Island] = []
-    for curve in closed:
-        if not curve.winding and not curve.hole:
-            around = RoundChart.around(surface, [curve.points], ring=False)
-            found.append(Island(around, shapely.Polygon(around.flat(curve.points)).buffer(0)))
-    if rings:
-        found.append(_ring(RoundChart.around(surface, [curve.points for curve in rings], ring=True), rings))
-    for curve in closed:
-        if curve.hole and not curve.winding:
-            found = [_with_hole(island, curve) for island in found]
-    return [island for island in found if island.area_mm2 > LEAST_AREA_MM2]
-
-
-def _ring(chart: RoundChart, rings: Sequence[Curve]) -> Island:
-    flats = [chart.flat(curve.points) for curve in rings]
-    borders = tuple(flat if curve.winding > 0 else flat[::-1] for curve, flat in zip(rings, flats, strict=True))
-    assert chart.period is not None
-    return Island(chart, _ring_region(chart.period, borders, (), 3), 3, borders)
-
-
-def _ring_region(period: float, borders: Sequence[Floats], holes: Sequence[Any], count: int) -> Any:
-    """So many periods of the region between winding borders, holes left out."""
-    import shapely
-    from shapely import affinity
-
-    low = min(float(border[:, 1].min()) for border in borders) - 1.0
-    top = max(float(border[:, 1].max()) for border in borders) + 1.0
-    half = count // 2
-    region = shapely.Polygon()
-    for border in borders:
-        line = np.concatenate([border + np.array([k * period, 0.0]) for k in range(-half - 2, half + 3)])
-        above = np.concatenate([line, [[line[-1, 0], top], [line[0, 0], top]]])
-        region = region.symmetric_difference(shapely.Polygon(above).buffer(0))
-    for hole in holes:
-        copies = [affinity.translate(hole, k * period) for k in range(-half - 2, half + 3)]
-        region = region.difference(shapely.union_all(copies))
-    return region.intersection(shapely.box(-0.5 * count * period, low, 0.5 * count * period, top + 1.0))
-
-
-def _with_hole(island: Island, curve: Curve) -> Island:
-    """The island without a hole, if it lies in it."""
-    import shapely
-    from shapely import affinity
-
-    chart = island.chart
-    assert isinstance(chart, RoundChart)
-    hole = shapely.Polygon(chart.flat(curve.points)).buffer(0)
-    if chart.period is not None:
-        island = replace(island, holes=(*island.holes, hole))
-        return island.repeated(0.0)
-    turns = 2 * math.pi * chart.radius if chart.slope == 0.0 else 0.0
-    for k in (0, 1, -1) if turns else (0,):
-        moved = affinity.translate(hole, k * turns)
-        if island.region.intersects(moved):
-            return replace(island, region=island.region.difference(moved))
-    return island

@@ -14,17 +14,15 @@ tolerance, which is taken away with shapely.
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from slicing.intersect import Curve
+from slicing.bands import Bands
+from slicing.bodies import RoundBody
+from slicing.chains import Curve
 from slicing.part import Floats
 from slicing.surfaces import Cone, Cylinder, Plane, Revolved
-
-if TYPE_CHECKING:
-    from slicing.bands import Bands
-    from slicing.layers import RoundBody
 
 LEAST_AREA_MM2 = 1e-6  # what is left of a region that only touches the body's side
 
@@ -117,8 +115,6 @@ def body_section(plane: Plane, surface: Cone | Revolved, low: float, high: float
         A shapely geometry in the coordinates of `Plane.unrolled`.
     """
     import shapely
-
-    from slicing.bands import Bands
 
     bands = Bands.of(surface.chain(0.05 * tolerance_mm))
     axis = np.append(surface.axis_point, 0.0)

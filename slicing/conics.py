@@ -22,6 +22,7 @@ from slicing.part import Bools, Floats, Ints
 
 MOST_HALVINGS = 30
 SHORT_MM = 1e-5  # chords this short need no more care than their height
+HAIR = 1e-150  # its square is still a number
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,9 +114,7 @@ def _coarse(arcs: Arcs, a: Floats, b: Floats, height: Floats, piece: Ints, toler
         along = np.cross(gradient, arcs.normal[piece])
         size = np.sqrt((along**2).sum(axis=1))
         beyond |= (along * d).sum(axis=1) < -1e-6 * size * length
-    dot = (a[:, :2] * b[:, :2]).sum(axis=1)
-    across = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    wide = (np.arctan2(across, dot) > MAX_STEP_RAD) & (length > tolerance_mm)
+    wide = (np.abs(_angle(a, b)) > MAX_STEP_RAD) & (length > tolerance_mm)
     curved = ~bands.step[slab]
     return ((2.0 * height > tolerance_mm) | (beyond & (length > SHORT_MM)) | wide) & curved
 
@@ -141,5 +140,10 @@ def _shares(arcs: Arcs, a: Floats, top: Floats, b: Floats, piece: Ints) -> tuple
 
 
 def _angle(a: Floats, b: Floats) -> Floats:
-    """Angle about the axis from a to b, rad, within half a turn."""
-    return np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a[:, :2] * b[:, :2]).sum(axis=1))
+    """Angle about the axis from a to b, rad, within half a turn.
+
+    A point on the axis itself counts as lying a hair off it, always the same way: on the way to it and on from it the
+    angles add up to what a path beside it turns.
+    """
+    (ax, bx), ay, by = (np.where((p[:, 0] == 0.0) & (p[:, 1] == 0.0), HAIR, p[:, 0]) for p in (a, b)), a[:, 1], b[:, 1]
+    return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)

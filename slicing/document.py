@@ -10,9 +10,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from slicing.beads import Bead, LaidSubVolume
+from slicing.beads import Bead
 from slicing.indices import Indices
 from slicing.layers import Layer, SlicedSubVolume
+from slicing.laying import LaidSubVolume
 from slicing.targets import Targets
 from slicing.travels import Travel
 

@@ -26,7 +26,8 @@ from typing import Any
 
 import numpy as np
 
-from slicing.charts import Island
+from slicing.islands import Island
+from slicing.medial import middle_lines
 from slicing.part import Floats
 
 ROUND_MM = 0.002  # sagitta of the rounds about inner corners
@@ -225,9 +226,12 @@ def zigzag(
     if inside_mm - over_mm >= 0.5 * height:
         return
     if rise < pitch_mm:  # as good as along the way round
-        region = _inset(island.repeated(inside_mm + period).region, inside_mm)
+        island = island.repeated(inside_mm + period)
+        region = _inset(island.region, inside_mm)
         if not region.is_empty:
-            yield from _right_round(region, period, pitch_mm, width_mm)
+            # lines beside a border that is not straight stay whole: there they may come nearer to it
+            room = _inset(island.region, inside_mm - over_mm)
+            yield from _right_round(room, _levels(region, 0.0, pitch_mm, width_mm), period, pitch_mm)
         return
     steps = math.ceil(rise / pitch_mm - 1e-9)
     reach = 0.5 * height * abs(math.cos(angle)) / math.sin(angle) + period + inside_mm
@@ -334,11 +338,10 @@ def _along_border(region: Any, a: Floats, b: Floats, most_mm: float) -> Floats |
     return None
 
 
-def _right_round(region: Any, period: float, pitch_mm: float, width_mm: float) -> Iterator[Stroke]:
+def _right_round(region: Any, levels: Floats, period: float, pitch_mm: float) -> Iterator[Stroke]:
     """Lines along the way round: closed where nothing is in the way, pieces joined to and fro elsewhere."""
     whole: list[Stroke] = []
     rows: list[list[Floats]] = []
-    levels = _levels(region, 0.0, pitch_mm, width_mm)
     for level, row in zip(levels, _pieces(region, levels, 0.0), strict=True):
         if any(p[0, 0] < -0.75 * period and p[1, 0] > 0.75 * period for p in row):
             line = np.stack([np.linspace(-0.5, 0.5, 9)[:-1] * period, np.full(8, level)], axis=1)
@@ -362,8 +365,6 @@ def narrow_places(island: Island, first_mm: float, width_mm: float) -> Iterator[
         Strokes; where the island has no room for any bead and no middle line, its border.
     """
     import shapely
-
-    from slicing.medial import middle_lines
 
     island = island.repeated(_beyond(island, width_mm))
     wide = _inset(island.region, first_mm)

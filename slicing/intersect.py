@@ -27,11 +27,13 @@ import numpy as np
 import numpy.typing as npt
 
 from slicing.chains import Curve, assembled, chain
+from slicing.cone_levels import STEEPEST, cone_curves
 from slicing.levels import NUDGE_MM, level_curves
 from slicing.pairing import Pieces, pair
 from slicing.part import Floats, Ints, Mesh
+from slicing.revolve import round_curves
 from slicing.stack import FaceIntervals
-from slicing.surfaces import Cylinder, Plane, Surface
+from slicing.surfaces import Cone, Cylinder, Plane, Surface
 
 __all__ = ["NUDGE_MM", "Curve", "Pieces", "assembled", "chain", "intersect", "intersect_offsets", "pair"]
 
@@ -68,8 +70,6 @@ def intersect(
     if isinstance(surface, Plane | Cylinder):
         (curves,) = level_curves(mesh, surface, np.zeros(1), tolerance_mm, nudge_mm, faces)
     else:
-        from slicing.revolve import round_curves  # it builds on this module
-
         near = np.unique(mesh.faces[faces])
         surface = surface.offset(_nudge(surface.distance(mesh.vertices[near]), nudge_mm, mesh.noise_mm))
         curves = round_curves(mesh, faces, surface, tolerance_mm)
@@ -93,6 +93,8 @@ def intersect_offsets(
     heights = np.asarray(heights_mm, dtype=np.float64)
     if isinstance(base, Plane | Cylinder):
         return level_curves(mesh, base, heights, tolerance_mm)
+    if isinstance(base, Cone) and abs(base.slope) >= STEEPEST and len(heights):
+        return cone_curves(mesh, base, heights, tolerance_mm)
     intervals = FaceIntervals.about(mesh, base)
     return [intersect(mesh, base.offset(h), tolerance_mm, faces=intervals.at(h)) for h in heights.tolist()]
 

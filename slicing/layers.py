@@ -17,6 +17,7 @@ from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBod
 from slicing.intersect import Curve
 from slicing.part import Floats, Mesh, PartError
 from slicing.surfaces import Surface
+from slicing.thickness import bead_thickness, thickness_range
 
 __all__ = [
     "STRATEGIES",
@@ -125,8 +126,6 @@ class SlicedSubVolume:
 
     def thickness_at(self, layer: int, points: Floats) -> Floats:
         """Thickness (n,) of the bead at points (n, 3) of a layer, mm. See `slicing.thickness`."""
-        from slicing.thickness import bead_thickness
-
         if self.stands_on_plate:
             return np.full(len(points), self.parameters.h_layer_mm)
         below = self.layers[layer - 1].surface if layer > 0 else None
@@ -167,7 +166,5 @@ def make_layer(
     Returns:
         The layer.
     """
-    from slicing.thickness import thickness_range
-
     thickness = thickness_range([curve.points for curve in curves], surface, below, body, h_layer_mm)
     return Layer(index, surface, tuple(curves), sum(curve.area_mm2 for curve in curves), thickness)

@@ -15,10 +15,10 @@ from itertools import pairwise
 import numpy as np
 
 from slicing.beads import Bead, BeadParameters
+from slicing.closely import SLACK_MM, SPACING_MM, Fine, Run, ends_of, looked_at, point_at
 from slicing.exact import point_between
 from slicing.layers import SlicedSubVolume
 from slicing.part import Bools, Floats, Ints
-from slicing.policy import SLACK_MM, SPACING_MM, Fine, Run, ends_of, looked_at, point_at
 
 STOP_MM = 3.0  # a bead has targets so close where it takes over thickness
 

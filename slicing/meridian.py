@@ -129,13 +129,7 @@ class Profile:
         Returns:
             The chain; the ends of its segments lie on the exact curve.
         """
-        slope = _slopes(self)
-        if by_mm == 0.0:
-            return Chain(self.points[:, 0].copy(), self.points[:, 1].copy(), slope)
-        pieces = self._pieces(by_mm)
-        bounds, winner = _envelope(pieces, np.arange(len(pieces.r)))
-        points = _flattened(pieces, bounds, winner, by_mm, sagitta_mm)
-        return Chain(points[:, 0], points[:, 1], slope)
+        return _offset_chain(self, float(by_mm), float(sagitta_mm))
 
     def _pieces(self, by_mm: float) -> _Pieces:
         """What the offset is made of: segments moved along their normals, circles about the points."""
@@ -152,6 +146,20 @@ class Profile:
             np.append(moved[:, 1] + high * along[:, 1], z + by_mm),
             by_mm,
         )
+
+
+@lru_cache(maxsize=1024)
+def _offset_chain(profile: Profile, by_mm: float, sagitta_mm: float) -> Chain:
+    """The offset of a profile: the same layers are asked for it again and again."""
+    slope = _slopes(profile)
+    if by_mm == 0.0:
+        points = profile.points.copy()
+    else:
+        pieces = profile._pieces(by_mm)
+        bounds, winner = _envelope(pieces, np.arange(len(pieces.r)))
+        points = _flattened(pieces, bounds, winner, by_mm, sagitta_mm)
+    points.flags.writeable = False  # they are shared
+    return Chain(points[:, 0], points[:, 1], slope)
 
 
 def _slopes(profile: Profile) -> tuple[float, float]:

@@ -11,27 +11,24 @@ merge:  where a bead is too thin it is left out, and the bead of the layer above
         h_max; elsewhere the bead stays and is reported, as it is where it is too thick. Layers are gone through from
         the body outward, so that thickness taken over counts when the next layer is looked at.
 
-Thin places are found on every bead, seen every SPACING_MM.
+Thin places are found on every bead, seen closely (`slicing.closely`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from slicing.beads import Bead, BeadParameters
+from slicing.closely import SLACK_MM, Fine, Run, ends_of, looked_at, point_at
 from slicing.exact import point_between
 from slicing.layers import SlicedSubVolume
+from slicing.merge import Handed, gaining, merged
 from slicing.part import Bools, Floats
 
-if TYPE_CHECKING:
-    from slicing.merge import Handed
-
-SPACING_MM = 0.25
-SLACK_MM = 1e-6  # as near a limit still keeps it
 LEAST_MM = 1e-3  # shorter beads are not laid, shorter places not told of
 WORDS = {"reported": "left as it is", "trimmed": "not laid", "merged": "laid by the layer above"}
 
@@ -71,21 +68,6 @@ class Place:
         }
 
 
-@dataclass(frozen=True, eq=False)
-class Fine:
-    """A bead seen closely.
-
-    Attributes:
-        at: (m,) places, as numbers of its points with shares of the way to the next.
-        points: (m, 3).
-        thickness: (m,) what is gained counted in.
-    """
-
-    at: Floats
-    points: Floats
-    thickness: Floats
-
-
 def with_policy(
     sliced: SlicedSubVolume, layers: Sequence[Sequence[Bead]], parameters: BeadParameters
 ) -> tuple[list[list[Bead]], list[Place]]:
@@ -102,8 +84,6 @@ def with_policy(
     out = [list(beads) for beads in layers]
     places: list[Place] = []
     policy = sliced.parameters.thickness
-    if policy == "merge":
-        from slicing.merge import gaining, merged
     for k, layer in enumerate(sliced.layers):
         low, high = layer.thickness_mm
         gained = any(bead.gained_mm.any() for bead in out[k])
@@ -136,35 +116,6 @@ def _within(sliced: SlicedSubVolume, thickness: Floats) -> Bools:
     return (thickness >= p.h_min_mm - SLACK_MM) & (thickness <= p.h_max_mm + SLACK_MM)
 
 
-def looked_at(sliced: SlicedSubVolume, bead: Bead) -> Fine:
-    """A bead at close places; a closed one comes back to its first point.
-
-    Args:
-        sliced: its sub-volume.
-        bead: the bead.
-
-    Returns:
-        Places, points and thickness.
-    """
-    points = np.concatenate([bead.points, bead.points[:1]]) if bead.closed else bead.points
-    gained = np.append(bead.gained_mm, bead.gained_mm[:1]) if bead.closed else bead.gained_mm
-    step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-    count = np.maximum(np.ceil(step / SPACING_MM), 1).astype(np.int64)
-    k = np.repeat(np.arange(len(step)), count)
-    first = np.append(0, np.cumsum(count))
-    at = np.append(k + (np.arange(first[-1]) - first[k]) / count[k], float(len(step)))
-    k = np.minimum(at.astype(np.int64), len(step) - 1)
-    share: Floats = at - k
-    surface = sliced.layers[bead.layer].surface
-    chord: Floats = points[k] + share[:, None] * (points[k + 1] - points[k])
-    fine = chord - surface.distance(chord)[:, None] * surface.normals(chord)
-    thickness = sliced.thickness_at(bead.layer, fine) + (1 - share) * gained[k] + share * gained[k + 1]
-    return Fine(at, fine, thickness)
-
-
-Run = tuple[float, float]
-
-
 def _runs(sliced: SlicedSubVolume, bead: Bead) -> tuple[list[Run], Fine]:
     """Where a bead leaves the limits, from place to place, the ends exact.
 
@@ -189,11 +140,6 @@ def _runs(sliced: SlicedSubVolume, bead: Bead) -> tuple[list[Run], Fine]:
     return list(zip(begins, ends, strict=True)), fine
 
 
-def ends_of(bead: Bead, k: int) -> tuple[Floats, Floats]:
-    """A point's position and that of the next, (3,) each."""
-    return bead.points[k], bead.points[(k + 1) % len(bead.points)]
-
-
 def _limit(sliced: SlicedSubVolume, bead: Bead, fine: Fine, i: int) -> float:
     """The place between two looked-at ones where the thickness reaches the limit, found on the exact curve."""
     from scipy.optimize import brentq
@@ -215,19 +161,6 @@ def _limit(sliced: SlicedSubVolume, bead: Bead, fine: Fine, i: int) -> float:
     if begin == 0.0 or begin * finish > 0.0:  # touches the limit to within the slack
         return low if abs(begin) <= abs(finish) else high
     return float(brentq(over, low, high, xtol=1e-13))
-
-
-def point_at(sliced: SlicedSubVolume, bead: Bead, u: float) -> tuple[Floats, float]:
-    """Point (3,) and gained thickness at a place, the number of a point with the share of the way to the next."""
-    n = len(bead.points)
-    u = u % n if bead.closed else min(u, n - 1.0)
-    k = min(int(u), n - 1)
-    share = u - k
-    if share < 1e-12:
-        return bead.points[k], float(bead.gained_mm[k])
-    point = point_between(sliced, bead.layer, *ends_of(bead, k))(np.array([share]))[0]
-    gained = (1 - share) * bead.gained_mm[k] + share * bead.gained_mm[(k + 1) % n]
-    return point, float(gained)
 
 
 def _without(sliced: SlicedSubVolume, bead: Bead, runs: Sequence[Run]) -> list[Bead]:

@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from slicing.arrays import Bools, Floats, Ints, PartError
 from slicing.edges import Edges
-from slicing.part import Bools, Floats, Ints, PartError
 
 JOIN_MM = 0.01  # farther apart two vertices are never one: the tolerance of curves
 JOIN_SHARE = 0.1  # of the shortest open edge

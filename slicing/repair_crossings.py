@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from slicing.part import Bools, Floats, Ints
+from slicing.arrays import Bools, Floats, Ints
 
 Numbers = npt.NDArray[Any]  # of boxes (int32), and their sides (float32)
 

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from slicing.bands import Bands, Cells, Segments, cells_of
-from slicing.chains import SAME_POINT_MM, Curve, assembled
+from slicing.chains import SAME_POINT_MM, Curve, curves_by_level
 from slicing.conics import Arcs, sample_conics
 from slicing.pairing import pair
 from slicing.part import Bools, Floats, Ints, Mesh
@@ -36,6 +36,29 @@ def round_curves(mesh: Mesh, faces: Ints, surface: Cone | Revolved, tolerance_mm
     Returns:
         Closed curves, as `slicing.intersect.intersect` gives them.
     """
+    return _cut(mesh, faces, surface, np.zeros(len(faces), dtype=np.int64), 1, tolerance_mm)[0]
+
+
+def stacked_curves(mesh: Mesh, surface: Cone, level: Ints, levels: int, tolerance_mm: float) -> list[list[Curve]]:
+    """Curves of several meshes in one on a cone (see `slicing.cone_levels`).
+
+    Args:
+        mesh: their triangles; those of different levels have no corner in common.
+        surface: where to cut; points that lie on it count as inside.
+        level: (m,) which of the meshes each triangle is of.
+        levels: how many there are.
+        tolerance_mm: greatest distance between the curve and the chord of two successive points.
+
+    Returns:
+        The closed curves of each.
+    """
+    return _cut(mesh, np.arange(len(mesh.faces)), surface, level, levels, tolerance_mm)
+
+
+def _cut(
+    mesh: Mesh, faces: Ints, surface: Cone | Revolved, level: Ints, levels: int, tolerance_mm: float
+) -> list[list[Curve]]:
+    """Curves of triangles on a surface, by the levels (m,) of the triangles."""
     bands = Bands.of(surface.chain(SAGITTA_SHARE * tolerance_mm))
     cells = cells_of(mesh, faces, bands)
     outside = _outside(cells.segments, surface.axis_point)
@@ -51,16 +74,18 @@ def round_curves(mesh: Mesh, faces: Ints, surface: Cone | Revolved, tolerance_mm
         cells.slab[pieces.face],
         bands,
     )
-    start, end = pieces.start, pieces.end
+    start, end, at = pieces.start, pieces.end, level[cells.face[pieces.face]]
     whole = _whole(mesh, faces, cells, bands, count, outside, surface.axis_point)
     if len(whole):
         number = len(nodes) + np.arange(3 * len(whole)).reshape(-1, 3)
         arcs = _with_ellipses(arcs, mesh, faces[cells.face[whole]], unit[cells.face[whole]], cells.slab[whole], surface)
         start = np.concatenate([start, number.ravel()])
         end = np.concatenate([end, np.roll(number, -1, axis=1).ravel()])
+        at = np.concatenate([at, np.repeat(level[cells.face[whole]], 3)])
     if len(start) == 0:
-        return []
-    return _with_pole(assembled(start, end, sample_conics(arcs, surface.axis_point, tolerance_mm)), bands)
+        return [[] for _ in range(levels)]
+    samples = sample_conics(arcs, surface.axis_point, tolerance_mm)
+    return [_with_pole(curves, bands) for curves in curves_by_level(start, end, at, levels, samples)]
 
 
 def _with_pole(curves: list[Curve], bands: Bands) -> list[Curve]:

@@ -4,7 +4,7 @@
     targets.position, targets.normal, targets.tangent          # (n, 3) each, part frame
 
 Order: sub-volume, layer, bead (path). Which beads there are, where they start and in which order they are laid is the
-bead stage's (`slicing.beads`): by default every curve of a layer is one, outer loops counter-clockwise seen from
+bead stage's (`slicing.laying`): by default every curve of a layer is one, outer loops counter-clockwise seen from
 outside, holes clockwise, starting at the point nearest to a seam of the layer below. A closed bead ends where it
 starts: its first target is repeated as its last. An open one has both its ends. How points are chosen along a
 bead: `slicing.breakpoints`.
@@ -18,9 +18,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slicing.beads import Bead, BeadParameters, LaidSubVolume, lay_beads
-from slicing.breakpoints import break_points, corner_flags, open_break_points
+from slicing.beads import Bead, BeadParameters
+from slicing.breakpoints import Line, chosen_points, corner_flags
 from slicing.layers import SlicedSubVolume
+from slicing.laying import LaidSubVolume, lay_beads
 from slicing.part import Bools, Floats, Ints, PartError
 from slicing.speeds import BeadSpeed
 
@@ -107,7 +108,7 @@ def sample_beads(
     """Sample beads that have been laid; see `sample_targets`.
 
     Args:
-        laid: from `slicing.beads.lay_beads`.
+        laid: from `slicing.laying.lay_beads`.
         chord_tolerance_mm: greatest distance between a bead and a segment.
         min_segment_mm: least distance between successive targets.
         speed: how fast they are laid.
@@ -119,11 +120,12 @@ def sample_beads(
         PartError: a tolerance or least segment that is not above 0.
     """
     _require(chord_tolerance_mm, min_segment_mm)
-    found: list[tuple[int, _Sampled]] = []
-    for k, one in enumerate(laid):
-        own = one.sliced.parameters.tolerance_mm
-        tolerance = max(chord_tolerance_mm - own, 0.5 * chord_tolerance_mm)
-        found += [(k, _sampled(one.sliced, bead, tolerance, min_segment_mm)) for bead in one.beads]
+    lines: list[Line] = []
+    for one in laid:
+        tolerance = max(chord_tolerance_mm - one.sliced.parameters.tolerance_mm, 0.5 * chord_tolerance_mm)
+        lines += [Line(bead.points, bead.closed, tolerance, bead.stops) for bead in one.beads]
+    chosen = iter(chosen_points(lines, min_segment_mm))
+    found = [(k, _sampled(one.sliced, bead, next(chosen))) for k, one in enumerate(laid) for bead in one.beads]
     size = np.array([len(some.position) for _, some in found], dtype=np.int64)
 
     def rows(name: str) -> Floats:
@@ -153,19 +155,13 @@ class _Sampled:
     thickness_mm: Floats
 
 
-def _sampled(sliced: SlicedSubVolume, bead: Bead, tolerance_mm: float, min_segment_mm: float) -> _Sampled:
-    """Targets of a bead; of a closed one the first repeated at the end."""
+def _sampled(sliced: SlicedSubVolume, bead: Bead, chosen: Ints) -> _Sampled:
+    """Targets of a bead at chosen points; of a closed one the first repeated at the end."""
     points, surface = bead.points, sliced.layers[bead.layer].surface
     out = np.roll(points, -1, axis=0) - points
     out /= np.maximum(np.sqrt((out**2).sum(axis=1)), 1e-300)[:, None]
     into = np.roll(out, 1, axis=0)
-    if bead.closed and bead.stops:
-        loop = np.concatenate([points, points[:1]])
-        chosen = open_break_points(loop, tolerance_mm, min_segment_mm, bead.stops)[:-1]
-    elif bead.closed:
-        chosen = break_points(points, 0, tolerance_mm, min_segment_mm)
-    else:
-        chosen = open_break_points(points, tolerance_mm, min_segment_mm, bead.stops)
+    if not bead.closed:
         out[-1], into[0] = into[-1], out[0]
     normals = surface.normals(points[chosen])
     corner = corner_flags(points)[chosen][:, None]

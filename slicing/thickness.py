@@ -16,15 +16,12 @@ everywhere: going back along the normal of an offset one meets the next offset a
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slicing.bodies import RoundBody
 from slicing.part import Floats
 from slicing.surfaces import Cone, Cylinder, Plane, Revolved, Surface
-
-if TYPE_CHECKING:
-    from slicing.layers import RoundBody
 
 MOST_STEPS = 400  # of the march back to a surface of revolution
 NEAR_MM, FAR_MM = 1e-10, 1e5  # how near it must come; how far it goes

@@ -32,6 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slicing.bodies import RoundBody
+from slicing.clip import region_of
 from slicing.layers import Layer, SlicedSubVolume
 from slicing.part import Floats, Mesh
 from slicing.skin import Skin, radius_at
@@ -248,8 +249,6 @@ def _laid_along(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm
 def _mean_thickness(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float:
     """Mean thickness over a region, on a grid."""
     import shapely
-
-    from slicing.clip import region_of
 
     border = np.concatenate([curve.points for curve in layer.curves])
     if not isinstance(layer.surface, Plane):

@@ -5,8 +5,9 @@ import pytest
 import trimesh
 
 from cell.deposit import beyond_borders, part_shape
-from slicing.beads import BeadParameters, lay_beads
+from slicing.beads import BeadParameters
 from slicing.layers import Body, SlicingParameters
+from slicing.laying import lay_beads
 from slicing.part import mesh_from_arrays
 from slicing.slicer import slice_sub_volume
 

@@ -16,7 +16,7 @@ from cell.raster import Raster
 from cell.slice_picture import _Scale, slice_picture
 from slicing.bodies import Body
 from slicing.layers import SlicingParameters
-from slicing.part import load_mesh
+from slicing.load import load_mesh
 from slicing.slicer import slice_sub_volume
 
 GREY, RED, BLUE = (0.9, 0.9, 0.9), np.array([[0.9, 0.1, 0.1]]), np.array([[0.1, 0.1, 0.9]])

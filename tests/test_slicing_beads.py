@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 from test_slicing_infill import circle, planar_layer
 from test_slicing_solids import BODY, R, box, box_solid, from_manifold, ring
 
-from slicing.beads import Bead, BeadParameters, lay_beads
+from slicing.beads import Bead, BeadParameters
 from slicing.breakpoints import open_break_points
 from slicing.document import targets_rows
 from slicing.layers import SlicedSubVolume, SlicingParameters
+from slicing.laying import lay_beads
 from slicing.leads import with_leads
 from slicing.order import shortest, travel_mm
 from slicing.part import PartError

@@ -17,7 +17,8 @@ from test_slicing_solids import box_section, box_solid, from_manifold
 from slicing.bodies import Body
 from slicing.decompose import BodyHint, decompose
 from slicing.layers import SlicingParameters
-from slicing.part import PartError, load_mesh, mesh_from_arrays
+from slicing.load import load_mesh
+from slicing.part import PartError, mesh_from_arrays
 from slicing.slicer import slice_sub_volume
 
 PARTS = Path(__file__).resolve().parents[1] / "models" / "parts"

@@ -10,7 +10,8 @@ import pytest
 import trimesh
 
 from slicing.decompose import decompose
-from slicing.part import PartError, load_mesh
+from slicing.load import load_mesh
+from slicing.part import PartError
 
 NEEDS_3MF = pytest.mark.skipif(
     any(importlib.util.find_spec(package) is None for package in ("networkx", "lxml")),
@@ -141,7 +142,7 @@ def test_3mf_without_its_packages_says_what_to_install(block, tmp_path, monkeypa
     write_3mf(tmp_path / "block.3mf", [block])
     without = [kind for kind in trimesh.available_formats() if kind != "3mf"]
     monkeypatch.setattr(trimesh, "available_formats", lambda: without)
-    monkeypatch.setattr("slicing.part.find_spec", lambda name: None if name in missing else object())
+    monkeypatch.setattr("slicing.load.find_spec", lambda name: None if name in missing else object())
     with pytest.raises(PartError) as caught:
         load_mesh(tmp_path / "block.3mf")
     line = str(caught.value)

@@ -13,12 +13,14 @@ from hypothesis import strategies as st
 from shapely import affinity
 from test_slicing_solids import BODY, blade, box, box_solid, from_manifold, ring
 
-from slicing.beads import BeadParameters, _strokes, bead_of, lay_beads, layer_beads
+from slicing.beads import BeadParameters
 from slicing.bodies import ConicalBody, RevolvedBody
-from slicing.charts import Island, RoundChart, islands
+from slicing.charts import RoundChart
 from slicing.infill import Stroke, contour_rounds, zigzag
 from slicing.intersect import Curve
+from slicing.islands import Island, islands
 from slicing.layers import Layer, SlicingParameters
+from slicing.laying import _strokes, bead_of, lay_beads, layer_beads
 from slicing.medial import middle_lines
 from slicing.part import PartError
 from slicing.slicer import slice_sub_volume

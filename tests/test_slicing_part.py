@@ -7,7 +7,8 @@ import pytest
 import trimesh
 from test_slicing_solids import box
 
-from slicing.part import PartError, load_mesh, mesh_from_arrays
+from slicing.load import load_mesh
+from slicing.part import PartError, mesh_from_arrays
 
 
 def refusal(call, *args, **kwargs) -> str:

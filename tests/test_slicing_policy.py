@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from test_slicing_solids import BODY, R, blade, box, prism, subdivided
 
-from slicing.beads import BeadParameters, lay_beads
+from slicing.beads import BeadParameters
 from slicing.document import slices_document
 from slicing.exact import point_between
 from slicing.indices import indices
 from slicing.layers import SlicingParameters
+from slicing.laying import lay_beads
 from slicing.nearest import closest_on_triangles
 from slicing.part import PartError
 from slicing.slicer import slice_sub_volume

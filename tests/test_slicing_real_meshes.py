@@ -16,7 +16,8 @@ import pytest
 import trimesh
 
 from slicing.intersect import intersect
-from slicing.part import Mesh, PartError, load_mesh
+from slicing.load import load_mesh
+from slicing.part import Mesh, PartError
 from slicing.surfaces import Plane
 
 FOUND = importlib.util.find_spec("airo_models")

@@ -13,7 +13,8 @@ from test_slicing_solids import box, subdivided
 
 from slicing import part
 from slicing.intersect import intersect
-from slicing.part import Mesh, PartError, load_mesh, mesh_from_arrays
+from slicing.load import load_mesh, solid_from_arrays
+from slicing.part import Mesh, PartError, mesh_from_arrays
 from slicing.surfaces import Cylinder, Plane
 
 
@@ -33,7 +34,7 @@ def reversed_(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sound(points, faces, **kwargs) -> Mesh:
-    return mesh_from_arrays("x", points, faces, every_shell=True, **kwargs)
+    return solid_from_arrays("x", points, faces, **kwargs)
 
 
 def refusal(points, faces) -> str:

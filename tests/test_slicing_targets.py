@@ -301,6 +301,21 @@ def test_heavy_libraries_stay_out_until_a_file_is_read():
     assert ran.stdout.strip() == "[]"
 
 
+def test_modules_of_slicing_build_on_one_another_one_way():
+    """All imports stand at the top, and following them one never comes back."""
+    folder, on = Path(slicing.__file__).parent, {}
+    for file in folder.glob("*.py"):
+        tree = ast.parse(file.read_text())
+        every = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and (n.module or "").startswith("slicing")]
+        assert set(every) <= set(tree.body), file
+        on[f"slicing.{file.stem}"] = {n.module for n in every}
+    left = dict(on)
+    while left:
+        bottom = {name for name, below in left.items() if not below & set(left)}
+        assert bottom, sorted(left)
+        left = {name: below for name, below in left.items() if name not in bottom}
+
+
 def test_slicing_is_a_leaf():
     for file in Path(slicing.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(file.read_text())):

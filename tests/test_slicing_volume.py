@@ -16,7 +16,7 @@ from slicing.document import slices_document
 from slicing.indices import indices
 from slicing.intersect import intersect
 from slicing.layers import Body, ConicalBody, RevolvedBody, SlicedSubVolume, SlicingParameters
-from slicing.part import load_mesh
+from slicing.load import load_mesh
 from slicing.skin import Skin
 from slicing.slicer import slice_sub_volume
 from slicing.surfaces import Cone, Cylinder, Plane, Revolved

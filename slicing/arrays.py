@@ -1,0 +1,17 @@
+"""What every module of the package is written in: arrays of numbers, and the error of bad input.
+
+Other modules have these from `slicing.part`, but for those that it builds on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+
+class PartError(ValueError):
+    """Bad input: one line naming the file or the part, what is wrong with it and what is allowed."""
