@@ -191,10 +191,11 @@ def _distinct(points: Floats, edges: Ints) -> tuple[Floats, Ints]:
     Returns:
         The points that are left, and where the loops begin among them.
     """
-    before = np.arange(-1, len(points) - 1)
-    before[edges[:-1]] = edges[1:] - 1
-    step = points - points[before]
-    kept = np.einsum("ij,ij->i", step, step) > SAME_POINT_MM**2
+    length2 = np.empty(len(points))
+    length2[1:] = sum((column[1:] - column[:-1]) ** 2 for column in points.T)
+    ends = points[edges[:-1]] - points[edges[1:] - 1]
+    length2[edges[:-1]] = (ends**2).sum(axis=1)
+    kept = length2 > SAME_POINT_MM**2
     if kept.all():
         return points, edges
     return points[kept], np.append(0, np.cumsum(kept))[edges]

@@ -1,0 +1,124 @@
+"""What is asked of every face of a mesh: normals, spheres around them, the volume that they enclose.
+
+    normals = face_normals(vertices, faces)
+    centres, radii = face_spheres(vertices, faces)
+    enclosed_volume(vertices, faces, normals), total_area(normals), bounding_box(vertices)
+
+Faces are taken in chunks that stay in the processor's cache, and coordinate by coordinate: on a fine mesh that is
+several times faster than whole arrays of rows. What comes out is laid out by columns for the same reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Number = TypeVar("Number", np.float64, np.int64)
+
+CHUNK = 16_384  # faces that are looked at together
+
+
+def chunks(count: int) -> Iterator[slice]:
+    """Slices that cover 0 .. count - 1."""
+    for low in range(0, count, CHUNK):
+        yield slice(low, min(low + CHUNK, count))
+
+
+def columns_at(rows: npt.NDArray[Number], at: Ints) -> npt.NDArray[Number]:
+    """The columns (k, n) of some rows of (m, k), each in one piece."""
+    return np.ascontiguousarray(rows.take(at, axis=0).T)
+
+
+def _corners(vertices: Floats, faces: Ints) -> Iterator[tuple[slice, list[list[Floats]]]]:
+    """The faces chunk by chunk: which, and of each corner its coordinates."""
+    xyz = np.ascontiguousarray(vertices.T)
+    for part in chunks(len(faces)):
+        yield part, [[x.take(corner) for x in xyz] for corner in np.ascontiguousarray(faces[part].T)]
+
+
+def bounding_box(vertices: Floats) -> Floats:
+    """Least and greatest coordinates (2, 3) of vertices (n, 3)."""
+    columns = np.ascontiguousarray(vertices.T)
+    return np.array([columns.min(axis=1), columns.max(axis=1)])
+
+
+def face_normals(vertices: Floats, faces: Ints) -> Floats:
+    """Normals of faces, not normalised.
+
+    Args:
+        vertices: (n, 3) mm.
+        faces: (m, 3) vertex indices, counter-clockwise seen from outside.
+
+    Returns:
+        (m, 3), twice as long as the faces are large, mm².
+    """
+    normals = np.empty((3, len(faces)))
+    for part, (a, b, c) in _corners(vertices, faces):
+        for k in range(3):
+            b[k] -= a[k]
+            c[k] -= a[k]
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            np.subtract(b[i] * c[j], b[j] * c[i], out=normals[k, part])
+    return normals.T
+
+
+def face_spheres(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
+    """Spheres about the middles of the faces' bounding boxes.
+
+    Args:
+        vertices: (n, 3) mm.
+        faces: (m, 3) vertex indices.
+
+    Returns:
+        Centres (m, 3) and radii (m,), mm.
+    """
+    centres, radii = np.empty((3, len(faces))), np.empty(len(faces))
+    for part, corners in _corners(vertices, faces):
+        squares = [np.zeros(part.stop - part.start) for _ in range(3)]
+        for k in range(3):
+            a, b, c = (corner[k] for corner in corners)
+            middle = centres[k, part]
+            np.minimum(np.minimum(a, b), c, out=middle)
+            middle += np.maximum(np.maximum(a, b), c)
+            middle *= 0.5
+            for square, corner in zip(squares, (a, b, c), strict=True):
+                corner -= middle
+                corner *= corner
+                square += corner
+        np.sqrt(np.maximum(np.maximum(squares[0], squares[1]), squares[2]), out=radii[part])
+    return centres.T, radii
+
+
+def enclosed_volume(vertices: Floats, faces: Ints, normals: Floats) -> float:
+    """Volume inside closed faces; below 0 if they face inward.
+
+    Args:
+        vertices: (n, 3) mm.
+        faces: (m, 3) vertex indices.
+        normals: (m, 3) of the faces, as `face_normals` gives them.
+
+    Returns:
+        mm³.
+    """
+    low, high = bounding_box(vertices)
+    first, middle, total = np.ascontiguousarray(faces[:, 0]), 0.5 * (low + high), 0.0
+    for k in range(3):
+        place = vertices[:, k] - middle[k]
+        for part in chunks(len(faces)):
+            total += float(place.take(first[part]) @ normals[part, k])
+    return total / 6.0
+
+
+def total_area(normals: Floats) -> float:
+    """Area of all faces, mm², from their normals as `face_normals` gives them."""
+    total = 0.0
+    for part in chunks(len(normals)):
+        x, y, z = normals[part].T
+        total += float(np.sqrt(x * x + y * y + z * z).sum())
+    return 0.5 * total
