@@ -96,6 +96,8 @@ class Family:
             return self._stretched([below > k for k in range(len(self.levels))], flux, z)
 
         def beyond(values: Floats) -> Floats:
+            if len(self.levels) == 1:
+                return np.array([values @ below.astype(np.float64)])
             sums = np.bincount(below, values, len(self.levels) + 1)
             return np.asarray(np.cumsum(sums[::-1])[::-1][1:], dtype=np.float64)
 

@@ -61,8 +61,7 @@ def intersect(
         none.
     """
     if faces is None:
-        centres, radii = mesh.bounding_spheres
-        faces = np.flatnonzero(np.abs(surface.distance(centres)) <= radii + nudge_mm + 1e-5)
+        faces = _reaching(mesh, surface, nudge_mm)
     if len(faces) == 0:
         return []
     if isinstance(surface, Plane | Cylinder):
@@ -74,6 +73,17 @@ def intersect(
         surface = surface.offset(_nudge(surface.distance(mesh.vertices[near]), nudge_mm, mesh.noise_mm))
         curves = round_curves(mesh, faces, surface, tolerance_mm)
     return _facing(curves, surface, facing)
+
+
+def _reaching(mesh: Mesh, surface: Surface, nudge_mm: float) -> Ints:
+    """Triangles (k,) that may reach a surface: by spheres around them, and not wholly inside by their corners."""
+    centres, radii = mesh.bounding_spheres
+    faces = np.flatnonzero(np.abs(surface.distance(centres)) <= radii + nudge_mm + 1e-5)
+    if len(faces) == 0 or not isinstance(surface, Plane | Cylinder):  # the inside of others need not be convex
+        return faces
+    corners = mesh.corners[:, faces]
+    outside = (surface.distance(mesh.vertices) > nudge_mm).take(corners)
+    return faces[outside[0] | outside[1] | outside[2]]
 
 
 def intersect_offsets(

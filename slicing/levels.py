@@ -216,6 +216,9 @@ def _dips(base: Cylinder, vertices: Floats, edges: Ints, low: Ranks, cut_at: Flo
 def _batches(net: _Net) -> Iterator[tuple[int, int]]:
     """Ranges of levels with a bounded number of crossings each."""
     levels = len(net.cut_at)
+    if len(net.faces) <= BATCH // levels:
+        yield 0, levels
+        return
     begin = np.bincount(net.face_low, minlength=levels + 1)
     active = np.cumsum(begin - np.bincount(net.face_high, minlength=levels + 1))[:levels]
     low, total = 0, 0
@@ -319,10 +322,10 @@ def _on_plane(net: _Net, edge: Ints, at: Ints) -> Floats:
 
 def _lines(plane: Plane, nodes: Floats, start: Ints, end: Ints) -> Samples:
     """Pieces on planes: straight lines from node to node, one point each."""
-    flat = plane.unrolled(nodes)
-    a, b = flat[start], flat[end]
-    area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    return Samples(nodes[start], np.arange(len(start) + 1), area, np.zeros(len(start)))
+    u, v = plane.unrolled(nodes).T
+    area = 0.5 * (u.take(start) * v.take(end) - v.take(start) * u.take(end))
+    points = np.stack([column.take(start) for column in nodes.T]).T
+    return Samples(points, np.arange(len(start) + 1), area, np.zeros(len(start)))
 
 
 def _on_cylinder(net: _Net, edge: Ints, at: Ints) -> Floats:

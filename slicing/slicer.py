@@ -127,12 +127,11 @@ def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     that look towards the axis with all corners within the greatest gap are the cap; the cut goes just past
     its highest corner.
     """
-    close, over = np.abs(heights) <= GREATEST_GAP_MM, heights > 0
+    close, over = np.abs(heights) <= GREATEST_GAP_MM, heights > 0.01 * NUDGE_MM
     if not (close & over).any():
         return NUDGE_MM
-    near = [close.take(corner) for corner in mesh.corners]
-    some = [over.take(corner) for corner in mesh.corners]
-    rows = np.flatnonzero(near[0] & near[1] & near[2] & (some[0] | some[1] | some[2]))
+    a, b, c = ((close + 2 * over.view(np.uint8)).take(corner) for corner in mesh.corners)
+    rows = np.flatnonzero(((a & b & c) & 1) + ((a | b | c) & 2) == 3)  # all close, one of them over
     corners = mesh.corners[:, rows]
     radial = body.surface.normals(mesh.vertices[corners].mean(axis=0))
     normals = mesh.normals[rows]

@@ -166,8 +166,9 @@ def _outside(mesh: Mesh, body: RoundBody) -> Mesh:
 
 def _cut_at(layer: Layer) -> float:
     """How far outside its surface a layer's curves lie (a root that stands off the body), and a little more."""
-    points = np.concatenate([curve.points for curve in layer.curves])
-    return max(float(np.median(layer.surface.distance(points))), 0.0) + PAST_MM
+    height = layer.surface.distance(np.concatenate([curve.points for curve in layer.curves]))
+    middle = len(height) // 2
+    return max(float(np.partition(height, middle)[middle]), 0.0) + PAST_MM
 
 
 def _areas_by_solid(skin: Skin, layers: Sequence[Layer], finer: float = 1.0) -> Floats:
