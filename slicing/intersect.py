@@ -33,6 +33,8 @@ from slicing.part import Floats, Ints, Mesh
 from slicing.stack import FaceIntervals
 from slicing.surfaces import Cylinder, Plane, Surface
 
+REACH_MM = 1e-5  # more than any rounding
+
 __all__ = ["NUDGE_MM", "Curve", "Pieces", "assembled", "chain", "intersect", "intersect_offsets", "pair"]
 
 
@@ -76,14 +78,25 @@ def intersect(
 
 
 def _reaching(mesh: Mesh, surface: Surface, nudge_mm: float) -> Ints:
-    """Triangles (k,) that may reach a surface: by spheres around them, and not wholly inside by their corners."""
+    """Triangles (k,) that may reach a surface: by their corners where its inside is convex, and by spheres around them.
+
+    A triangle with all corners inside lies inside. One with all corners outside of a cylinder may dip into it as far
+    as a side of two radii's length can, or hold the whole circle.
+    """
     centres, radii = mesh.bounding_spheres
-    faces = np.flatnonzero(np.abs(surface.distance(centres)) <= radii + nudge_mm + 1e-5)
-    if len(faces) == 0 or not isinstance(surface, Plane | Cylinder):  # the inside of others need not be convex
-        return faces
-    corners = mesh.corners[:, faces]
-    outside = (surface.distance(mesh.vertices) > nudge_mm).take(corners)
-    return faces[outside[0] | outside[1] | outside[2]]
+    faces, farthest = None, nudge_mm + REACH_MM + 2.0 * mesh.noise_mm  # that the cut may really lie outside
+    if isinstance(surface, Plane | Cylinder):
+        height = surface.distance(mesh.vertices)
+        low = height <= farthest
+        if isinstance(surface, Cylinder):
+            distance, widest = height + surface.radius, float(radii.max(initial=0.0))
+            inner = max(surface.radius + farthest, 0.0)
+            low = (distance * distance <= inner**2 + widest**2) | (distance <= 2.0 * widest)
+        a, b, c = ((low + 2 * (height > nudge_mm).view(np.uint8)).take(corner) for corner in mesh.corners)
+        faces = np.flatnonzero((a | b | c) == 3)
+        centres, radii = centres[faces], radii[faces]
+    near = np.flatnonzero(np.abs(surface.distance(centres)) <= radii + farthest)
+    return near if faces is None else faces[near]
 
 
 def intersect_offsets(

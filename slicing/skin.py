@@ -33,6 +33,7 @@ from slicing.surfaces import Cylinder, Plane, Round, Surface
 
 SAG_MM = 0.02
 LEVEL = 1e-9  # share of a normal that is rounding
+FAR = 1.1  # an axis this often as far from the solid's middle as its corners is beside it
 ENOUGH_FACES, MOST_FACES = 6_000, 60_000
 MOST_LEVELS, MOST_FAMILIES = 255, 8  # that are looked at together: how many lie below a vertex is one byte each
 FEW_LEVELS = 6  # up to here comparing is faster than searching
@@ -96,6 +97,8 @@ class Skin:
 
     def _touching(self, marked: Bools) -> Ints:
         """Faces of which any corner is marked (n,)."""
+        if not marked.any():
+            return np.zeros(0, dtype=np.int64)
         a, b, c = (marked.take(column) for column in self.mesh.corners)
         return np.flatnonzero(a | b | c)
 
@@ -117,8 +120,16 @@ class Skin:
         normals = self.mesh.normals
         return x * x + y * y, 0.5 * (x * normals[:, 0].take(faces) + y * normals[:, 1].take(faces))
 
+    def _fluxes(self, surfaces: Sequence[Surface], part: slice) -> list[Floats]:
+        """Flux (c,) through some faces of the fields that pass surfaces and their offsets evenly, of each surface."""
+        far = [surface.axis_point for surface in surfaces if not isinstance(surface, Plane) and self._is_far(surface)]
+        if len(far) < 2:
+            return [self._evenly(surface, part) for surface in surfaces]
+        rows = dict(zip(far, self._from_afar(far, part), strict=True))
+        of = [None if isinstance(surface, Plane) else rows.get(surface.axis_point) for surface in surfaces]
+        return [self._evenly(surface, part) if row is None else row for surface, row in zip(surfaces, of, strict=True)]
+
     def _evenly(self, surface: Surface, part: slice) -> Floats:
-        """Flux through some faces (k,) of the field that passes a surface and its offsets evenly."""
         normals = self.mesh.normals[part].T
         if isinstance(surface, Plane):
             flux = 0.5 * surface.normal[0] * normals[0]
@@ -136,6 +147,35 @@ class Skin:
         x *= 0.5
         x /= square
         return x
+
+    def _from_afar(self, axes: Sequence[tuple[float, float]], part: slice) -> Floats:
+        """Flux (a, c) of (x, y, 0) / rho² about axes beside the solid.
+
+        With the faces at c and the axes at a, from the solid's middle, it is (c n - a n) / (c² - 2 a c + a²): products
+        of matrices. Near an axis they would lose digits.
+        """
+        middle = self._middle
+        x, y = (self._centres[k, part] - middle[k] for k in (0, 1))
+        normal_x, normal_y = (self.mesh.normals[part, k] for k in (0, 1))
+        above = np.stack([x * normal_x + y * normal_y, normal_x, normal_y])
+        below = np.stack([x * x + y * y, x, y, np.ones(len(x))])
+        away = np.asarray(axes) - middle
+        flux = np.column_stack([np.full(len(away), 0.5), -0.5 * away]) @ above
+        flux /= np.column_stack([np.ones(len(away)), -2.0 * away, (away**2).sum(axis=1)]) @ below
+        return flux
+
+    def _is_far(self, surface: Round) -> bool:
+        """Whether a surface's axis passes the solid at some distance."""
+        (x, y), (middle_x, middle_y) = surface.axis_point, self._middle.tolist()
+        return math.hypot(x - middle_x, y - middle_y) > FAR * self._around
+
+    @cached_property
+    def _around(self) -> float:
+        return 0.5 * math.hypot(*np.ptp(self.mesh.bounds, axis=0)[:2])
+
+    @cached_property
+    def _middle(self) -> Floats:
+        return np.asarray(self.mesh.bounds.mean(axis=0)[:2])
 
     @cached_property
     def _nothing(self) -> float:
@@ -210,7 +250,7 @@ class Skin:
         return min(least, float(surface.distance(np.concatenate(points)).min()))
 
     def _deeper(self, surface: Round, height: Floats, than_mm: float) -> Ints:
-        """Faces that may reach deeper than a height, from the heights (n,) of the vertices."""
+        """Faces (k,) that may reach deeper than a height, from the heights (n,) of the vertices."""
         centres, radii = self.mesh.bounding_spheres
         if not isinstance(surface, Cylinder):
             return np.flatnonzero(surface.distance(centres) - radii < than_mm)
@@ -256,9 +296,10 @@ class Skin:
             a, b, c = (rank.take(corner[part], axis=0) for corner in self.mesh.corners)
             below, last = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
             crossed = below != last
-            for k in np.flatnonzero(last.any(axis=0)[: len(families)]).tolist():
-                base, first = families[k].surfaces[0], below[:, k]
-                flux = self._evenly(base, part)
+            whole = np.bitwise_or.reduce(last.view(f"u{last.shape[1]}").ravel())  # a row at one go
+            beyond = np.flatnonzero(whole[None].view(np.uint8)).tolist()
+            for k, flux in zip(beyond, self._fluxes([families[k].surfaces[0] for k in beyond], part), strict=True):
+                first = below[:, k]
                 areas[k] += families[k].whole(first, flux, self._centres[2, part] if families[k].is_turned else flux)
                 some = np.flatnonzero(crossed[:, k])
                 cut[k].append((part.start + some, first[some], last[some, k], flux[some]))
