@@ -122,33 +122,25 @@ def _parallel_gap(surface: Surface, below: Surface | None) -> float | None:
     return gap if same else None
 
 
-def _even(surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float | None:
-    """How thick a layer is that is known to be as thick everywhere, mm; None if it is not.
+def _even(surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: float) -> bool:
+    """Whether a layer is known to be as thick everywhere.
 
     Cylinders about the body's axis are, and planes one above the other that pass the body by.
     """
     core = body.surface
     if isinstance(surface, Cylinder):
         if below is None:
-            return h_layer_mm
-        if not (isinstance(below, Cylinder) and surface.axis_point == below.axis_point == core.axis_point):
-            return None
-        gap = surface.radius - below.radius
-        return gap if gap >= 0.0 and isinstance(core, Cylinder) and below.radius >= core.radius else None
+            return True
+        return isinstance(below, Cylinder) and surface.axis_point == below.axis_point == core.axis_point
     if not (isinstance(surface, Plane) and isinstance(core, Cylinder) and surface.normal[2] == 0.0):
-        return None
+        return False
     if below is None:
         gap = h_layer_mm
     elif isinstance(below, Plane) and below.normal == surface.normal:
-        gap = _over(surface, below.point)
+        gap = -float(surface.distance(np.array([below.point]))[0])
     else:
-        return None
-    return gap if _over(surface, (*core.axis_point, 0.0)) - core.radius >= gap >= 0.0 else None
-
-
-def _over(plane: Plane, point: tuple[float, float, float]) -> float:
-    """How far a plane lies above a point, mm."""
-    return sum(n * (p - q) for n, p, q in zip(plane.normal, plane.point, point, strict=True))
+        return False
+    return -float(surface.distance(np.array([[*core.axis_point, 0.0]]))[0]) - core.radius >= gap >= 0.0
 
 
 def thickness_range(
@@ -170,9 +162,9 @@ def thickness_range(
     Returns:
         Least and greatest, mm.
     """
-    even = _even(surface, below, body, h_layer_mm)
-    if even is not None:
-        return even, even
+    if _even(surface, below, body, h_layer_mm):  # one place is as good as any
+        thickness = bead_thickness(loops[0][:1], surface, below, body, h_layer_mm)
+        return float(thickness[0]), float(thickness[0])
     axes = [s.axis_point for s in (body.surface, below) if s is not None and not isinstance(s, Plane)]
     points = np.concatenate([*loops, *(_facing(loop, surface, axis) for loop in loops for axis in axes)])
     thickness = bead_thickness(points, surface, below, body, h_layer_mm)
