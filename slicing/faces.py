@@ -21,6 +21,7 @@ Ints = npt.NDArray[np.int64]
 Number = TypeVar("Number", np.float64, np.int64)
 
 CHUNK = 16_384  # faces that are looked at together
+ROUNDING = 1e-12  # of a sphere's radius
 
 
 def chunks(count: int) -> Iterator[slice]:
@@ -69,7 +70,7 @@ def face_normals(vertices: Floats, faces: Ints) -> Floats:
 
 
 def face_spheres(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
-    """Spheres about the middles of the faces' bounding boxes.
+    """Spheres around the faces' bounding boxes: no corner lies outside of its face's sphere.
 
     Args:
         vertices: (n, 3) mm.
@@ -78,20 +79,21 @@ def face_spheres(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
     Returns:
         Centres (m, 3) and radii (m,), mm.
     """
-    centres, radii = np.empty((3, len(faces))), np.empty(len(faces))
+    centres, radii = np.empty((3, len(faces))), np.zeros(len(faces))
     for part, corners in _corners(vertices, faces):
-        squares = [np.zeros(part.stop - part.start) for _ in range(3)]
+        square = radii[part]
         for k in range(3):
             a, b, c = (corner[k] for corner in corners)
-            middle = centres[k, part]
-            np.minimum(np.minimum(a, b), c, out=middle)
-            middle += np.maximum(np.maximum(a, b), c)
-            middle *= 0.5
-            for square, corner in zip(squares, (a, b, c), strict=True):
-                corner -= middle
-                corner *= corner
-                square += corner
-        np.sqrt(np.maximum(np.maximum(squares[0], squares[1]), squares[2]), out=radii[part])
+            low, high = np.minimum(a, b), np.maximum(a, b)
+            np.minimum(low, c, out=low)
+            np.maximum(high, c, out=high)
+            np.add(low, high, out=centres[k, part])
+            high -= low
+            high *= high
+            square += high
+    centres *= 0.5
+    np.sqrt(radii, out=radii)
+    radii *= 0.5 * (1.0 + ROUNDING)
     return centres.T, radii
 
 

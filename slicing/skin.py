@@ -102,17 +102,25 @@ class Skin:
         a, b, c = (marked.take(column) for column in self.mesh.corners)
         return np.flatnonzero(a | b | c)
 
+    def _middles(self, k: int) -> Floats:
+        """One coordinate (m,) of the faces' centroids."""
+        centre, place = np.empty(len(self.mesh.faces)), self._places[k]
+        for part in chunks(len(centre)):
+            a, b, c = (place.take(column[part]) for column in self.mesh.corners)
+            a += b
+            a += c
+            np.divide(a, 3.0, out=centre[part])
+        return centre
+
     @cached_property
-    def _centres(self) -> Floats:
-        """The faces' centroids (3, m)."""
-        centres = np.empty((3, len(self.mesh.faces)))
-        for centre, place in zip(centres, self._places, strict=True):
-            for part in chunks(len(centre)):
-                a, b, c = (place.take(column[part]) for column in self.mesh.corners)
-                a += b
-                a += c
-                np.divide(a, 3.0, out=centre[part])
-        return centres
+    def _centres(self) -> tuple[Floats, Floats]:
+        """The faces' centroids across the axis, x and y (m,) each."""
+        return self._middles(0), self._middles(1)
+
+    @cached_property
+    def _centre_z(self) -> Floats:
+        """The faces' centroids along the axis (m,); flux about an axis is seldom asked where along it it passes."""
+        return self._middles(2)
 
     def _about(self, axis: tuple[float, float], faces: Ints) -> tuple[Floats, Floats]:
         """Squared distance (k,) of some faces' centroids from an axis, and the flux (k,) of (x, y, 0) about it."""
@@ -137,7 +145,7 @@ class Skin:
                 if along:
                     flux += 0.5 * along * normal
             return flux
-        x, y = (self._centres[k, part] - surface.axis_point[k] for k in (0, 1))
+        x, y = (self._centres[k][part] - surface.axis_point[k] for k in (0, 1))
         square = x * x
         square += y * y
         np.maximum(square, self._nothing, out=square)
@@ -155,7 +163,7 @@ class Skin:
         of matrices. Near an axis they would lose digits.
         """
         middle = self._middle
-        x, y = (self._centres[k, part] - middle[k] for k in (0, 1))
+        x, y = (self._centres[k][part] - middle[k] for k in (0, 1))
         normal_x, normal_y = (self.mesh.normals[part, k] for k in (0, 1))
         above = np.stack([x * normal_x + y * normal_y, normal_x, normal_y])
         below = np.stack([x * x + y * y, x, y, np.ones(len(x))])
@@ -210,12 +218,12 @@ class Skin:
             mean = mean_above(self._of_corners(height, above))
             return float(0.5 * mean @ (self.mesh.normals[above] @ np.asarray(surface.normal)))
         if isinstance(surface, Cylinder):  # no centroid lies farther out than all of its corners
-            over = small._squares(surface.axis_point) > surface.radius**2
-            faces = small._touching(over)
+            faces = small._touching(small._squares(surface.axis_point) > surface.radius**2)
+            radius = np.full(len(faces), surface.radius)
         else:
             faces = np.arange(len(small.mesh.faces))
+            radius = radius_at(surface, small._centre_z)
         rho2, flux = small._about(surface.axis_point, faces)
-        radius = radius_at(surface, small._centres[2].take(faces))
         out = rho2 > radius**2
         return float((0.5 * (1.0 - radius[out] ** 2 / rho2[out]) * flux[out]).sum())
 
@@ -300,7 +308,7 @@ class Skin:
             beyond = np.flatnonzero(whole[None].view(np.uint8)).tolist()
             for k, flux in zip(beyond, self._fluxes([families[k].surfaces[0] for k in beyond], part), strict=True):
                 first = below[:, k]
-                areas[k] += families[k].whole(first, flux, self._centres[2, part] if families[k].is_turned else flux)
+                areas[k] += families[k].whole(first, flux, self._centre_z[part] if families[k].is_turned else flux)
                 some = np.flatnonzero(crossed[:, k])
                 cut[k].append((part.start + some, first[some], last[some, k], flux[some]))
         for k, family in enumerate(families):
@@ -316,7 +324,7 @@ class Skin:
         by = np.arange(len(row)) - np.repeat(np.cumsum(times) - times - below, times)
         face = face[row]
         share = share_above([column - family.levels[by] for column in self._of_corners(height, face)])
-        return family.parts(by, share * flux[row], self._centres[2, face] if family.is_turned else share)
+        return family.parts(by, share * flux[row], self._centre_z[face] if family.is_turned else share)
 
 
 def _ranks(families: Sequence[Family], heights: Sequence[Floats]) -> npt.NDArray[np.uint8]:

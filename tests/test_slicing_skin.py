@@ -148,7 +148,8 @@ def test_volumes_and_measures_of_faces(solid):
     )
     assert np.array_equal(bounding_box(mesh.vertices), [mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
     reach = np.max([np.linalg.norm(corner - centres, axis=1) for corner in (a, b, c)], axis=0)
-    assert radii == pytest.approx(reach, rel=1e-12)
+    assert (radii >= reach).all()
+    assert (radii <= math.sqrt(3.0) * reach).all()
     for surface in (Cylinder((0.0, 0.0), 27.0), Cylinder((-40.0, 3.0), 75.0)):
         assert Skin(mesh).volume_beyond(surface) == pytest.approx(plain_volume(mesh, surface), rel=1e-9, abs=1e-6)
 
