@@ -322,8 +322,8 @@ class Skin:
         times = last.astype(np.int64) - below
         row = np.repeat(np.arange(len(face)), times)
         by = np.arange(len(row)) - np.repeat(np.cumsum(times) - times - below, times)
-        face = face[row]
-        share = share_above([column - family.levels[by] for column in self._of_corners(height, face)])
+        face, level = face[row], family.levels[by]
+        share = share_above([column - level for column in self._of_corners(height, face)])
         return family.parts(by, share * flux[row], self._centre_z[face] if family.is_turned else share)
 
 
