@@ -1,7 +1,6 @@
 """What is asked of every face of a mesh: normals, spheres around them, the volume that they enclose.
 
-    normals = face_normals(vertices, faces)
-    centres, radii = face_spheres(vertices, faces)
+    normals, centres, radii = face_measures(vertices, faces)
     enclosed_volume(vertices, faces, normals), total_area(normals), bounding_box(vertices)
 
 Faces are taken in chunks that stay in the processor's cache, and coordinate by coordinate: on a fine mesh that is
@@ -60,41 +59,46 @@ def face_normals(vertices: Floats, faces: Ints) -> Floats:
     """
     normals = np.empty((3, len(faces)))
     for part, (a, b, c) in _corners(vertices, faces):
-        for k in range(3):
-            b[k] -= a[k]
-            c[k] -= a[k]
-        for k in range(3):
-            i, j = (k + 1) % 3, (k + 2) % 3
-            np.subtract(b[i] * c[j], b[j] * c[i], out=normals[k, part])
+        _cross(a, b, c, normals[:, part])
     return normals.T
 
 
-def face_spheres(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
-    """Spheres around the faces' bounding boxes: no corner lies outside of its face's sphere.
+def _cross(a: list[Floats], b: list[Floats], c: list[Floats], normals: Floats) -> None:
+    """Normals (3, c) of faces, written to where they are wanted; b and c are used up."""
+    for k in range(3):
+        b[k] -= a[k]
+        c[k] -= a[k]
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.subtract(b[i] * c[j], b[j] * c[i], out=normals[k])
+
+
+def face_measures(vertices: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
+    """Normals of faces and spheres around their bounding boxes: no corner lies outside of its face's sphere.
 
     Args:
         vertices: (n, 3) mm.
-        faces: (m, 3) vertex indices.
+        faces: (m, 3) vertex indices, counter-clockwise seen from outside.
 
     Returns:
-        Centres (m, 3) and radii (m,), mm.
+        Normals (m, 3) as of `face_normals`, centres (m, 3) and radii (m,), mm.
     """
-    centres, radii = np.empty((3, len(faces))), np.zeros(len(faces))
-    for part, corners in _corners(vertices, faces):
+    normals, centres, radii = np.empty((3, len(faces))), np.empty((3, len(faces))), np.zeros(len(faces))
+    for part, (a, b, c) in _corners(vertices, faces):
         square = radii[part]
         for k in range(3):
-            a, b, c = (corner[k] for corner in corners)
-            low, high = np.minimum(a, b), np.maximum(a, b)
-            np.minimum(low, c, out=low)
-            np.maximum(high, c, out=high)
+            low, high = np.minimum(a[k], b[k]), np.maximum(a[k], b[k])
+            np.minimum(low, c[k], out=low)
+            np.maximum(high, c[k], out=high)
             np.add(low, high, out=centres[k, part])
             high -= low
             high *= high
             square += high
+        _cross(a, b, c, normals[:, part])
     centres *= 0.5
     np.sqrt(radii, out=radii)
     radii *= 0.5 * (1.0 + ROUNDING)
-    return centres.T, radii
+    return normals.T, centres.T, radii
 
 
 def enclosed_volume(vertices: Floats, faces: Ints, normals: Floats) -> float:

@@ -33,9 +33,9 @@ from slicing.part import Floats, Ints, Mesh
 from slicing.stack import FaceIntervals
 from slicing.surfaces import Cylinder, Plane, Surface
 
-REACH_MM = 1e-5  # more than any rounding
-
 __all__ = ["NUDGE_MM", "Curve", "Pieces", "assembled", "chain", "intersect", "intersect_offsets", "pair"]
+
+REACH_MM = 1e-5  # more than any rounding
 
 
 def intersect(

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slicing.edges import edge_table
-from slicing.faces import bounding_box, enclosed_volume, face_normals, face_spheres
+from slicing.faces import bounding_box, enclosed_volume, face_measures, face_normals
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -95,10 +95,10 @@ class Mesh:
         """Enclosed volume, mm³."""
         return enclosed_volume(self.vertices, self.faces, self.normals)
 
-    @cached_property
+    @property
     def normals(self) -> Floats:
         """(m, 3) outward face normals, not normalised (length: twice the area, mm²)."""
-        return face_normals(self.vertices, self.faces)
+        return self._measures[0]
 
     @cached_property
     def corners(self) -> Ints:
@@ -110,10 +110,15 @@ class Mesh:
         """Undirected edges (e, 2), lower vertex first, and the (m, 3) edge of each face's k-th side."""
         return edge_table(len(self.vertices), self.faces)
 
-    @cached_property
+    @property
     def bounding_spheres(self) -> tuple[Floats, Floats]:
         """Centres (m, 3) and radii (m,) of spheres around the faces: a bound on any distance to a surface."""
-        return face_spheres(self.vertices, self.faces)
+        return self._measures[1:]
+
+    @cached_property
+    def _measures(self) -> tuple[Floats, Floats, Floats]:
+        """Normals and spheres together: most of either is looking up the corners."""
+        return face_measures(self.vertices, self.faces)
 
 
 def mesh_from_arrays(

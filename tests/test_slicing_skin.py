@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from test_slicing_solids import blade, box, box_solid, from_manifold, ring, subdivided
 
 from slicing.bodies import Body, RevolvedBody
-from slicing.faces import CHUNK, bounding_box, enclosed_volume, face_normals, face_spheres, total_area
+from slicing.faces import CHUNK, bounding_box, enclosed_volume, face_measures, face_normals, total_area
 from slicing.families import radius_at
 from slicing.intersect import intersect, intersect_offsets
 from slicing.part import Mesh, PartError, mesh_from_arrays
@@ -140,8 +140,9 @@ def test_areas_of_any_ball_by_any_surface(centre, axis, radius, tilt):
 def test_volumes_and_measures_of_faces(solid):
     mesh = SOLIDS[solid]
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    normals, (centres, radii) = face_normals(mesh.vertices, mesh.faces), face_spheres(mesh.vertices, mesh.faces)
+    normals, centres, radii = face_measures(mesh.vertices, mesh.faces)
     assert np.array_equal(normals, np.cross(b - a, c - a))
+    assert np.array_equal(normals, face_normals(mesh.vertices, mesh.faces))
     assert total_area(normals) == pytest.approx(0.5 * np.linalg.norm(normals, axis=1).sum(), rel=1e-12)
     assert enclosed_volume(mesh.vertices, mesh.faces, normals) == pytest.approx(
         np.linalg.det(np.stack([a, b, c], axis=1)).sum() / 6.0, rel=1e-9
