@@ -15,15 +15,23 @@ import math
 from dataclasses import dataclass
 
 from slicing.meridian import Profile
-from slicing.part import PartError
+from slicing.part import FARTHEST_MM, PartError
 from slicing.surfaces import Cone, Cylinder, Revolved
 
 STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
 
 
+def _require_near(key: str, *values_mm: float) -> None:
+    """Refuse numbers beyond any part's coordinates: their squares leave no digits, or overflow."""
+    farthest = max(values_mm, key=abs, default=0.0)
+    if abs(farthest) > FARTHEST_MM:
+        raise PartError(f"{key}: {farthest:g} mm is too far; at most {FARTHEST_MM:g} mm are taken")
+
+
 def _require_axis(axis_xy_mm: tuple[float, float]) -> None:
     if len(axis_xy_mm) != 2 or not all(math.isfinite(v) for v in axis_xy_mm):
         raise PartError(f"axis_xy_mm: {axis_xy_mm} is not a point; two finite numbers are needed")
+    _require_near("axis_xy_mm", *axis_xy_mm)
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,7 @@ class Body:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius_mm) and self.radius_mm > 0):
             raise PartError(f"radius_mm: {self.radius_mm} is not a body's radius; a number above 0 is needed")
+        _require_near("radius_mm", self.radius_mm)
         _require_axis(self.axis_xy_mm)
 
     @property
@@ -74,6 +83,7 @@ class ConicalBody:
             raise PartError(f"half_angle_deg: {self.half_angle_deg} is not allowed; above -90 and below 90 is needed")
         if not math.isfinite(self.radius_mm) or (self.half_angle_deg == 0.0 and self.radius_mm <= 0):
             raise PartError(f"radius_mm: {self.radius_mm} is not a body's radius; a number above 0 is needed")
+        _require_near("radius_mm", self.radius_mm)
         _require_axis(self.axis_xy_mm)
 
     @property
@@ -103,6 +113,7 @@ class RevolvedBody:
         if any(len(point) != 2 for point in self.profile_mm):
             raise PartError("profile_mm: every point is two numbers, (r, z) in mm")
         object.__setattr__(self, "profile_mm", tuple((float(r), float(z)) for r, z in self.profile_mm))
+        _require_near("profile_mm", *(v for point in self.profile_mm for v in point))
         Profile.of(self.profile_mm)
         _require_axis(self.axis_xy_mm)
 

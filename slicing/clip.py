@@ -42,12 +42,12 @@ def outside_body(curves: list[Curve], plane: Plane, body: RoundBody, tolerance_m
     """
     if not isinstance(body.surface, Cylinder):
         return _outside_section(curves, plane, body.surface, tolerance_mm)
-    u_axis, v_axis = plane.axes()
     axis = np.append(body.surface.axis_point, 0.0)
     height = -float(plane.distance(axis[None])[0])
     half = body.surface.radius**2 - height**2
     if half <= 0 or not curves:
         return curves
+    u_axis, v_axis = plane.axes()
     if all(
         (body.surface.distance(curve.points) > -1e-7).all() and not _crosses(curve, body.surface) for curve in curves
     ):

@@ -37,6 +37,8 @@ from slicing.surfaces import Cone, Cylinder, Plane, Surface
 
 __all__ = ["NUDGE_MM", "Curve", "Pieces", "assembled", "chain", "intersect", "intersect_offsets", "pair"]
 
+REACH_MM = 1e-5  # more than any rounding
+
 
 def intersect(
     mesh: Mesh,
@@ -63,8 +65,7 @@ def intersect(
         none.
     """
     if faces is None:
-        centres, radii = mesh.bounding_spheres
-        faces = np.flatnonzero(np.abs(surface.distance(centres)) <= radii + nudge_mm + 1e-5)
+        faces = _reaching(mesh, surface, nudge_mm)
     if len(faces) == 0:
         return []
     if isinstance(surface, Plane | Cylinder):
@@ -74,6 +75,28 @@ def intersect(
         surface = surface.offset(_nudge(surface.distance(mesh.vertices[near]), nudge_mm, mesh.noise_mm))
         curves = round_curves(mesh, faces, surface, tolerance_mm)
     return _facing(curves, surface, facing)
+
+
+def _reaching(mesh: Mesh, surface: Surface, nudge_mm: float) -> Ints:
+    """Triangles (k,) that may reach a surface: by their corners where its inside is convex, and by spheres around them.
+
+    A triangle with all corners inside lies inside. One with all corners outside of a cylinder may dip into it as far
+    as a side of two radii's length can, or hold the whole circle.
+    """
+    centres, radii = mesh.bounding_spheres
+    faces, farthest = None, nudge_mm + REACH_MM + 2.0 * mesh.noise_mm  # that the cut may really lie outside
+    if isinstance(surface, Plane | Cylinder):
+        height = surface.distance(mesh.vertices)
+        low = height <= farthest
+        if isinstance(surface, Cylinder):
+            distance, widest = height + surface.radius, float(radii.max(initial=0.0))
+            inner = max(surface.radius + farthest, 0.0)
+            low = (distance * distance <= inner**2 + widest**2) | (distance <= 2.0 * widest)
+        a, b, c = ((low + 2 * (height > nudge_mm).view(np.uint8)).take(corner) for corner in mesh.corners)
+        faces = np.flatnonzero((a | b | c) == 3)
+        centres, radii = centres[faces], radii[faces]
+    near = np.flatnonzero(np.abs(surface.distance(centres)) <= radii + farthest)
+    return near if faces is None else faces[near]
 
 
 def intersect_offsets(

@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from slicing.arcs import Samples, sample_arcs
 from slicing.chains import Curve, curves_by_level
+from slicing.faces import columns_at
 from slicing.pairing import pair
 from slicing.part import Bools, Floats, Ints, Mesh
 from slicing.surfaces import Cylinder, Plane
@@ -109,33 +110,39 @@ def _net(mesh: Mesh, base: Plane | Cylinder, heights: Floats, nudge_mm: float, f
     edges, sides = mesh.edge_table
     vertices, corners = mesh.vertices, mesh.faces
     if faces is None:
-        faces = np.arange(len(corners))
+        faces, columns = np.arange(len(corners)), mesh.corners
     else:
         used, sides = _renumbered(len(edges), sides[faces])
         near, both = _renumbered(len(vertices), np.concatenate([edges[used].ravel(), corners[faces].ravel()]))
         vertices, edges, corners = vertices[near], both[: 2 * len(used)].reshape(-1, 2), both[2 * len(used) :]
         corners = corners.reshape(-1, 3)
+        columns = np.ascontiguousarray(corners.T)
     height = base.distance(vertices)
     cut_at, rank = _ranks(height, heights, nudge_mm, mesh.noise_mm)
-    ends, of_corner = rank[edges], rank[corners]
-    low, high = np.minimum(*ends.T), np.maximum(*ends.T)
-    face_low = np.minimum(np.minimum(of_corner[:, 0], of_corner[:, 1]), of_corner[:, 2])
-    face_high = np.maximum(np.maximum(of_corner[:, 0], of_corner[:, 1]), of_corner[:, 2])
+    begin, end = (rank.take(edges[:, k]) for k in (0, 1))
+    a, b, c = (rank.take(column) for column in columns)
+    low, high = np.minimum(begin, end), np.maximum(begin, end)
+    face_low, face_high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     single_low, dipped = low, np.zeros(len(corners), dtype=bool)
     if isinstance(base, Cylinder):
-        dipping, lowest = _dips(base, vertices, edges, low, cut_at)
-        low, dips = low.copy(), np.zeros(len(edges), dtype=bool)
-        low[dipping], dips[dipping] = lowest, True
-        dipped = _any_side(dips[sides])
-        rows = np.flatnonzero(dipped)
-        face_low[rows] = low[sides[rows]].min(axis=1)
+        radii = mesh.bounding_spheres[1]
+        widest = float((radii if len(faces) == len(radii) else radii.take(faces)).max(initial=0.0))
+        close = _may_dip(base, height, rank, cut_at, widest)
+        dipping, lowest = _dips(base, vertices, edges, low, cut_at, close)
+        if len(dipping):
+            low, dips = low.copy(), np.zeros(len(edges), dtype=bool)
+            low[dipping], dips[dipping] = lowest, True
+            dipped = _any_side(dips, sides)
+            rows = np.flatnonzero(dipped)
+            face_low[rows] = low[sides[rows]].min(axis=1)
     spans = (low, single_low, high, face_low, face_high, dipped)
     return _Net(base, cut_at, vertices, height, rank, corners, faces, sides, edges, *spans)
 
 
-def _any_side(of_side: Bools) -> Bools:
-    """any(axis=1) of (f, 3), which numpy is slow at."""
-    return of_side[:, 0] | of_side[:, 1] | of_side[:, 2]
+def _any_side(dips: Bools, sides: Ints) -> Bools:
+    """Whether any of the sides (f, 3) of triangles dips."""
+    first, second, third = (dips.take(sides[:, k]) for k in range(3))
+    return first | second | third
 
 
 def _renumbered(size: int, used: Ints) -> tuple[Ints, Ints]:
@@ -165,7 +172,18 @@ def _ranks(height: Floats, levels: Floats, nudge_mm: float, noise_mm: float) -> 
     return cut_at, rank
 
 
-def _dips(base: Cylinder, vertices: Floats, edges: Ints, low: Ranks, cut_at: Floats) -> tuple[Ints, Ints]:
+def _may_dip(base: Cylinder, height: Floats, rank: Ranks, cut_at: Floats, half_mm: float) -> Bools:
+    """Which vertices (v,) stand so close above a level that a side from there may dip into it.
+
+    The foot of the perpendicular lies within half a side's length (at most half_mm) of the side's lower end.
+    """
+    radius = np.append(-np.inf, base.radius + cut_at)  # of the highest cut below a vertex
+    reached = radius**2 + (1.0 + 1e-9) * half_mm**2
+    reached[0] = -np.inf
+    return (height + base.radius) ** 2 < reached.take(rank)
+
+
+def _dips(base: Cylinder, vertices: Floats, edges: Ints, low: Ranks, cut_at: Floats, close: Bools) -> tuple[Ints, Ints]:
     """Edges that cross levels twice, both ends outside, and the first such level of each.
 
     Args:
@@ -174,11 +192,14 @@ def _dips(base: Cylinder, vertices: Floats, edges: Ints, low: Ranks, cut_at: Flo
         edges: (e, 2) vertices.
         low: (e,) least rank of their ends.
         cut_at: (l,) heights of the cuts.
+        close: (v,) vertices of which one is an end of any such edge.
 
     Returns:
         Numbers of the edges, and levels.
     """
-    above = np.flatnonzero(low > 0)
+    if not close.any():
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    above = np.flatnonzero((close.take(edges[:, 0]) | close.take(edges[:, 1])) & (low > 0))
     x, y = vertices[:, 0] - base.axis_point[0], vertices[:, 1] - base.axis_point[1]
     begin, end = edges[above, 0], edges[above, 1]
     x0, y0 = x[begin], y[begin]
@@ -195,6 +216,9 @@ def _dips(base: Cylinder, vertices: Floats, edges: Ints, low: Ranks, cut_at: Flo
 def _batches(net: _Net) -> Iterator[tuple[int, int]]:
     """Ranges of levels with a bounded number of crossings each."""
     levels = len(net.cut_at)
+    if len(net.faces) <= BATCH // levels:
+        yield 0, levels
+        return
     begin = np.bincount(net.face_low, minlength=levels + 1)
     active = np.cumsum(begin - np.bincount(net.face_high, minlength=levels + 1))[:levels]
     low, total = 0, 0
@@ -216,10 +240,9 @@ def _batch(mesh: Mesh, net: _Net, low: int, high: int, tolerance_mm: float) -> l
         whole, its_level = _whole_circles(net, low, high)
         row, level = np.append(row, whole), np.append(level, its_level)
         start, end = (np.append(nodes, np.full(len(whole), -1)) for nodes in (start, end))
-        corners = mesh.vertices[mesh.faces[net.number[row]]]
         nodes = _on_cylinder(net, edge, at) if len(edge) else np.zeros((1, 3))
         radius = net.base.radius + net.cut_at[level]
-        samples = sample_arcs(net.base.axis_point, radius, corners, start, end, nodes, tolerance_mm)
+        samples = sample_arcs(net.base.axis_point, radius, mesh, net.number[row], start, end, nodes, tolerance_mm)
     return curves_by_level(start, end, level - low, high - low, samples)
 
 
@@ -277,50 +300,57 @@ def _pieces(net: _Net, low: int, high: int, edge: Ints, at: Ints, shift: Ints) -
 
 def _simple(net: _Net, row: Ints, level: Ints, shift: Ints) -> tuple[Ints, Ints]:
     """Start and end nodes where a triangle's boundary crosses the level just twice, on two sides."""
-    outside = net.rank[net.faces[row]] > level[:, None]
-    kind = outside[:, 0] + 2 * outside[:, 1] + 4 * outside[:, 2]
-    sides = net.sides.ravel()
-    start, end = (2 * (shift[sides[3 * row + table[kind]]] + level) for table in (RETURNS, LEAVES))
+    kind = np.zeros(len(row), dtype=np.int8)
+    for k, corner in enumerate(columns_at(net.faces, row)):
+        kind += (net.rank.take(corner) > level) * np.int8(1 << k)
+    sides, row = net.sides.ravel(), 3 * row
+    start, end = (2 * (shift.take(sides.take(row + table.take(kind))) + level) for table in (RETURNS, LEAVES))
     return start, end
 
 
 def _on_plane(net: _Net, edge: Ints, at: Ints) -> Floats:
     """Where edges cross planes (c, 3)."""
-    begin, end = net.edges[edge, 0], net.edges[edge, 1]
-    below, above = net.height[begin] - net.cut_at[at], net.height[end] - net.cut_at[at]
-    share = np.clip(below / (below - above), 0.0, 1.0)
-    origin = net.vertices[begin]
-    return origin + share[:, None] * (net.vertices[end] - origin)
+    begin, end = columns_at(net.edges, edge)
+    below, above = (net.height.take(ends) for ends in (begin, end))
+    share = np.clip((below - net.cut_at.take(at)) / (below - above), 0.0, 1.0)
+    nodes, way = columns_at(net.vertices, begin), columns_at(net.vertices, end)
+    way -= nodes
+    way *= share
+    nodes += way
+    return nodes.T
 
 
 def _lines(plane: Plane, nodes: Floats, start: Ints, end: Ints) -> Samples:
     """Pieces on planes: straight lines from node to node, one point each."""
-    flat = plane.unrolled(nodes)
-    a, b = flat[start], flat[end]
-    area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    return Samples(nodes[start], np.arange(len(start) + 1), area, np.zeros(len(start)))
+    u, v = plane.unrolled(nodes).T
+    area = 0.5 * (u.take(start) * v.take(end) - v.take(start) * u.take(end))
+    points = np.stack([column.take(start) for column in nodes.T]).T
+    return Samples(points, np.arange(len(start) + 1), area, np.zeros(len(start)))
 
 
 def _on_cylinder(net: _Net, edge: Ints, at: Ints) -> Floats:
     """Where edges cross cylinders (2 c, 3): twice each, the second unused where they cross once."""
     assert isinstance(net.base, Cylinder)
-    begin, end = net.edges[edge, 0], net.edges[edge, 1]
-    origin = net.vertices[begin]
-    way = net.vertices[end] - origin
-    x, y = origin[:, 0] - net.base.axis_point[0], origin[:, 1] - net.base.axis_point[1]
+    begin, end = columns_at(net.edges, edge)
+    origin = columns_at(net.vertices, begin)
+    way = columns_at(net.vertices, end) - origin
+    x, y = (origin[k] - net.base.axis_point[k] for k in (0, 1))
     # |origin + t way|² = r² in xy:  a t² + 2 b t + c = 0
-    a = way[:, 0] ** 2 + way[:, 1] ** 2
-    b = x * way[:, 0] + y * way[:, 1]
-    radius, distance = net.base.radius + net.cut_at[at], net.height[begin] + net.base.radius
+    a = way[0] ** 2 + way[1] ** 2
+    b = x * way[0] + y * way[1]
+    radius, distance = net.base.radius + net.cut_at.take(at), net.height.take(begin) + net.base.radius
     c = (distance - radius) * (distance + radius)
     root = np.sqrt(np.maximum(b * b - a * c, 0.0))
-    q = -(b + np.where(b >= 0, root, -root))  # the sum without cancellation; the other root by c / q
+    q = -(b + np.copysign(root, b))  # the sum without cancellation; the other root by c / q
     with np.errstate(divide="ignore", invalid="ignore"):
-        early, late = (np.nan_to_num(t, posinf=1.0, neginf=0.0) for t in (q / a, c / q))
+        early, late = (np.nan_to_num(t, copy=False, posinf=1.0, neginf=0.0) for t in (q / a, c / q))
     early, late = np.minimum(early, late), np.maximum(early, late)
-    leaving = (at >= net.single_low[edge]) & (net.rank[begin] <= at)  # from inside: at the later root
-    share = np.clip(np.stack([np.where(leaving, late, early), late], axis=1), 0.0, 1.0)
-    return (origin[:, None] + share[:, :, None] * way[:, None]).reshape(-1, 3)
+    leaving = (at >= net.single_low.take(edge)) & (net.rank.take(begin) <= at)  # from inside: at the later root
+    nodes = np.empty((3, len(edge), 2))
+    for root_no, share in enumerate((np.where(leaving, late, early), late)):
+        share = np.clip(share, 0.0, 1.0)
+        np.add(origin, share * way, out=nodes[:, :, root_no])
+    return nodes.reshape(3, -1).T
 
 
 def _whole_circles(net: _Net, low: int, high: int) -> tuple[Ints, Ints]:
@@ -328,7 +358,10 @@ def _whole_circles(net: _Net, low: int, high: int) -> tuple[Ints, Ints]:
     assert isinstance(net.base, Cylinder)
     lowest = int(np.searchsorted(net.cut_at, -net.base.radius, side="right"))
     x, y = (net.vertices[:, k] > net.base.axis_point[k] for k in range(2))
-    quarter = (x + 2 * y.astype(np.int8))[net.faces]
+    around = x + 2 * y.astype(np.int8)
+    if int(np.bitwise_or.reduce(around, initial=0)) != 3 or int(np.bitwise_and.reduce(around, initial=3)) != 0:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)  # all of it lies beside the axis
+    quarter = around[net.faces]
     either, both = (f(f(quarter[:, 0], quarter[:, 1]), quarter[:, 2]) for f in (np.bitwise_or, np.bitwise_and))
     # few triangles lie on both sides of the axis both ways
     rows = np.flatnonzero((either == 3) & (both == 0) & (net.face_low > max(low, lowest)))

@@ -103,7 +103,7 @@ class _Cutter:
     def curves(self, surface: Cylinder | Plane) -> list[Curve]:
         """Where a surface meets the mesh; only triangles as far from the body as it lies there are looked at."""
         low, high = self._reach(surface)
-        faces = np.sort(self.intervals.between(low, high))
+        faces = self.intervals.between(low, high)
         return intersect(self.mesh, surface, self.tolerance_mm, faces=faces)
 
     @cached_property
@@ -111,8 +111,11 @@ class _Cutter:
         """The angle about the body's axis in which the mesh lies: its middle and half its width, rad."""
         x, y = (self.mesh.vertices[:, k] - self.body.axis_point[k] for k in range(2))
         middle = math.atan2(float(y.mean()), float(x.mean()))
-        turned = np.arctan2(y, x) - middle
-        return middle, float(np.abs((turned + math.pi) % (2 * math.pi) - math.pi).max())
+        cosine, sine = math.cos(middle), math.sin(middle)
+        ahead, aside = x * cosine + y * sine, np.abs(y * cosine - x * sine)
+        if ahead.min() > 0:
+            return middle, math.atan(float((aside / ahead).max()))
+        return middle, float(np.arctan2(aside, ahead).max())
 
     def _reach(self, surface: Cylinder | Plane) -> tuple[float, float]:
         """Least and greatest height over the body that a surface has where the mesh may be.

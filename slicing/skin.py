@@ -10,8 +10,10 @@ surfaces of revolution (x, y, 0) / rho² about their axis, which passes a ring o
 1 that is zero on the surface gives the volume: (rho² - r²) / (2 rho²) (x, y, 0), or the height over a plane.
 
 Faces are divided until a round surface leaves them by no more than SAG_MM: for cylinders only across the axis, for
-planes not at all. Those cut by the surface count by the share of them beyond it, as if it were plane there. Heights and
-fluxes of faces are found once for each family of offsets.
+planes not at all. Those cut by the surface count by the share of them beyond it, as if it were plane there.
+
+Every face is looked at for every family of offsets, but only those that a level cuts closely: the number of levels
+below a vertex says of all others how many they lie beyond. Sums over faces are taken by columns (see `slicing.faces`).
 """
 
 from __future__ import annotations
@@ -22,29 +24,19 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
-from slicing.meridian import Chain
+from slicing.faces import chunks, total_area
+from slicing.families import Family, ascending, family_of, level_of, mean_above, radius_at, share_above
 from slicing.part import Bools, Floats, Ints, Mesh
-from slicing.surfaces import Cone, Cylinder, Plane, Revolved, Round, Surface
+from slicing.surfaces import Cylinder, Plane, Round, Surface
 
 SAG_MM = 0.02
 LEVEL = 1e-9  # share of a normal that is rounding
+FAR = 1.1  # an axis this often as far from the solid's middle as its corners is beside it
 ENOUGH_FACES, MOST_FACES = 6_000, 60_000
-
-
-def radius_at(surface: Surface, z: Floats) -> Floats:
-    """Radius (n,) of a surface of revolution at heights; 0 where there is nothing."""
-    if isinstance(surface, Cylinder):
-        return np.full(len(z), surface.radius)
-    assert not isinstance(surface, Plane)
-    return _along(surface.chain(1e-3), z)
-
-
-def _along(chain: Chain, z: Floats) -> Floats:
-    radius = np.interp(z, chain.z, chain.r)
-    for end, slope, out in ((0, chain.slope[0], z < chain.z[0]), (-1, chain.slope[1], z > chain.z[-1])):
-        radius[out] = chain.r[end] + slope * (z[out] - chain.z[end])
-    return np.fmax(radius, 0.0)  # 0 for NaN
+MOST_LEVELS, MOST_FAMILIES = 255, 8  # that are looked at together: how many lie below a vertex is one byte each
+FEW_LEVELS = 6  # up to here comparing is faster than searching
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,97 +44,231 @@ class Skin:
     """The faces of a solid.
 
     Attributes:
-        vertices: (n, 3) mm.
-        faces: (m, 3) vertex indices, outward.
+        mesh: the solid.
         limit_mm: longest side where faces are divided; 0 where they are as they are.
     """
 
-    vertices: Floats
-    faces: Ints
+    mesh: Mesh
     limit_mm: float = 0.0
-    _families: dict[object, _Family] = field(default_factory=dict)
-    _divided: dict[tuple[bool, float], Skin] = field(default_factory=dict)
+    _divided: dict[tuple[bool, float], Skin | None] = field(default_factory=dict)
 
     @classmethod
     def of(cls, mesh: Mesh) -> Skin:
         """A mesh's faces."""
-        area = 0.5 * float(np.sqrt((mesh.normals**2).sum(axis=1)).sum())
+        area = total_area(mesh.normals)
         around = 0.5 * float(np.ptp(mesh.bounds, axis=0)[:2].max())
         limit = max(math.sqrt(8.0 * SAG_MM * around), math.sqrt(2.0 * area / ENOUGH_FACES))
-        return cls(mesh.vertices, mesh.faces, limit)
+        return cls(mesh, limit)
 
     def fit_for(self, surface: Surface, finer: float = 1.0) -> Skin:
         """The faces as small as a surface needs them; `finer` times smaller than usual.
 
-        None needs to be divided for planes, and none along the axis for cylinders. What faces straight along the axis
-        passes nothing through round surfaces and is left out.
+        None needs to be divided for planes, and none along the axis for cylinders; nor where there are most of them
+        already. What faces straight along the axis passes nothing through round surfaces.
         """
-        if isinstance(surface, Plane):
+        if isinstance(surface, Plane) or not self.limit_mm:
             return self
         key = (isinstance(surface, Cylinder), finer)
         if key not in self._divided:
-            level = np.hypot(self._vectors[:, 0], self._vectors[:, 1]) > LEVEL * np.abs(self._vectors[:, 2])
-            small = _divided(self.vertices, self.faces[level], self.limit_mm / finer, int(MOST_FACES * finer), key[0])
-            self._divided[key] = Skin(*small)
-        return self._divided[key]
+            self._divided[key] = self._divide(self.limit_mm / finer, int(MOST_FACES * finer), key[0])
+        return self._divided[key] or self
+
+    def _divide(self, limit_mm: float, most: int, across: bool) -> Skin | None:
+        """The faces divided, what faces along the axis left out; None where they stay as they are."""
+        steep = np.empty(len(self.mesh.faces), dtype=bool)
+        count = 0
+        for part in chunks(len(steep)):
+            x, y, z = self.mesh.normals[part].T
+            np.greater(x * x + y * y, LEVEL**2 * (z * z), out=steep[part])
+            count += int(np.count_nonzero(steep[part]))
+            if count > most:
+                return None
+        small = _divided(self.mesh.vertices, self.mesh.faces[steep], limit_mm, most, across)
+        return Skin(Mesh(self.mesh.name, *small))
 
     @cached_property
-    def _centres(self) -> Floats:
-        a, b, c = self._columns
-        return np.asfortranarray((self.vertices[a] + self.vertices[b] + self.vertices[c]) / 3)
+    def _places(self) -> Floats:
+        """The vertices' coordinates (3, n)."""
+        return np.ascontiguousarray(self.mesh.vertices.T)
+
+    def _of_corners(self, values: Floats, faces: Ints) -> list[Floats]:
+        """What the vertices have (n,) for each of the three corners of some faces."""
+        return [values.take(column.take(faces)) for column in self.mesh.corners]
+
+    def _touching(self, marked: Bools) -> Ints:
+        """Faces of which any corner is marked (n,)."""
+        if not marked.any():
+            return np.zeros(0, dtype=np.int64)
+        a, b, c = (marked.take(column) for column in self.mesh.corners)
+        return np.flatnonzero(a | b | c)
+
+    def _middles(self, k: int) -> Floats:
+        """One coordinate (m,) of the faces' centroids."""
+        centre, place = np.empty(len(self.mesh.faces)), self._places[k]
+        for part in chunks(len(centre)):
+            a, b, c = (place.take(column[part]) for column in self.mesh.corners)
+            a += b
+            a += c
+            np.divide(a, 3.0, out=centre[part])
+        return centre
 
     @cached_property
-    def _columns(self) -> tuple[Ints, Ints, Ints]:
-        a, b, c = (np.ascontiguousarray(self.faces[:, k]) for k in range(3))
-        return a, b, c
+    def _centres(self) -> tuple[Floats, Floats]:
+        """The faces' centroids across the axis, x and y (m,) each."""
+        return self._middles(0), self._middles(1)
 
     @cached_property
-    def _vectors(self) -> Floats:
-        """Normals (m, 3) as long as the faces are large, mm²."""
-        a, b, c = (self.vertices[column] for column in self._columns)
-        return np.asfortranarray(0.5 * np.cross(b - a, c - a))
+    def _centre_z(self) -> Floats:
+        """The faces' centroids along the axis (m,); flux about an axis is seldom asked where along it it passes."""
+        return self._middles(2)
 
-    def _about(self, axis: tuple[float, float]) -> tuple[Floats, Floats]:
-        """Squared distance (m,) of the centres from an axis, and the flux (m,) of (x, y, 0) about it."""
-        x, y = self._centres[:, 0] - axis[0], self._centres[:, 1] - axis[1]
-        return x * x + y * y, x * self._vectors[:, 0] + y * self._vectors[:, 1]
+    def _about(self, axis: tuple[float, float], faces: Ints) -> tuple[Floats, Floats]:
+        """Squared distance (k,) of some faces' centroids from an axis, and the flux (k,) of (x, y, 0) about it."""
+        x, y = (self._centres[k].take(faces) - axis[k] for k in (0, 1))
+        normals = self.mesh.normals
+        return x * x + y * y, 0.5 * (x * normals[:, 0].take(faces) + y * normals[:, 1].take(faces))
+
+    def _fluxes(self, surfaces: Sequence[Surface], part: slice) -> list[Floats]:
+        """Flux (c,) through some faces of the fields that pass surfaces and their offsets evenly, of each surface."""
+        far = [surface.axis_point for surface in surfaces if not isinstance(surface, Plane) and self._is_far(surface)]
+        if len(far) < 2:
+            return [self._evenly(surface, part) for surface in surfaces]
+        rows = dict(zip(far, self._from_afar(far, part), strict=True))
+        of = [None if isinstance(surface, Plane) else rows.get(surface.axis_point) for surface in surfaces]
+        return [self._evenly(surface, part) if row is None else row for surface, row in zip(surfaces, of, strict=True)]
+
+    def _evenly(self, surface: Surface, part: slice) -> Floats:
+        normals = self.mesh.normals[part].T
+        if isinstance(surface, Plane):
+            flux = 0.5 * surface.normal[0] * normals[0]
+            for along, normal in zip(surface.normal[1:], normals[1:], strict=True):
+                if along:
+                    flux += 0.5 * along * normal
+            return flux
+        x, y = (self._centres[k][part] - surface.axis_point[k] for k in (0, 1))
+        square = x * x
+        square += y * y
+        np.maximum(square, self._nothing, out=square)
+        x *= normals[0]
+        y *= normals[1]
+        x += y
+        x *= 0.5
+        x /= square
+        return x
+
+    def _from_afar(self, axes: Sequence[tuple[float, float]], part: slice) -> Floats:
+        """Flux (a, c) of (x, y, 0) / rho² about axes beside the solid.
+
+        With the faces at c and the axes at a, from the solid's middle, it is (c n - a n) / (c² - 2 a c + a²): products
+        of matrices. Near an axis they would lose digits.
+        """
+        middle = self._middle
+        x, y = (self._centres[k][part] - middle[k] for k in (0, 1))
+        normal_x, normal_y = (self.mesh.normals[part, k] for k in (0, 1))
+        above = np.stack([x * normal_x + y * normal_y, normal_x, normal_y])
+        below = np.stack([x * x + y * y, x, y, np.ones(len(x))])
+        away = np.asarray(axes) - middle
+        flux = np.column_stack([np.full(len(away), 0.5), -0.5 * away]) @ above
+        flux /= np.column_stack([np.ones(len(away)), -2.0 * away, (away**2).sum(axis=1)]) @ below
+        return flux
+
+    def _is_far(self, surface: Round) -> bool:
+        """Whether a surface's axis passes the solid at some distance."""
+        (x, y), (middle_x, middle_y) = surface.axis_point, self._middle.tolist()
+        return math.hypot(x - middle_x, y - middle_y) > FAR * self._around
+
+    @cached_property
+    def _around(self) -> float:
+        return 0.5 * math.hypot(*np.ptp(self.mesh.bounds, axis=0)[:2])
+
+    @cached_property
+    def _middle(self) -> Floats:
+        return np.asarray(self.mesh.bounds.mean(axis=0)[:2])
+
+    @cached_property
+    def _nothing(self) -> float:
+        """Squared distance from an axis, mm², at which a face is on it."""
+        return max(1e-9 * float((np.ptp(self.mesh.bounds, axis=0)[:2] ** 2).sum()), 1e-300)
+
+    def _squares(self, axis: tuple[float, float]) -> Floats:
+        """Squared distances (n,) of the vertices from an axis."""
+        x, y = (self._places[k] - axis[k] for k in (0, 1))
+        x *= x
+        y *= y
+        x += y
+        return x
+
+    def _heights(self, surface: Surface) -> Floats:
+        """Heights (n,) of the vertices among the offsets of a surface (see `level_of`)."""
+        if isinstance(surface, Plane):
+            x, y, z = (n * place for n, place in zip(surface.normal, self._places, strict=True))
+            x += y
+            x += z
+            return x
+        if isinstance(surface, Cylinder):
+            return np.sqrt(self._squares(surface.axis_point))
+        return surface.distance(self.mesh.vertices) + level_of(surface)
 
     def volume_beyond(self, surface: Surface) -> float:
         """Volume of the solid on the outer side of a surface, mm³."""
+        small = self.fit_for(surface)
         if isinstance(surface, Plane):
-            heights = self._heights(surface)
-            above = np.flatnonzero(np.maximum(np.maximum(heights[0], heights[1]), heights[2]) > 0)
-            mean = _mean_above(np.stack([h[above] for h in heights], axis=1))
-            return float(mean @ (self._vectors[above] @ np.asarray(surface.normal)))
-        small = self.fit_for(surface) if self.limit_mm else self
-        rho2, flux = small._about(surface.axis_point)
-        radius = radius_at(surface, small._centres[:, 2])
+            height = self._heights(surface) - level_of(surface)
+            above = self._touching(height > 0)
+            mean = mean_above(self._of_corners(height, above))
+            return float(0.5 * mean @ (self.mesh.normals[above] @ np.asarray(surface.normal)))
+        if isinstance(surface, Cylinder):  # no centroid lies farther out than all of its corners
+            faces = small._touching(small._squares(surface.axis_point) > surface.radius**2)
+            radius = np.full(len(faces), surface.radius)
+        else:
+            faces = np.arange(len(small.mesh.faces))
+            radius = radius_at(surface, small._centre_z)
+        rho2, flux = small._about(surface.axis_point, faces)
         out = rho2 > radius**2
         return float((0.5 * (1.0 - radius[out] ** 2 / rho2[out]) * flux[out]).sum())
 
-    def deepest(self, surface: Round) -> float:
-        """Least distance from a round surface, mm, below 0 inside; of the axis where it enters the solid."""
-        x, y = (self.vertices[:, k] - surface.axis_point[k] for k in (0, 1))
-        points = [self.vertices]
-        if not isinstance(surface, Cylinder):  # for cylinders the sides tell
-            points.append(self.fit_for(surface).vertices)
-        turns = []
-        a, b, c = self._columns
-        for p, q in ((a, b), (b, c), (c, a)):
-            turns.append(x[p] * y[q] - x[q] * y[p])
-            dx, dy = x[q] - x[p], y[q] - y[p]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                share = np.nan_to_num(np.clip(-(x[p] * dx + y[p] * dy) / (dx * dx + dy * dy), 0.0, 1.0))
-            points.append(self.vertices[p] + share[:, None] * (self.vertices[q] - self.vertices[p]))
-        pierced = np.minimum(np.minimum(turns[0], turns[1]), turns[2]) > 0
-        pierced |= np.maximum(np.maximum(turns[0], turns[1]), turns[2]) < 0
-        points.append(self._centres[pierced] * (0.0, 0.0, 1.0) + (*surface.axis_point, 0.0))
-        return float(surface.distance(np.concatenate(points)).min())
+    def deepest(self, surface: Round, deeper_than_mm: float = math.inf) -> float:
+        """Least distance from a round surface, mm, below 0 inside; of the axis where it enters the solid.
 
-    def _heights(self, surface: Surface) -> list[Floats]:
-        """Heights over a surface (m,) of each of the three corners of the faces."""
-        height = surface.distance(self.vertices)
-        return [height[column] for column in self._columns]
+        It is exact where it is less than `deeper_than_mm`; else nothing is. Only faces are looked at that may reach
+        deeper than that, and than their corners.
+        """
+        vertices = self.mesh.vertices
+        height = surface.distance(vertices)
+        least = float(height.min())
+        if not isinstance(surface, Cylinder):  # for cylinders the sides tell
+            least = min(least, float(surface.distance(self.fit_for(surface).mesh.vertices).min()))
+        near = self._deeper(surface, height, min(least, deeper_than_mm))
+        if len(near) == 0:
+            return least
+        corners = [vertices[column[near]] for column in self.mesh.corners]
+        flat = [corner[:, :2] - surface.axis_point for corner in corners]
+        points, turns = [], []
+        for k in range(3):
+            p, q = flat[k], flat[(k + 1) % 3]
+            turns.append(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+            along = q - p
+            with np.errstate(divide="ignore", invalid="ignore"):
+                share = -(p * along).sum(axis=1) / (along**2).sum(axis=1)
+            share = np.nan_to_num(np.clip(share, 0.0, 1.0))
+            points.append(corners[k] + share[:, None] * (corners[(k + 1) % 3] - corners[k]))
+        low, _, high = ascending(turns)
+        centroids = (corners[0] + corners[1] + corners[2])[(low > 0) | (high < 0)] / 3.0
+        points.append(centroids * (0.0, 0.0, 1.0) + (*surface.axis_point, 0.0))
+        return min(least, float(surface.distance(np.concatenate(points)).min()))
+
+    def _deeper(self, surface: Round, height: Floats, than_mm: float) -> Ints:
+        """Faces (k,) that may reach deeper than a height, from the heights (n,) of the vertices."""
+        centres, radii = self.mesh.bounding_spheres
+        if not isinstance(surface, Cylinder):
+            return np.flatnonzero(surface.distance(centres) - radii < than_mm)
+        # a side of two radii's length between points so far from the axis comes no nearer to it than this; and a
+        # triangle that the axis passes through has a corner nearer than two radii
+        inner2 = max(surface.radius + than_mm, 0.0) ** 2
+        distance, widest = height + surface.radius, float(radii.max(initial=0.0))
+        near = self._touching((distance * distance < inner2 + widest**2) | (distance < 2.0 * widest))
+        low, radii = ascending(self._of_corners(distance, near))[0], radii.take(near)
+        return near[(low * low < inner2 + radii * radii) | (low < 2.0 * radii)]
 
     def area_on(self, surface: Surface, by_mm: float = 0.0, finer: float = 1.0) -> float:
         """Area of the solid's section by the offset of a surface, mm²; from faces `finer` times smaller than usual."""
@@ -152,15 +278,66 @@ class Skin:
         """The same of several surfaces (k,)."""
         rows: dict[object, list[int]] = {}
         for k, surface in enumerate(surfaces):
-            rows.setdefault(_family_of(surface)[0], []).append(k)
+            rows.setdefault(family_of(surface), []).append(k)
         areas = np.zeros(len(surfaces))
-        for key, own in rows.items():
-            members = [surfaces[k] for k in own]
-            small = self.fit_for(members[0], finer) if self.limit_mm else self
-            if key not in small._families:
-                small._families[key] = _Family.of(small, members[0])
-            areas[own] = small._families[key].areas_at(members)
+        together: dict[Skin, list[list[int]]] = {}
+        for own in rows.values():
+            own.sort(key=lambda k: level_of(surfaces[k]))
+            for first in range(0, len(own), MOST_LEVELS):
+                part = own[first : first + MOST_LEVELS]
+                together.setdefault(self.fit_for(surfaces[part[0]], finer), []).append(part)
+        for skin, groups in together.items():
+            for first in range(0, len(groups), MOST_FAMILIES):
+                some = groups[first : first + MOST_FAMILIES]
+                found = skin._areas_of([Family.of([surfaces[k] for k in group]) for group in some])
+                for group, area in zip(some, found, strict=True):
+                    areas[group] = area
         return areas
+
+    def _areas_of(self, families: Sequence[Family]) -> list[Floats]:
+        """Areas on the members of some families, from the faces as they are."""
+        heights = [self._heights(family.surfaces[0]) for family in families]
+        rank = _ranks(families, heights)
+        areas = [np.zeros(len(family.levels)) for family in families]
+        cut: list[list[tuple[Ints, Ints, Ints, Floats]]] = [[] for _ in families]
+        for part in chunks(len(self.mesh.faces)):
+            a, b, c = (rank.take(corner[part], axis=0) for corner in self.mesh.corners)
+            below, last = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+            crossed = below != last
+            whole = np.bitwise_or.reduce(last.view(f"u{last.shape[1]}").ravel())  # a row at one go
+            beyond = np.flatnonzero(whole[None].view(np.uint8)).tolist()
+            for k, flux in zip(beyond, self._fluxes([families[k].surfaces[0] for k in beyond], part), strict=True):
+                first = below[:, k]
+                areas[k] += families[k].whole(first, flux, self._centre_z[part] if families[k].is_turned else flux)
+                some = np.flatnonzero(crossed[:, k])
+                cut[k].append((part.start + some, first[some], last[some, k], flux[some]))
+        for k, family in enumerate(families):
+            if cut[k]:
+                columns = [np.concatenate(column) for column in zip(*cut[k], strict=True)]
+                areas[k] += self._parts(family, heights[k], *columns)
+        return areas
+
+    def _parts(self, family: Family, height: Floats, face: Ints, below: Ints, last: Ints, flux: Floats) -> Floats:
+        """What faces (c,) cut by the levels below .. last - 1 add to the areas on a family's members."""
+        times = last.astype(np.int64) - below
+        row = np.repeat(np.arange(len(face)), times)
+        by = np.arange(len(row)) - np.repeat(np.cumsum(times) - times - below, times)
+        face, level = face[row], family.levels[by]
+        share = share_above([column - level for column in self._of_corners(height, face)])
+        return family.parts(by, share * flux[row], self._centre_z[face] if family.is_turned else share)
+
+
+def _ranks(families: Sequence[Family], heights: Sequence[Floats]) -> npt.NDArray[np.uint8]:
+    """How many levels of each family lie below each vertex (n, f): rows of 1, 2, 4 or 8 bytes, taken at one go."""
+    width = 1 << (len(families) - 1).bit_length()
+    rank = np.zeros((len(heights[0]), width), dtype=np.uint8)
+    for k, (family, height) in enumerate(zip(families, heights, strict=True)):
+        if len(family.levels) <= FEW_LEVELS:
+            for level in family.levels.tolist():
+                rank[:, k] += height > level
+        else:
+            rank[:, k] = np.searchsorted(family.levels, height)
+    return rank
 
 
 def _divided(vertices: Floats, faces: Ints, limit_mm: float, most: int, across: bool) -> tuple[Floats, Ints]:
@@ -182,106 +359,3 @@ def _divided(vertices: Floats, faces: Ints, limit_mm: float, most: int, across: 
         vertices = np.concatenate([vertices, 0.5 * (vertices[a] + vertices[b])])
         faces = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
     return vertices, np.concatenate([*done, faces])
-
-
-def _family_of(surface: Surface) -> tuple[object, float]:
-    """What the offsets of a surface have in common, and how far out among them it lies."""
-    if isinstance(surface, Plane):
-        return surface.normal, float(np.dot(surface.point, surface.normal))
-    if isinstance(surface, Cylinder):
-        return surface.axis_point, surface.radius
-    if isinstance(surface, Cone):
-        return (surface.axis_point, surface.half_angle_deg), surface.radius * math.cos(
-            math.radians(surface.half_angle_deg)
-        )
-    return (surface.axis_point, surface.profile), surface.offset_mm
-
-
-@dataclass(frozen=True, eq=False)
-class _Family:
-    """Faces by their height among the offsets of a surface.
-
-    Attributes:
-        height: of their first, second and third corners, (m,) each.
-        low: (m,) lowest of them.
-        high: (m,) highest.
-        flux: (m,) of the field that passes the offsets evenly.
-        z: (m,) heights of the centres along the axis.
-    """
-
-    height: list[Floats]
-    low: Floats
-    high: Floats
-    flux: Floats
-    z: Floats
-
-    @classmethod
-    def of(cls, skin: Skin, surface: Surface) -> _Family:
-        first, second, third = height = skin._heights(surface)
-        level = _family_of(surface)[1]
-        for column in height:
-            column += level
-        if isinstance(surface, Plane):
-            flux = skin._vectors @ np.asarray(surface.normal)
-        else:
-            rho2, flux = skin._about(surface.axis_point)
-            flux = flux / np.maximum(rho2, 1e-9 * max(float(rho2.max(initial=0.0)), 1e-300))
-        low, high = np.minimum(np.minimum(first, second), third), np.maximum(np.maximum(first, second), third)
-        return cls(height, low, high, flux, skin._centres[:, 2])
-
-    def areas_at(self, surfaces: Sequence[Surface]) -> Floats:
-        """Areas (k,) of the sections by some offsets."""
-        level = np.array([_family_of(surface)[1] for surface in surfaces])
-        order: Ints = np.argsort(level)
-        ascending = level[order]
-        # a face lies above all levels before `first`, and those before `last` cut it
-        first, last = np.searchsorted(ascending, self.low), np.searchsorted(ascending, self.high)
-        times = last - first
-        cut = np.flatnonzero(times)
-        times = times[cut]
-        face = np.repeat(cut, times)
-        by = np.arange(len(face)) - np.repeat(np.cumsum(times) - times - first[cut], times)
-        share: Floats = _share_above(np.stack([column[face] - ascending[by] for column in self.height], axis=1))
-        part = share * self.flux[face]
-        if isinstance(surfaces[0], Revolved):
-            turned = [self._turned(surfaces[i], first > k, face[by == k], part[by == k]) for k, i in enumerate(order)]
-            return np.array(turned)[np.argsort(order)]
-
-        def above(whole: Floats, parts: Floats) -> Floats:
-            beyond = np.asarray(np.cumsum(np.bincount(first, whole, len(level) + 1)[::-1])[::-1][1:], dtype=np.float64)
-            return np.asarray((beyond + np.bincount(by, parts, len(level)))[np.argsort(order)], dtype=np.float64)
-
-        flux = above(self.flux, part)
-        if isinstance(surfaces[0], Plane):
-            return flux
-        if isinstance(surfaces[0], Cylinder):
-            return flux * [surface.radius for surface in surfaces if isinstance(surface, Cylinder)]
-        cone, radius = surfaces[0], np.array([surface.radius for surface in surfaces if isinstance(surface, Cone)])
-        moment = above(self.flux * self.z, part * self.z[face])
-        return (radius * flux + cone.slope * moment) / math.cos(math.radians(cone.half_angle_deg))
-
-    def _turned(self, surface: Revolved, above: Bools, face: Ints, part: Floats) -> float:
-        """Area of the section by a surface whose radius changes with z."""
-        whole = np.flatnonzero(above)
-        z, weight = self.z[np.append(whole, face)], np.append(self.flux[whole], part)
-        step, chain = 1e-4, surface.chain(1e-3)
-        slope = (_along(chain, z + step) - _along(chain, z - step)) / (2.0 * step)
-        return float((_along(chain, z) * np.hypot(1.0, slope)) @ weight)
-
-
-def _mean_above(heights: Floats) -> Floats:
-    """Mean over faces (m,) of their height where it is above 0, 0 where not, from the heights (m, 3) of corners."""
-    h1, h2, h3 = np.sort(heights, axis=1).T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        one = h3**3 / (3.0 * (h3 - h1) * (h3 - h2))  # what is above has heights 0, 0 and h3
-        two = (h1 + h2 + h3) / 3.0 - h1**3 / (3.0 * (h2 - h1) * (h3 - h1))
-    return np.where(h1 >= 0, (h1 + h2 + h3) / 3.0, np.nan_to_num(np.where(h2 > 0, two, one)))
-
-
-def _share_above(heights: Floats) -> Floats:
-    """How much of each face (m,) lies above 0, from the heights (m, 3) of its corners: some above, some not."""
-    h1, h2, h3 = np.sort(heights, axis=1).T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        one = h3 * h3 / ((h3 - h1) * (h3 - h2))
-        two = 1.0 - h1 * h1 / ((h2 - h1) * (h3 - h1))
-    return np.clip(np.nan_to_num(np.where(h2 > 0, two, one)), 0.0, 1.0)

@@ -127,16 +127,16 @@ def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     that look towards the axis with all corners within the greatest gap are the cap; the cut goes just past
     its highest corner.
     """
-    close = np.abs(heights) <= GREATEST_GAP_MM
-    near = close[mesh.faces]
-    rows = np.flatnonzero(near[:, 0] & near[:, 1] & near[:, 2])
-    if len(rows) == 0:
+    close, over = np.abs(heights) <= GREATEST_GAP_MM, heights > 0.01 * NUDGE_MM
+    if not (close & over).any():
         return NUDGE_MM
-    corners = mesh.vertices[mesh.faces[rows]]
-    radial = body.surface.normals(corners.mean(axis=1))
+    a, b, c = ((close + 2 * over.view(np.uint8)).take(corner) for corner in mesh.corners)
+    rows = np.flatnonzero(((a & b & c) & 1) + ((a | b | c) & 2) == 3)  # all close, one of them over
+    corners = mesh.corners[:, rows]
+    radial = body.surface.normals(mesh.vertices[corners].mean(axis=0))
     normals = mesh.normals[rows]
     cap = (normals * radial).sum(axis=1) < -0.5 * np.sqrt((normals**2).sum(axis=1))
-    return NUDGE_MM + max(float(heights[mesh.faces[rows[cap]]].max(initial=0.0)), 0.0)
+    return NUDGE_MM + float(heights[corners[:, cap]].max(initial=0.0))
 
 
 def least_distance(mesh: Mesh, body: RoundBody) -> float:

@@ -51,7 +51,8 @@ class Cylinder:
 
     def distance(self, points: Floats) -> Floats:
         """Signed distance (n,), mm, positive outside."""
-        return np.hypot(points[:, 0] - self.axis_point[0], points[:, 1] - self.axis_point[1]) - self.radius
+        x, y = (points[:, k] - self.axis_point[k] for k in (0, 1))
+        return np.sqrt(x * x + y * y) - self.radius  # several times faster than hypot
 
     def unrolled(self, points: Floats) -> Floats:
         """Arc length and height (n, 2) of a curve's points, unwrapped along the curve (no jump at ±180°).

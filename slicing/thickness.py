@@ -159,8 +159,9 @@ def thickness_range(
     Returns:
         Least and greatest, mm.
     """
-    if _even(surface, below, body, h_layer_mm):
-        loops = [loop[:1] for loop in loops]  # one place is as good as any
+    if _even(surface, below, body, h_layer_mm):  # one place is as good as any
+        thickness = bead_thickness(loops[0][:1], surface, below, body, h_layer_mm)
+        return float(thickness[0]), float(thickness[0])
     axes = [s.axis_point for s in (body.surface, below) if s is not None and not isinstance(s, Plane)]
     points = np.concatenate([*loops, *(_facing(loop, surface, axis) for loop in loops for axis in axes)])
     thickness = bead_thickness(points, surface, below, body, h_layer_mm)

@@ -33,9 +33,11 @@ import numpy as np
 
 from slicing.bodies import RoundBody
 from slicing.clip import region_of
+from slicing.families import radius_at
+from slicing.islands import poles
 from slicing.layers import Layer, SlicedSubVolume
 from slicing.part import Floats, Mesh
-from slicing.skin import Skin, radius_at
+from slicing.skin import Skin
 from slicing.surfaces import Cylinder, Plane, Revolved, Surface
 from slicing.thickness import bead_thickness
 
@@ -83,20 +85,21 @@ def hold_volume(sliced: SlicedSubVolume) -> Held:
     layers, body, h = sliced.layers, sliced.body, sliced.parameters.h_layer_mm
     mesh = sliced.mesh
     skin = Skin.of(mesh)
-    if skin.deepest(body.surface) < -REACH_MM:
+    if skin.deepest(body.surface, -REACH_MM) < -REACH_MM:
         mesh = _outside(mesh, body)
         skin = Skin.of(mesh)
     area = _areas_by_solid(skin, layers)
     laid = [laid_volume(layer, layers[k - 1].surface if k else None, body, h) for k, layer in enumerate(layers)]
     last = layers[-1]
     rest = skin.volume_beyond(last.surface)
-    top = max(float(last.surface.distance(skin.vertices).max()), 0.0)
+    top = max(float(last.surface.distance(skin.mesh.vertices).max()), 0.0)
     on_body = not isinstance(layers[0].surface, Plane)  # then every bead lies above its curves
     end, end_mm = (last.area_mm2 * h - rest, h - top) if on_body else (-rest, -top)
-    odd = [k for k, layer in enumerate(layers) if _differs(skin, layer, float(area[k]))]
+    odd = _odd(skin, layers, area)
     if odd:  # look again, more closely
-        area[odd] = _areas_by_solid(skin, [layers[k] for k in odd], FINER)
-        odd = [k for k in odd if _differs(skin, layers[k], float(area[k]), FINER)]
+        again = [layers[k] for k in odd]
+        area[odd] = _areas_by_solid(skin, again, FINER)
+        odd = [odd[i] for i in _odd(skin, again, area[odd], FINER)]
     lines = tuple(_area_line(sliced.name, layers[k], float(area[k])) for k in odd)
     held = Held(mesh.volume, float(sum(laid)), end, end_mm, area, lines)
     missing = held.laid_mm3 - end - held.volume_mm3
@@ -165,8 +168,9 @@ def _outside(mesh: Mesh, body: RoundBody) -> Mesh:
 
 def _cut_at(layer: Layer) -> float:
     """How far outside its surface a layer's curves lie (a root that stands off the body), and a little more."""
-    points = np.concatenate([curve.points for curve in layer.curves])
-    return max(float(np.median(layer.surface.distance(points))), 0.0) + PAST_MM
+    height = layer.surface.distance(np.concatenate([curve.points for curve in layer.curves]))
+    middle = len(height) // 2
+    return max(float(np.partition(height, middle)[middle]), 0.0) + PAST_MM
 
 
 def _areas_by_solid(skin: Skin, layers: Sequence[Layer], finer: float = 1.0) -> Floats:
@@ -184,20 +188,24 @@ def _is_flat(layer: Layer) -> bool:
     z = np.concatenate([curve.points[:, 2] for curve in layer.curves])
     chain = layer.surface.chain(1e-3)
     step = np.diff(np.stack([chain.r, chain.z], axis=1), axis=0)
-    # a shoulder or an end face is as high as its layer but for rounding
-    near = (chain.z[1:] >= z.min() - PAST_MM) & (chain.z[:-1] <= z.max() + PAST_MM)
+    # a shoulder or an end face is as high as its layer but for rounding; a layer over a pole has no border there
+    lower, upper = poles(layer)
+    low, high = -np.inf if lower else z.min() - PAST_MM, np.inf if upper else z.max() + PAST_MM
+    near = (chain.z[1:] >= low) & (chain.z[:-1] <= high)
     return bool((near & (np.abs(step[:, 0]) > STEEP * np.abs(step[:, 1]))).any())
 
 
-def _differs(skin: Skin, layer: Layer, by_solid: float, finer: float = 1.0) -> bool:
-    """Whether a layer's area fits no section of the solid near its surface."""
-    slack = AREA_SHARE * max(layer.area_mm2, by_solid) + AREA_MM2
-    if not abs(layer.area_mm2 - by_solid) > slack:  # or NaN
-        return False
-    at = _cut_at(layer)
-    offsets = [layer.surface.offset(at + by * REACH_MM) for by in (-1.0, -0.1, 0.1, 1.0)]
-    near = [by_solid, *skin.areas_on(offsets, finer)]
-    return not min(near) - slack <= layer.area_mm2 <= max(near) + slack
+def _odd(skin: Skin, layers: Sequence[Layer], by_solid: Floats, finer: float = 1.0) -> list[int]:
+    """The layers (numbers in the list) whose area fits no section of the solid near their surface."""
+    own = np.array([layer.area_mm2 for layer in layers])
+    slack = AREA_SHARE * np.maximum(own, by_solid) + AREA_MM2
+    odd = np.flatnonzero(np.abs(own - by_solid) > slack).tolist()  # not where it is NaN
+    by = np.array([-1.0, -0.1, 0.1, 1.0]) * REACH_MM
+    offsets = [layers[k].surface.offset(at + step) for k in odd for at in [_cut_at(layers[k])] for step in by.tolist()]
+    near = skin.areas_on(offsets, finer).reshape(len(odd), len(by))
+    near = np.column_stack([near, by_solid[odd]])
+    fits = (near.min(axis=1) - slack[odd] <= own[odd]) & (own[odd] <= near.max(axis=1) + slack[odd])
+    return [k for k, fit in zip(odd, fits.tolist(), strict=True) if not fit]
 
 
 def laid_volume(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float:

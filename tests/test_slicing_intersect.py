@@ -322,17 +322,21 @@ def test_steep_faces_are_sampled_where_their_ellipse_turns(slope):
     assert off_mesh(mesh, curves[0].points) < 1e-6
 
 
+def one_face(corners) -> tuple[Mesh, np.ndarray]:
+    return Mesh("one", corners[0], np.array([[0, 1, 2]])), np.array([0])
+
+
 def test_a_circle_all_but_grazed_by_an_edge_keeps_its_full_turn():
     # a triangle that holds the circle but for a sliver which its lower edge cuts off
     corners = np.array([[[-60, -10, 0], [60, -10, 0], [0, 90, 0.0]]])
     start, end, radius = np.array([0]), np.array([1]), np.array([10.0])
     nodes = np.array([[-1e-6, -10, 0], [1e-6, -10, 0.0]])
-    whole = sample_arcs(AXIS, radius, corners, start, end, nodes, 0.01)
+    whole = sample_arcs(AXIS, radius, *one_face(corners), start, end, nodes, 0.01)
     assert abs(whole.turn[0]) == pytest.approx(2 * np.pi, abs=1e-6)
     # and the triangle below that edge, which holds only the sliver
     below = corners * [1, -1, 1] - [0, 20, 0]
-    sliver = sample_arcs(AXIS, radius, below, start, end, nodes, 0.01)
+    sliver = sample_arcs(AXIS, radius, *one_face(below), start, end, nodes, 0.01)
     assert abs(sliver.turn[0]) < 1e-6
     # even where rounding has put its two ends in the wrong order
-    swapped = sample_arcs(AXIS, radius, below, end, start, nodes, 0.01)
+    swapped = sample_arcs(AXIS, radius, *one_face(below), end, start, nodes, 0.01)
     assert abs(swapped.turn[0]) < 1e-6
