@@ -161,8 +161,8 @@ def build_parser() -> argparse.ArgumentParser:
 
 CHECK_TEXT = """\
 Slices the part, puts its targets on the table, searches every configuration of the arm at every
-roll about the wire that the case allows, and follows the arm along each bead and from bead to
-bead, against joint limits, singularity margins and collisions. "feasible" is said of a motion
+roll about the wire that the case allows, and follows the arm from its home along each bead, from
+bead to bead and home again, against joint limits, singularity margins and collisions. "feasible" is said of a motion
 that was followed; every infeasible target carries a reason:
   unreachable   the wrist cannot get there            joint_limit   an axis would leave its range
   singular      a margin is too small                 collision     something is nearer than the clearance
@@ -170,7 +170,7 @@ that was followed; every infeasible target carries a reason:
   speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
 Of what is infeasible, the smallest changes that help are searched and checked: of the roll, E1,
 E2, the place of the positioner, the support's height or the part's place, the stick-out, the
-deposition speed.
+deposition speed, the seams of closed beads.
 
 --motion writes rows of t_s, A1_deg .. A6_deg, E1_deg, E2_deg, arc, bead, layer, target; --motion-in takes the same
 columns and holds them against joint limits, speeds and accelerations, singularities, collisions with the

@@ -33,6 +33,7 @@ _NAMES = {
     "support.height_mm": ("support height", " mm"),
     "tool.dimensions.stick_out_mm": ("stick-out", " mm"),
     "process.deposition_speed_mm_s": ("deposition speed", " mm/s"),
+    "process.blend_mm": ("rounding of corners", " mm"),
 }
 
 

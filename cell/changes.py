@@ -35,6 +35,7 @@ SHIFT_STEPS = (10.0, 20.0, 40.0, 80.0, 160.0, 300.0)  # mm, of the positioner an
 PART_STEPS = (5.0, 10.0, 20.0, 40.0, 80.0)  # mm, of the part on the table
 STICK_OUT_STEPS = (2.0, 4.0, 8.0, 16.0, 25.0)  # mm
 SLOWER_STEPS = (0.1, 0.25, 0.5, 0.75, 0.9)  # share taken off the deposition speed
+SHARPER_STEPS = (0.25, 0.5, 0.75, 0.9)  # share taken off the rounding of corners
 WIDER_STEPS = (5.0, 10.0, 20.0, 40.0, 80.0, 120.0, 180.0)  # deg, of the roll: a wider range only adds to what is there
 PAIR_STEP, PAIR_REACH = 15.0, 90.0  # deg, of both table angles together
 SCALE = {"deg": 10.0, "mm": 20.0, "share": 0.2}  # sizes that are as much of a change as one another
@@ -50,7 +51,8 @@ class Knob:
         sign: 1 or -1.
         steps: sizes to try, ascending.
         resolution: the smallest size is found to this.
-        unit: "deg", "mm" or "share" of what is there; "pose" and "seam" of sizes that only number choices.
+        unit: "deg", "mm" or "share" of what is there; "pose" and "seam" of sizes that only number choices,
+            "blend" of a share that is not worth a finer search.
         scale: what counts as much of a change as ten degrees.
         choices: what the sizes of seams number.
     """
@@ -66,8 +68,8 @@ class Knob:
 
     @property
     def numbered(self) -> bool:
-        """Whether sizes only number choices: nothing lies between them."""
-        return self.unit in ("pose", "seam")
+        """Whether there are only these sizes: nothing lies between them."""
+        return self.unit in ("pose", "seam", "blend")
 
     def effort(self, size: float) -> float:
         """How much of a change a size is, to hold knobs against one another."""
@@ -196,12 +198,13 @@ class Start:
         return {"key": knob.key, "from": value_of(before, knob.key), "to": value_of(after, knob.key)}
 
 
-def knobs(start: Start, *, slower: bool = False) -> list[Knob]:
+def knobs(start: Start, *, slower: bool = False, sharper: bool = False) -> list[Knob]:
     """The changes that are worth trying on a case.
 
     Args:
         start: what would be changed.
         slower: whether a slower deposition is one of them, where the case has one speed for all.
+        sharper: whether corners that are rounded less are.
 
     Returns:
         Knobs without the sizes that the cell does not have.
@@ -209,6 +212,8 @@ def knobs(start: Start, *, slower: bool = False) -> list[Knob]:
     found = [*_roll_knobs(start.job.window), *_table_knobs(), *_place_knobs(start.job.case)]
     if slower and not start.job.case.process.speed_by_thickness:
         found.append(Knob("process.deposition_speed_mm_s", "", -1, SLOWER_STEPS, 0.01, "share", SCALE["share"]))
+    if sharper:
+        found.append(Knob("process.blend_mm", "", -1, SHARPER_STEPS, 0.01, "blend", 10 * SCALE["share"]))
     if start.job.solver.form is None:
         found = [replace(knob, steps=_growing(knob.steps)) for knob in found]
     trimmed = [replace(knob, steps=tuple(s for s in knob.steps if start.has(knob, s))) for knob in found]
@@ -336,6 +341,9 @@ def changed_case(case: Case, knob: Knob, size: float) -> Case:
     if knob.key == "process.deposition_speed_mm_s":
         speed = case.process.deposition_speed_mm_s * (1 + by)
         return with_changes(case, process=case.process.model_copy(update={"deposition_speed_mm_s": speed}))
+    if knob.key == "process.blend_mm":
+        blend = round(case.process.blend_mm * (1 + by), 6)
+        return with_changes(case, process=case.process.model_copy(update={"blend_mm": blend}))
     return case
 
 

@@ -148,7 +148,8 @@ class _Search:
         self.start = Start(result.job, *result.asked)
         self.bad = {i for i, row in enumerate(result.rows) if row.reason is not None}
         slow = any(row.reason == "speed" for row in result.rows)
-        self.knobs = [*seam_knobs(seam_places(result.job, result.rows)), *knobs(self.start, slower=slow)]
+        cut = any(row.detail.get("rounded") and not row.detail.get("travel") for row in result.rows)
+        self.knobs = [*seam_knobs(seam_places(result.job, result.rows)), *knobs(self.start, slower=slow, sharper=cut)]
         good = [i for i in range(len(result.rows)) if i not in self.bad]
         must = [int(i) for group in found for i in group.targets[[0, len(group.targets) // 2, -1]]]
         self.screening = Screening(self.start, sorted(self.bad), good, must)
@@ -335,6 +336,8 @@ def _bounds(start: Start, knob: Knob, every: list[Knob]) -> str:
         low, high = np.rad2deg(start.job.scene.table_range[k])
         return f"{'E1' if k == 0 else 'E2'} {low:g} .. {high:g} deg"
     most = max(k.steps[-1] for k in same)
+    if knob.unit == "blend":
+        return f"rounding of corners down to {1 - most:.0%}"
     if knob.unit == "share":
         return f"deposition speed down to {1 - most:.0%}"
     name = {"support.height_mm": "support height", "tool.dimensions.stick_out_mm": "stick-out"}.get(knob.key)

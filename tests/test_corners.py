@@ -15,8 +15,10 @@ import yaml
 from test_motion_cases import at, bosses, turned
 
 from cell import as_run
+from cell import remedies as remedies_module
 from cell.as_run import STANDING, travel_corners, travel_path
 from cell.between import radii
+from cell.changes import knobs
 from cell.check import Result, check, settings_of
 from cell.collision import Checker
 from cell.config import load_case
@@ -27,6 +29,7 @@ from cell.motion import Motion
 from cell.motion_check import check_motion
 from cell.motion_file import ReadMotion
 from cell.motion_report import finding_in_words
+from cell.remedies import remedies
 from cell.report import in_words
 from cell.setup import Setup
 from cell.swept import Swept, joint_way
@@ -128,7 +131,9 @@ def nearest_rounded(result: Result, motion: Motion, blend: float) -> float:
     return float(found.distance.min())
 
 
-def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(tmp_path: Path) -> None:
+def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     sharp = run(notched_case(tmp_path, "sharp", blend_mm=0.5))
     assert sharp.feasible
     assert sharp.motion is not None
@@ -145,6 +150,17 @@ def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(tmp_path: P
     assert set(row.detail["pair"]) == {"nail", "torch_wire"}
     assert row.detail["distance_mm"] == pytest.approx(1e3 * nearest_rounded(sharp, sharp.motion, 20e-3), abs=0.3)
     assert in_words(row).endswith("needs 5 where a corner is rounded")
+    # less rounding is what would help (a stop in that corner would as well: a seam there)
+    monkeypatch.setattr(remedies_module, "seam_places", lambda *_: {})
+    monkeypatch.setattr(
+        remedies_module, "knobs", lambda *a, **k: [x for x in knobs(*a, **k) if x.key.startswith("process")]
+    )
+    best = next(iter(remedies(cut)))
+    assert best.checked == "part"
+    assert best.change is not None
+    assert best.change["key"] == "process.blend_mm"
+    assert best.change["to"] < best.change["from"] == 20
+    assert run(notched_case(tmp_path, "mended", blend_mm=best.change["to"])).feasible
     # the corner lies on this way or at its end
     corner = cut.job.targets.position[[target - 1, target], 1:]
     assert np.linalg.norm(corner - NOTCH, axis=1).min() < 1.0
