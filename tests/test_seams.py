@@ -18,9 +18,10 @@ from cell.job import prepare
 from cell.remedies import remedies
 from cell.seam_changes import reseamed, seam_places
 from cell.seam_section import SeamPlace
-from slicing.beads import BeadParameters, lay_beads
+from slicing.beads import BeadParameters
 from slicing.beads import SeamPlace as Place
 from slicing.layers import SlicingParameters
+from slicing.laying import lay_beads
 from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
 
