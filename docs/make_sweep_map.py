@@ -1,6 +1,6 @@
 """Make the map of docs/sweep_map.md, and measure poses in and just outside its islands.
 
-    python docs/make_sweep_map.py --log map.jsonl     # some ten minutes on one core; goes on from the log
+    python docs/make_sweep_map.py --log map.jsonl     # some minutes; goes on from the log
 
 Writes docs/pictures/sweep_map_propeller.png and the measured table of the page.
 """
