@@ -30,6 +30,7 @@ from .planner import Space, Trees, connect, rounded, sampled, shortened
 from .setup import Setup
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
+WORTH = 1e-3  # m of clearance for which a travel goes further out
 SEARCH_STEPS = np.deg2rad(
     [3.0, 1.0]
 )  # between samples of a search; the finer where the way of the coarser did not hold
@@ -79,7 +80,8 @@ class _Travel:
         self.wire = setup.wire
 
     def search(self) -> Way | dict[str, Any]:
-        """The first way that is free, of ever dearer ones."""
+        """The first way that is free with room, of ever dearer ones; without room, the one that has most of it."""
+        clearest: Way | None = None
         leaves: list[Floats | str] = []
         arrives: list[Floats | str] = []
         for times in RETRACTS:
@@ -91,8 +93,14 @@ class _Travel:
                 self.why = self.why or {"on_the_way": leave if isinstance(leave, str) else str(arrive)}
                 continue
             way = self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
-            if way is not None:
-                return way
+            if way is None:
+                continue
+            if clearest is None or _room(way) > _room(clearest) + WORTH:
+                clearest = way
+            if _room(clearest) >= 2 * self.setup.settings.clearance:
+                break
+        if clearest is not None:
+            return clearest
         out = self._free(leaves, "leaving")
         back = self._free(arrives, "arriving") if out else []
         if not out or not back:
@@ -201,6 +209,11 @@ def _legs(setup: Setup, ends: list[tuple[Stretch, int]], distance: float) -> lis
         else:
             legs.append("jump" if np.abs(np.diff(leg, axis=0)).max() > JUMP else leg)
     return legs
+
+
+def _room(way: Way) -> float:
+    """The least clearance on a travel, m."""
+    return float(way[1].distance.min())
 
 
 def _collision(setup: Setup, q: Floats, stage: int) -> Clearances | dict[str, Any]:
