@@ -149,12 +149,12 @@ def check(
     up = job.scene.T_world_base()[2, :3]
     gravity = np.arccos(np.clip(placed.normal @ up, -1.0, 1.0))
     settings = settings_of(job)
-    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
     blocked = _table_in_the_way(job, table)
     if blocked is not None:
         rows = tuple(Row("collision", blocked, True, None) for _ in range(len(job.targets)))
         return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
     limits = job.singularity_limits
+    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
     setup = Setup.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
     plan, home = with_home(setup, with_lockouts(job, setup, plan_part(setup, job.targets.path, progress)))
     rows = _rows(job, plan, gravity)

@@ -12,7 +12,7 @@ penetration. Metres.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -56,6 +56,11 @@ class Clearances:
     def rows(self, index: Ints) -> Clearances:
         """Some of the configurations."""
         return Clearances(self.distance[index], self.pair[index], self.position[index])
+
+    @classmethod
+    def joined(cls, some: Sequence[Clearances]) -> Clearances:
+        """Configurations of several, one after the other."""
+        return cls(*(np.concatenate([getattr(c, name) for c in some]) for name in ("distance", "pair", "position")))
 
     @classmethod
     def none(cls, m: int) -> Clearances:

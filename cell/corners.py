@@ -139,12 +139,9 @@ def cut_corners(
     k = np.flatnonzero(maybe)
     k = k[low[k] + low[k + 1] <= checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]
     open_, nearest = _not_proved(checker, radius, path, p, k, bow, low, stage)
-    both = Clearances(*(np.concatenate([getattr(seen, n)[hit], getattr(nearest, n)]) for n in _FIELDS))
+    both = Clearances.joined([seen.rows(hit), nearest])
     first, index = np.unique(np.concatenate([np.minimum(rows[hit], len(path.s) - 2), open_]), return_index=True)
     return first, both.rows(index)
-
-
-_FIELDS = ("distance", "pair", "position")
 
 
 def _ends(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:

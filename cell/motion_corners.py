@@ -15,13 +15,12 @@ import numpy as np
 
 from ik.chain import Floats
 
-from .between import radii
 from .collision import Clearances, Ints
 from .corners import Path, cut_corners
 from .job import Job
 from .motion import STANDING, Motion
 from .motion_bead import Way
-from .motion_hits import arm_checker, hit, stretches_of, table_radii
+from .motion_hits import all_radii, arm_checker, hit, stretches_of
 from .motion_order import Finding
 from .place import METRES_PER_MM
 from .timing import TRAVEL_ZONE, rounded
@@ -70,7 +69,7 @@ def corner_collisions(job: Job, motion: Motion, rows: Way, way: Way, stage: Ints
     scene = job.scene
     least = job.case.checks.clearance_mm * METRES_PER_MM
     checker = arm_checker(job, way)
-    radius = np.concatenate([radii(scene), table_radii(scene)])
+    radius = all_radii(scene)
     row = np.append(way.row[:-1], len(motion.t_s) - 1)  # the last sample is the last row
     first, count = np.searchsorted(row, row), np.bincount(row)
     share = (np.arange(len(row)) - first) / count[row]

@@ -90,8 +90,17 @@ def arm_checker(job: Job, way: Way) -> Checker:
     """Collision detection of the arm that moves the table's axes like the arm's."""
     scene = job.scene
     table = (float(way.q[0, -2]), float(way.q[0, -1]))
-    eight = replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
-    return Checker(eight, table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM))
+    return Checker(_with_table(scene), table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM))
+
+
+def _with_table(scene: Scene) -> Scene:
+    """The scene with the table's axes among the arm's."""
+    return replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
+
+
+def all_radii(scene: Scene) -> Floats:
+    """How far anything can be from each axis, the arm's and then the table's, m."""
+    return np.concatenate([radii(scene), table_radii(scene)])
 
 
 def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:
@@ -104,7 +113,7 @@ def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[F
         Finding("collision", a, b, hit(scene, clear, k, least))
         for a, b, k in stretches_of(clear.distance < least, way.row, -clear.distance)
     ]
-    radius = np.concatenate([radii(scene), table_radii(scene)])
+    radius = all_radii(scene)
     step, nearest = unproved(checker, radius, way.q, stage, clear)
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] >= least and clear.distance[at + 1] >= least:
@@ -120,14 +129,13 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
     if scene is None or not len(index):
         return []
     q, laid, row = way.q[index], stage[index], way.row[index]
-    eight = replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
-    checker = Checker(eight, (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
+    checker = Checker(_with_table(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
     clear = checker.clearances(q, laid)
     found = [
         Finding("collision", a, b, hit(scene, clear, k, 0.0))
         for a, b, k in stretches_of(clear.distance <= 0.0, row, -clear.distance)
     ]
-    radius = np.concatenate([radii(job.scene), table_radii(job.scene)])
+    radius = all_radii(job.scene)
     run = np.cumsum(np.diff(index, prepend=-2) != 1)
     step, nearest = unproved(checker, radius, q, laid, clear, run)
     for n, at in enumerate(step.tolist()):

@@ -29,10 +29,10 @@ ALONE = 4  # targets of a bead that are looked at by themselves
 def lost_on(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], wanted: set[int] | None) -> set[int]:
     """Infeasible targets of the first of some beads that has wanted ones among them (None: any); empty if none has."""
     table = table_angles(job.scene, E1_deg, E2_deg)
-    placed, settings = place(job.targets, job.scene.T_base_part(*table)), settings_of(job)
-    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
     if table_alone(job.scene, table).distance[0] < 0.0:
         return set(range(len(job.targets)))
+    placed, settings = place(job.targets, job.scene.T_base_part(*table)), settings_of(job)
+    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
     setup = Setup.of(job.solver, placed, job.stage, job.laid, job.window, job.singularity_limits, checker, settings)
     for bead in beads:
         first, stop = np.searchsorted(job.targets.path, [bead, bead + 1]).tolist()

@@ -68,7 +68,6 @@ def screen(job: Job, E1_deg: float, E2_deg: float) -> Screened | None:
     """
     table = table_angles(job.scene, E1_deg, E2_deg)
     n = len(job.targets)
-    checker = Checker(job.scene, table, max(settings_of(job).clearance, LEAST_REACH))
     if table_alone(job.scene, table).distance[0] < 0.0:
         return Screened(n, n, {"collision": n})
     placed = place(job.targets, job.scene.T_base_part(*table))
@@ -76,6 +75,7 @@ def screen(job: Job, E1_deg: float, E2_deg: float) -> Screened | None:
     if dead:
         return Screened(len(dead), n, dict(Counter(dead.values())))
     some = spread(job.targets.position, job.targets.normal)
+    checker = Checker(job.scene, table, max(settings_of(job).clearance, LEAST_REACH))
     dead = _blocked(job, placed, some, checker)
     if dead:
         return Screened(len(dead), len(some), dict(Counter(dead.values())))
