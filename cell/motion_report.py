@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slicing.warning import typed
+
 from .motion_check import UNITS, MotionResult
 from .motion_order import REASONS, Finding
 from .pace import pace_document
@@ -62,7 +64,8 @@ def motion_document(result: MotionResult, path: str) -> dict[str, Any]:
         },
         "speed": pace_document(result.pace, t.path),
         "repaired": list(result.read.repaired),
-        "warnings": list(result.job.warnings),
+        "warnings": [str(line) for line in result.job.warnings],
+        "typed_warnings": [typed(line).document() for line in result.job.warnings],
         "findings": [
             {"reason": f.reason, "row": f.row, "to_row": f.to_row, "t_s": round(at[f.row], 6), "detail": f.detail}
             for f in result.findings

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ik.chain import Floats
+from slicing.warning import typed
 
 from .check import Result, Row
 from .lockout import in_words as layers_in_words
@@ -111,7 +112,8 @@ def report_document(
             "speed": None if result.motion.pace is None else pace_document(result.motion.pace, t.path),
             "home_s": None if result.motion.home_s is None else round(result.motion.home_s, 3),
         },
-        "warnings": list(job.warnings),
+        "warnings": [str(line) for line in job.warnings],
+        "typed_warnings": [typed(line).document() for line in job.warnings],
         "rows": rows,
         "help": [remedy.document() for remedy in remedies],
     }

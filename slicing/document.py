@@ -16,6 +16,7 @@ from slicing.layers import Layer, SlicedSubVolume
 from slicing.laying import LaidSubVolume
 from slicing.targets import Targets
 from slicing.travels import Travel
+from slicing.warning import typed
 
 SCHEMA = "rbam-slices/1"
 TARGETS_HEADER = (
@@ -41,6 +42,11 @@ def slices_document(
     Returns:
         Plain lists, dicts, strings and numbers, mm (see docs/formats.md).
     """
+    told = [
+        *warnings,
+        *(line for one in sliced for line in one.warnings),
+        *(line for one in laid for line in one.warnings),
+    ]
     return {
         "schema": SCHEMA,
         "units": "mm",
@@ -57,11 +63,8 @@ def slices_document(
             }
             for k, (one, some) in enumerate(zip(sliced, found, strict=True))
         ],
-        "warnings": [
-            *warnings,
-            *(line for one in sliced for line in one.warnings),
-            *(line for one in laid for line in one.warnings),
-        ],
+        "warnings": [str(line) for line in told],
+        "typed_warnings": [typed(line).document() for line in told],
     }
 
 

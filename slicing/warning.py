@@ -1,0 +1,63 @@
+"""Warnings that a program can tell apart: a code beside the text.
+
+    told = Warning(Code.LAYER_AREA, "SV1, layer 3: its area is 4 % too small", sub_volume="SV1", layer=3)
+    told.code, told.sub_volume, told.layer, str(told)
+
+A warning is its text, so it prints, joins and sorts like any other line.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any, Self
+
+
+class Code(StrEnum):
+    """What a warning is about. In alphabetical order."""
+
+    LAYER_AREA = "layer_area"
+    OTHER = "other"
+
+
+class Warning(str):
+    """One line of text with what it is about.
+
+    Attributes:
+        code: what it is about.
+        sub_volume: the sub-volume it is about; empty where it is about the whole part or the cell.
+        layer: the layer it is about; None where it is about no single one.
+    """
+
+    code: Code
+    sub_volume: str
+    layer: int | None
+
+    def __new__(cls, code: Code, text: str, *, sub_volume: str = "", layer: int | None = None) -> Self:
+        """Make a warning.
+
+        Args:
+            code: what it is about.
+            text: one line: what was found, what follows from it, and the key to set if there is one.
+            sub_volume: the sub-volume it is about.
+            layer: the layer it is about.
+        """
+        made = super().__new__(cls, text)
+        made.code, made.sub_volume, made.layer = Code(code), sub_volume, layer
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle with the code."""
+        return _again, (str(self.code), str(self), self.sub_volume, self.layer)
+
+    def document(self) -> dict[str, Any]:
+        """As it stands in a JSON document."""
+        return {"code": str(self.code), "sub_volume": self.sub_volume, "layer": self.layer, "text": str(self)}
+
+
+def _again(code: str, text: str, sub_volume: str, layer: int | None) -> Warning:
+    return Warning(Code(code), text, sub_volume=sub_volume, layer=layer)
+
+
+def typed(line: str) -> Warning:
+    """A line as a typed warning; one that has no code yet is of the code ``other``."""
+    return line if isinstance(line, Warning) else Warning(Code.OTHER, line)
