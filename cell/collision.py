@@ -12,6 +12,7 @@ penetration. Metres.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -69,7 +70,7 @@ class Clearances:
 
 
 class Checker:
-    """Collision detection of one scene at one table pose; not to be shared between threads."""
+    """Collision detection of one scene at one table pose; one for each thread, the scene may be shared."""
 
     scene: Scene
     table: tuple[float, float]
@@ -97,18 +98,18 @@ class Checker:
         self.table = table
         self.reach = reach
         self.without = tuple(without)
-        self._model = scene.model
-        self._data = mujoco.MjData(scene.model)
+        self._model = copy.copy(scene.model)  # what collides is switched in it; the scene's own stays as it is
+        self._data = mujoco.MjData(self._model)
         self._data.qpos[scene.table_qpos] = table
         self._pair_gap = pair_gap
         self._hard = scene.contact_bits.any(axis=0).astype(np.float64)
         self._hard_body = np.zeros(scene.model.nbody)
         np.maximum.at(self._hard_body, scene.model.geom_bodyid, self._hard)
-        mujoco.mj_kinematics(scene.model, self._data)  # what stands on the table stays there
+        mujoco.mj_kinematics(self._model, self._data)  # what stands on the table stays there
         # where the table's axes move as well, all of it has to follow
         arm_alone = len(scene.arm_qpos) == scene.chain.n
         self._poses = ArmPoses(scene) if scene.model.ngeom > MANY and arm_alone else None
-        self._nearby = Nearby.of(scene, self._data) if arm_alone else None
+        self._nearby = Nearby.of(scene, self._model, self._data) if arm_alone else None
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
@@ -190,7 +191,7 @@ class Checker:
             far = min(2.0 * far, self.reach)
 
     def _look_out_to(self, far: float) -> None:
-        """Set how far MuJoCo looks, m; the model is shared between checkers."""
+        """Set how far MuJoCo looks, m."""
         model = self._model
         # it reports a pair out to the sum of its geoms' gaps, and of bodies further apart than this it looks at none
         np.multiply(self._hard, far / 2, out=model.geom_gap)

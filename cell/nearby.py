@@ -1,6 +1,6 @@
 """Which bodies of a large part are near enough to the arm to be looked at.
 
-    nearby = Nearby.of(scene, data)              # None for a part of one body
+    nearby = Nearby.of(scene, model, data)       # None for a part of one body
     nearby.choose(data, reach)                   # before mj_collision: leaves out what is too far off
 
 MuJoCo goes through every geom of each body that may be hit, which for a part of thousands of layers costs more than the
@@ -47,14 +47,14 @@ class Nearby:
     radius: Floats
 
     @classmethod
-    def of(cls, scene: Scene, data: mujoco.MjData) -> Nearby | None:
+    def of(cls, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> Nearby | None:
         """Prepare.
 
         Args:
             scene: the composed cell.
+            model: the checker's copy of its model, of which bodies are left out.
             data: its table's pose, after mj_kinematics.
         """
-        model = scene.model
         bodies = [b for b in range(model.nbody) if model.body(b).name.startswith("pieces_")]
         if not bodies:
             return None

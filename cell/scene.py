@@ -21,6 +21,7 @@ from ik.chain import Chain, Floats
 
 from .contacts import pair_tool_with_forearm, set_contact_bits
 from .deposit import PartShape
+from .detection import make_detectable
 from .errors import InputError
 from .pieces import (
     add_fixture,
@@ -53,7 +54,7 @@ class Scene:
         has_home: whether it is known: a program begins and ends there.
         deposit_of_geom: number of the deposit a geom stands for, -1 for all else, (ngeom,).
         n_deposits: how many deposits the part has.
-        contact_bits: contype and conaffinity of every geom, (2, ngeom); the model's own are changed by checks.
+        contact_bits: contype and conaffinity of every geom, (2, ngeom).
         body_contype: the bodies' own, (nbody,); as the geoms'.
         body_conaffinity: likewise.
         arm_geom: whether a geom belongs to the arm or its tool, (ngeom,).
@@ -175,6 +176,7 @@ def compose(case: Case, part: PartShape) -> Scene:
         add_fixture(world, case, fixture)
     set_contact_bits(world, case)
     pair_tool_with_forearm(world, case)
+    make_detectable(world, case)
     try:
         model = world.compile()
     except ValueError as error:
