@@ -214,12 +214,12 @@ class Staging:
 
     def T_world_part(self) -> Floats:
         """Pose of the part as the table stands, (4, 4), m."""
-        site = self.model.site("part").id
+        site = self.scene.sites["part"]
         return pose(self.data.site_xpos[site], self.data.site_xmat[site])
 
     def tcp(self) -> tuple[Floats, Floats]:
         """Where the wire ends and where it points, (3,) each, world, m."""
-        site = self.model.site(self.scene.case.tool.tcp).id
+        site = self.scene.sites["tcp"]
         return self.data.site_xpos[site].copy(), self.data.site_xmat[site].reshape(3, 3)[:, 2].copy()
 
     def targets(self) -> tuple[Floats, Floats]:
