@@ -28,6 +28,7 @@ from .errors import InputError
 from .pieces import add_fixture, add_part, add_positioner, add_robot, surroundings
 from .robot import chain_of, check_names, inverse, pose, require
 from .sections import Case
+from .standing import standing
 from .terminal import stage
 
 WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
@@ -192,7 +193,8 @@ def compose(case: Case, part: PartShape) -> Scene:
         model = pieces.world.compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
-    return _bind(pieces, model, part, home)
+    scene = _bind(pieces, model, part, home)
+    return replace(scene, warnings=(*scene.warnings, *standing(scene, part)))
 
 
 def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str, float]) -> Scene:
