@@ -99,7 +99,8 @@ def _console(stream: IO[str]) -> Console:
 
     # in a pipe lines keep their length: whoever reads them breaks them as it likes
     width = None if stream.isatty() else 200
-    return Console(file=stream, highlight=False, width=width, soft_wrap=not stream.isatty())
+    # names are printed as they are: brackets and colons in them are no markup
+    return Console(file=stream, highlight=False, markup=False, emoji=False, width=width, soft_wrap=not stream.isatty())
 
 
 def _say(lines: Any, to: IO[str]) -> None:

@@ -12,7 +12,10 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -24,6 +27,7 @@ from slicing.warning import Code, Warning
 from .composition import Piece, Pieces, one_line
 from .config import MODELS_DIR, is_path
 from .contacts import SOLID, WIRE
+from .convex_pieces import ConvexPieces, convex_pieces
 from .deposit import PartShape
 from .errors import InputError
 from .names import attach, name_all
@@ -35,6 +39,7 @@ MANY_PIECES = 256  # of the part in one body
 UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
 DRIVEN = ("actuators", "sensors", "tendons", "equalities", "keys", "tuples", "texts", "skins")
 MASSLESS = 1e-9  # kg, kg m2: what MuJoCo takes a moving body without mass for; kinematics needs none
+FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
 COLOUR = {
     "support": (0.42, 0.44, 0.47, 1.0),
     "body": (0.62, 0.65, 0.69, 1.0),
@@ -347,7 +352,9 @@ def add_fixture(pieces: Pieces, fixture: Fixture) -> None:
         InputError: its mesh is missing, or its name is another's.
     """
     case, world = pieces.case, pieces.world
-    if "/" in fixture.name or world.geom(fixture.name) is not None:
+    if not fixture.name.strip() or not fixture.name.isprintable():
+        raise InputError(f"{case.path}: fixtures: {fixture.name!r} is no name: one line of printable characters is")
+    if "/" in fixture.name or world.geom(fixture.name) or world.body(f"fixture/{fixture.name}"):
         raise InputError(f"{case.path}: fixtures: the name {fixture.name!r} is taken, or holds a /; choose another")
     parent, name = world.worldbody, f"fixture/{fixture.name}"
     if fixture.on == "table":
@@ -380,16 +387,66 @@ def add_fixture(pieces: Pieces, fixture: Fixture) -> None:
             "type": mujoco.mjtGeom.mjGEOM_MESH,
             "meshname": _fixture_mesh(world, case, fixture),
         }
-    body.add_geom(**shape, **options)
+        for solid in _solids(pieces, fixture, shape):
+            body.add_geom(**{**options, **solid})
+    if fixture.mesh is None:
+        body.add_geom(**shape, **options)
     look = {**options, "name": f"{name}/visual", "group": 2, "contype": 0, "conaffinity": 0}
     body.add_geom(**shape, **look)
 
 
 def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
+    """Add a fixture's mesh; its name.
+
+    Raises:
+        InputError: there is no such file.
+    """
     path = Path(case.path_of(str(fixture.mesh)))
     if not path.is_file():
         raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {path}: no such file")
     name = f"fixture/{fixture.name}/mesh"
-    # its convex hull is what collides: it covers the fixture, holes and all
     world.add_mesh(name=name, file=str(path.resolve()), scale=[UNIT[fixture.units]] * 3)
     return name
+
+
+def _solids(pieces: Pieces, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """What collides of a fixture's mesh, as options of geoms: itself where it is convex, else convex pieces."""
+    case, world = pieces.case, pieces.world
+    path = Path(case.path_of(str(fixture.mesh))).resolve()
+    changed = path.stat()
+    try:
+        found = _cut_up(str(path), UNIT[fixture.units], changed.st_mtime_ns, changed.st_size)
+    except ValueError as error:
+        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
+    if found.excess > FILLED:
+        more = "its convex hull counts, since it is not closed"
+        if np.isfinite(found.excess):
+            more = f"it counts with {100 * found.excess:.0f} % more than its volume, which fills some of its hollows"
+        text = f"fixtures.{fixture.name}.mesh: {more}; several fixtures of simple shapes would be exact"
+        pieces.warnings.append(Warning(Code.CONCAVE_FIXTURE, text))
+    if len(found.pieces) == 1:
+        yield {**shape, "name": fixture.name}
+        return
+    for number, vertices in enumerate(found.pieces, start=1):
+        name = f"fixture/{fixture.name}/{number}"
+        world.add_mesh(name=name, uservert=vertices.ravel())
+        yield {**shape, "meshname": name, "name": name}
+
+
+@lru_cache(maxsize=32)
+def _cut_up(path: str, scale: float, *_changed: int) -> ConvexPieces:
+    """A mesh file as convex pieces, m, as MuJoCo reads it.
+
+    Raises:
+        ValueError: MuJoCo does not read it.
+    """
+    import trimesh
+
+    spec = mujoco.MjSpec()
+    spec.add_mesh(name="mesh", file=path, scale=[scale] * 3)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+    model = spec.compile()
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.mesh_quat[0])
+    vertices = model.mesh_vert.astype(np.float64) @ turn.reshape(3, 3).T + model.mesh_pos[0]
+    return convex_pieces(trimesh.Trimesh(vertices, model.mesh_face, process=False))

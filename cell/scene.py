@@ -138,7 +138,9 @@ class Scene:
                 )
 
     def geom_name(self, geom: int) -> str:
-        """What a geom is called in reports."""
+        """What a geom is called in reports: a piece of a fixture by the fixture."""
+        if self.piece_of_geom[geom] == Piece.FIXTURE:
+            return self.model.body(self.model.geom_bodyid[geom]).name.split("/")[1]
         name = self.model.geom(geom).name
         return name or f"{self.model.body(self.model.geom_bodyid[geom]).name} (geom {geom})"
 

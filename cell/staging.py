@@ -132,7 +132,9 @@ class Staging:
         self.data = mujoco.MjData(self.model)
         self._light_the_floor()
         self.beads = beads_of(result.job, pieces)
-        self._names = {self.scene.geom_name(i): i for i in range(self.model.ngeom)}
+        self._names: dict[str, list[int]] = {}
+        for geom in np.flatnonzero(self.scene.contact_bits.any(axis=0)).tolist():
+            self._names.setdefault(self.scene.geom_name(geom), []).append(geom)
         self._looks = self.model.geom_rgba.copy(), self.model.geom_group.copy()
         self._tinted: tuple[str, ...] = ()
 
@@ -171,7 +173,7 @@ class Staging:
             return False
         self._tinted = frame.pair
         self.model.geom_rgba[:], self.model.geom_group[:] = self._looks
-        for geom in (self._names[name] for name in frame.pair if name in self._names):
+        for geom in (geom for name in frame.pair for geom in self._names.get(name, ())):
             self._tint(geom)
         return True
 

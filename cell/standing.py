@@ -61,9 +61,12 @@ def standing(scene: Scene, shape: PartShape) -> Iterator[Warning]:
             )
             yield Warning(Code.PART_NOT_ON_SUPPORT, text, sub_volume=what if beads else "")
         if not beads and _nearest(model, data, of_part, carriers)[0] > OFF_MM * METRES_PER_MM:
+            told = scene.case.part.body
+            ends = told is not None and told.z_mm is None and told.radius_mm is not None and told.mesh is None
+            hint = " (part.body.z_mm is not given, so that it ends where its sub-volumes do)" if ends else ""
             text = (
                 f"part.position_mm: nothing carries the body: its lower end is {off_mm:.1f} mm above what the part "
-                "stands on"
+                f"stands on{hint}"
             )
             yield Warning(Code.PART_NOT_ON_SUPPORT, text)
 
