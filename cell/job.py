@@ -203,9 +203,8 @@ def prepare(case: Case) -> Job:
         )
     parameters = bead_parameters(case)
     beyond = [beyond_borders(one, parameters) for one in laid]
-    built = slice_part(
-        case, replace(part, meshes=tuple(m for m, _ in part.built), bodies=tuple(b for _, b in part.built))
-    )
+    before = replace(part, meshes=tuple(m for m, _ in part.built), bodies=tuple(b for _, b in part.built))
+    built = slice_part(case, replace(before, body_solid=None))
     there = [(one.sliced, beyond_borders(one, parameters)) for one in lay_part(case, built)]
     shape = part_shape(sliced, part.body_mesh, part.profile, beyond, there)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
