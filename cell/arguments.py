@@ -30,6 +30,7 @@ EXAMPLES = """examples:
   rbam sweep my.case.yaml --html map.html        which table angles work, as a map to click on
   rbam replay my.case.yaml                       watch the checked motion
   rbam replay my.case.yaml --video film.mp4      the same as a film
+  rbam scene my.case.yaml                        what always touches, what does not collide, what is not planned
   rbam scene my.case.yaml --xml cell.xml         the cell as one MJCF for plain MuJoCo
 
 exit codes: 0 feasible or done, 1 infeasible, 2 bad input (one line says what and what is allowed)"""
@@ -151,11 +152,12 @@ def build_parser() -> argparse.ArgumentParser:
 
     scene = command(
         "scene",
-        "write the composed cell as one MJCF",
-        "Plain MuJoCo loads it; nothing else is needed.",
+        "look a composed cell over, or write it as one MJCF",
+        "Shapes that always touch or never collide, links without shapes, home, joints that are not planned. "
+        "With --xml the cell for plain MuJoCo; nothing else is needed.",
     )
     _case_arguments(scene)
-    scene.add_argument("--xml", metavar="F.xml", required=True, help="where to")
+    scene.add_argument("--xml", metavar="F.xml", help="write the cell here instead")
     return parser
 
 

@@ -99,7 +99,8 @@ def _console(stream: IO[str]) -> Console:
 
     # in a pipe lines keep their length: whoever reads them breaks them as it likes
     width = None if stream.isatty() else 200
-    return Console(file=stream, highlight=False, width=width, soft_wrap=not stream.isatty())
+    # names are printed as they are: brackets and colons in them are no markup
+    return Console(file=stream, highlight=False, markup=False, emoji=False, width=width, soft_wrap=not stream.isatty())
 
 
 def _say(lines: Any, to: IO[str]) -> None:
@@ -361,9 +362,15 @@ def _scene(args: argparse.Namespace) -> int:
     _outputs(args.xml)
     from .files import write_bytes
     from .job import prepare
-    from .scene import standalone_xml
+    from .scene import standalone_xml, table_angles
+    from .scene_probe import probe_lines, probe_scene
 
-    write_bytes(args.xml, standalone_xml(prepare(_load(args)).scene).encode())
+    case = _load(args)
+    scene = prepare(case).scene
+    if args.xml:
+        write_bytes(args.xml, standalone_xml(scene).encode())
+        return FEASIBLE
+    _say(probe_lines(probe_scene(scene, table_angles(scene, case.table.E1_deg, case.table.E2_deg))), sys.stdout)
     return FEASIBLE
 
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 Ints = NDArray[np.int64]
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
+AWAY = 1e4  # m
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
 MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
@@ -69,6 +70,17 @@ class Clearances:
         return cls(np.full(m, np.inf), np.full((m, 2), -1), np.full((m, 3), np.nan))
 
 
+def _without_pairs(model: mujoco.MjModel) -> mujoco.MjModel:
+    """The model with the pairs that it names so far apart that none is ever met.
+
+    A gap silences pairs that are apart, not those that penetrate. The second shape of each pair is the arm's, which
+    counts for nothing where such pairs do not.
+    """
+    alone = copy.copy(model)
+    alone.geom_pos[model.pair_geom2, 2] += AWAY
+    return alone
+
+
 class Checker:
     """Collision detection of one scene at one table pose; one for each thread, the scene may be shared."""
 
@@ -92,13 +104,14 @@ class Checker:
             table: E1 and E2, rad.
             reach: distances are known out to here, m.
             without: deposits that do not count, laid or not.
-            pair_gap: the same of the pairs that the model names, m; the reach where it is not given.
+            pair_gap: NEVER where the pairs that the model names do not count; the reach where it is not given.
         """
         self.scene = scene
         self.table = table
         self.reach = reach
         self.without = tuple(without)
-        self._model = copy.copy(scene.model)  # what collides is switched in it; the scene's own stays as it is
+        # what collides is switched in it; the scene's own stays as it is
+        self._model = copy.copy(scene.model) if pair_gap is None else _without_pairs(scene.model)
         self._data = mujoco.MjData(self._model)
         self._data.qpos[scene.table_qpos] = table
         self._pair_gap = pair_gap

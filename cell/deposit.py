@@ -46,7 +46,8 @@ class PartShape:
 
     Attributes:
         visual: meshes to look at, by geom name.
-        hulls: vertices of convex pieces, by geom name: "body/..." and "deposit/NUMBER/SUB-VOLUME/PIECE".
+        hulls: vertices of convex pieces, by geom name: "body/...", "deposit/NUMBER/SUB-VOLUME/PIECE", and of what is
+            there from the start "built/SUB-VOLUME/LAYER/PIECE".
         first_deposit: number of the first layer of each sub-volume.
         n_deposits: layers in all.
     """
@@ -62,6 +63,7 @@ def part_shape(
     body_mesh: Mesh | None,
     profile: Sequence[tuple[float, float]] | None,
     beyond_mm: Sequence[Floats] | None = None,
+    built: Sequence[tuple[SlicedSubVolume, Floats]] = (),
 ) -> PartShape:
     """Shapes of a sliced part.
 
@@ -71,6 +73,7 @@ def part_shape(
         profile: the body as (r, z) points about its axis, mm, lowest first; band by band it is what collides.
         beyond_mm: how far the beads of each sub-volume's layers reach beyond the layers' borders, from
             :func:`beyond_borders`; not at all where left out.
+        built: sub-volumes that are there from the start, each with how far its beads reach beyond the layers' borders.
 
     Returns:
         The shapes.
@@ -80,7 +83,7 @@ def part_shape(
     """
     body = sliced[0].body
     hulls: dict[str, Floats] = {}
-    visual = {f"{s.name}_visual": s.mesh for s in sliced}
+    visual = {f"{s.name}_visual": s.mesh for s in (*sliced, *(s for s, _ in built))}
     if any(s.stands_on_plate for s in sliced):
         pass  # the body grows like everything else: nothing of it is there before
     elif profile is not None:
@@ -93,14 +96,16 @@ def part_shape(
         hulls["body/0"] = _thinned_hull(body_mesh.vertices)
     else:
         raise ValueError("a part needs the shape of its body: a mesh or a profile")
+    for s, beyond in built:
+        for layer in s.layers:
+            slabs = enumerate(_slabs(s, layer, float(beyond[layer.index])))
+            hulls.update((f"built/{s.name}/{layer.index}/{k}", slab) for k, slab in slabs)
     first, number = [], 0
     for i, s in enumerate(sliced):
         first.append(number)
         for layer in s.layers:
-            above = s.layers[layer.index + 1 :][:1]
-            beyond = 0.0 if beyond_mm is None else float(beyond_mm[i][layer.index])
-            for k, piece in enumerate(_pieces(layer, beyond)):
-                hulls[f"deposit/{number}/{s.name}/{k}"] = _slab(layer, piece, above)
+            slabs = enumerate(_slabs(s, layer, 0.0 if beyond_mm is None else float(beyond_mm[i][layer.index])))
+            hulls.update((f"deposit/{number}/{s.name}/{k}", slab) for k, slab in slabs)
             number += 1
     return PartShape(visual, hulls, tuple(first), number)
 
@@ -121,6 +126,13 @@ def beyond_borders(laid: LaidSubVolume, parameters: BeadParameters) -> Floats:
     beyond = np.array([0.0 if isinstance(layer.surface, Cylinder | Plane) else half for layer in layers])
     beyond[[bead.layer for bead in laid.beads if bead.thin]] = half
     return beyond
+
+
+def _slabs(s: SlicedSubVolume, layer: Layer, beyond: float) -> Iterator[Floats]:
+    """Hull points of a layer's pieces."""
+    above = s.layers[layer.index + 1 :][:1]
+    for piece in _pieces(layer, beyond):
+        yield _slab(layer, piece, above)
 
 
 def _slab(layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:

@@ -14,10 +14,10 @@ import mujoco
 import numpy as np
 
 from .check import Result
+from .composition import Piece
 from .html_pack import Pack
 from .html_shapes import geom_json, geom_triangles
 from .picture import camera, middle, still
-from .robot import require
 from .staging import PALE_RED, RED, VISIBLE, Staging
 
 MOST_NAMES = 150  # names of colliding geoms that get shapes to be shown in red
@@ -36,7 +36,7 @@ def scene_json(pack: Pack, result: Result) -> dict[str, Any]:
         ``floor``, ``cameras``.
     """
     staging = Staging(result)
-    model, case = staging.model, result.job.case
+    model = staging.model
     hit = _culprits(result, staging)
     shown = (VISIBLE[model.geom_group] == 1) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
     extra = sorted({g for geoms in hit.values() for g in geoms if not shown[g]})
@@ -49,8 +49,7 @@ def scene_json(pack: Pack, result: Result) -> dict[str, Any]:
             continue
         number[g] = len(geoms)
         geoms.append({**_look(result, staging, g, bool(shown[g])), **geom_json(pack, shape)})
-    part = model.site("part").id
-    tcp = require(model, "site", case.tool.tcp, "tool.tcp")
+    part, tcp = (result.job.scene.sites[name] for name in ("part", "tcp"))
     floor = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
     return {
         "bodies": _bodies(result, model),
@@ -128,10 +127,7 @@ def _role(result: Result, staging: Staging, geom: int) -> str:
         return "part"
     if not scene.arm_geom[geom]:
         return "cell"
-    tool = int(model.site_bodyid[model.site(scene.case.tool.tcp).id])
-    while body not in (0, tool):
-        body = int(model.body_parentid[body])
-    return "tool" if body == tool else "arm"
+    return "tool" if scene.piece_of_geom[geom] == Piece.TOOL else "arm"
 
 
 def _culprits(result: Result, staging: Staging) -> dict[str, list[int]]:

@@ -178,6 +178,8 @@ def in_plain_words(result: Result, geom: str) -> str:
     names, first = result.job.targets.sub_volume, result.job.shape.first_deposit
     if words[0] == "deposit" and len(words) > 2 and words[1].isdigit() and words[2] in names:
         return f"layer {int(words[1]) - first[names.index(words[2])]} of {words[2]}"
+    if words[0] == "built" and len(words) > 2:
+        return f"{words[1]}, built before,"
     return geom.replace("_", " ")
 
 

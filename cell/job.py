@@ -8,7 +8,7 @@ What does not depend on the table's angles is done here once; ``cell.check`` and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -161,13 +161,25 @@ def sample_part(
         InputError: a layer cannot be laid as asked; one line.
     """
     process = case.process
+    laid = lay_part(case, sliced)
     try:
         speed = BeadSpeed(process.deposition_speed_mm_s, tuple(process.speed_by_thickness or ()))
-        laid = lay_beads(sliced, bead_parameters(case))
         targets = sample_beads(laid, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm, speed)
     except PartError as error:
         raise InputError(f"{case.path}: {error}") from None
     return laid, targets, tuple(line for one in laid for line in one.warnings)
+
+
+def lay_part(case: Case, sliced: tuple[SlicedSubVolume, ...]) -> tuple[LaidSubVolume, ...]:
+    """Lay the beads of sliced sub-volumes.
+
+    Raises:
+        InputError: a layer cannot be laid as asked; one line.
+    """
+    try:
+        return lay_beads(sliced, bead_parameters(case))
+    except PartError as error:
+        raise InputError(f"{case.path}: {error}") from None
 
 
 def prepare(case: Case) -> Job:
@@ -191,8 +203,12 @@ def prepare(case: Case) -> Job:
         )
     parameters = bead_parameters(case)
     beyond = [beyond_borders(one, parameters) for one in laid]
-    shape = part_shape(sliced, part.body_mesh, part.profile, beyond)
+    before = replace(part, meshes=tuple(m for m, _ in part.built), bodies=tuple(b for _, b in part.built))
+    built = slice_part(case, replace(before, body_solid=None))
+    there = [(one.sliced, beyond_borders(one, parameters)) for one in lay_part(case, built)]
+    shape = part_shape(sliced, part.body_mesh, part.profile, beyond, there)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
-    job = Job(case, sliced, shape, targets, compose(case, shape), warnings)
+    scene = compose(case, shape)
+    job = Job(case, sliced, shape, targets, scene, (*warnings, *scene.warnings))
     _ = job.drives  # what is wrong with them is to be said before any search
     return job

@@ -111,7 +111,7 @@ def _part_seen_from_base(job: Job, tables: Floats) -> Floats:
     scene = job.scene
     data = mujoco.MjData(scene.model)
     out = np.empty((len(tables), 4, 4))
-    site = scene.model.site("part").id
+    site = scene.sites["part"]
     for i, table in enumerate(tables):
         data.qpos[scene.table_qpos] = table
         mujoco.mj_kinematics(scene.model, data)

@@ -198,7 +198,7 @@ def table_radii(scene: Scene) -> Floats:
     model = scene.model
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    joint = [model.joint(name).id for name in scene.case.positioner.joints]
+    joint = scene.table_joints.tolist()
     body = [int(model.jnt_bodyid[j]) for j in joint]
     out = np.zeros(2)
     for g in np.flatnonzero(scene.contact_bits.any(axis=0)):

@@ -17,6 +17,7 @@ from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBod
 from slicing.body import BODY_NAME, turned_solid
 from slicing.load import load_mesh
 from slicing.part import Mesh, PartError
+from slicing.warning import Code, Warning
 
 from .errors import InputError
 from .sections import Body as BodySection
@@ -40,6 +41,7 @@ class PartInput:
         others: the same for every strategy that is made for what they stand on.
         body_solid: the body as a solid to be sliced; None where it is there from the start.
         round_body: its surface, where body_solid is given.
+        built: sub-volumes that are there from the start, with what they stand on.
     """
 
     meshes: tuple[Mesh, ...]
@@ -50,6 +52,7 @@ class PartInput:
     others: dict[str, tuple[RoundBody, ...]] = field(default_factory=dict)
     body_solid: Mesh | None = None
     round_body: RoundBody | None = None
+    built: tuple[tuple[Mesh, RoundBody], ...] = ()
 
 
 @stage("reading the part")
@@ -142,23 +145,64 @@ def _with_body(case: Case, found: PartInput) -> PartInput:
             warnings += (f"{BODY_NAME}: no part.body.z_mm; taken to end where its sub-volumes do, z = {ends} mm",)
     gap = float(solid.bounds[0, 2]) + case.part.position_mm[2]
     if abs(gap) > OFF_PLATE_MM:
-        warnings += (f"{BODY_NAME}: its lower end is {gap:.3f} mm off what the part stands on (part.position_mm)",)
+        text = f"{BODY_NAME}: its lower end is {gap:.3f} mm off what the part stands on (part.position_mm)"
+        warnings += (Warning(Code.PART_NOT_ON_SUPPORT, text, sub_volume=BODY_NAME),)
     return replace(found, warnings=warnings, body_solid=replace(solid, name=BODY_NAME), round_body=body)
 
 
 def _taken(case: Case, found: PartInput) -> PartInput:
-    if not case.part.take:
-        return found
+    """The part with what is taken to be built, what is there already, and a warning of what is neither."""
     names = [mesh.name for mesh in found.meshes]
-    for name in case.part.take:
-        if name == BODY_NAME and case.slicing.body is None:
-            raise InputError(f"{case.path}: part.take: {name} is printed only with slicing: {{body: planar}}")
-        if name not in [*names, BODY_NAME]:
-            raise InputError(f"{case.path}: part.take: no sub-volume {name!r}; there are {', '.join(names)}")
-    keep = [names.index(name) for name in case.part.take if name != BODY_NAME]
+    take, built = _checked(case, names)
+    if not case.part.take and not built:
+        return found
+    keep = [names.index(name) for name in take if name != BODY_NAME]
+    there = tuple((found.meshes[i], found.bodies[i]) for i in map(names.index, built))
+    absent = [name for name in names if name not in (*take, *built)]
+    warnings = found.warnings
+    if absent:
+        text = (
+            f"part.take: {', '.join(absent)} neither taken nor in part.built: not in the cell, nothing is held "
+            "against it"
+        )
+        warnings += (Warning(Code.SUB_VOLUME_ABSENT, text, sub_volume=absent[0] if len(absent) == 1 else ""),)
     return replace(
         found,
         meshes=tuple(found.meshes[i] for i in keep),
         bodies=tuple(found.bodies[i] for i in keep),
         others={strategy: tuple(bodies[i] for i in keep) for strategy, bodies in found.others.items()},
+        built=there,
+        warnings=warnings,
     )
+
+
+def _checked(case: Case, names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Names of what is taken and what is built already.
+
+    Raises:
+        InputError: a name that there is not, that stands twice, or that is built on a body still to be printed.
+    """
+    part, known = case.part, ", ".join(names)
+    for name in part.take:
+        if name == BODY_NAME and case.slicing.body is None:
+            raise InputError(f"{case.path}: part.take: {name} is printed only with slicing: {{body: planar}}")
+    for key, given, allowed in (("take", part.take, [*names, BODY_NAME]), ("built", part.built, names)):
+        for i, name in enumerate(given):
+            if name not in allowed:
+                raise InputError(f"{case.path}: part.{key}: no sub-volume {name!r}; there are {known}")
+            if name in given[:i]:
+                raise InputError(f"{case.path}: part.{key}: {name} stands there twice")
+    both = [name for name in part.built if name in part.take]
+    if both:
+        raise InputError(
+            f"{case.path}: part.built: {both[0]} is in part.take as well; it is either built or to be built"
+        )
+    if part.built and case.slicing.body is not None:
+        raise InputError(
+            f"{case.path}: part.built: {part.built[0]} cannot be there before the body it stands on, "
+            "which slicing.body prints"
+        )
+    take = list(part.take) or [name for name in names if name not in part.built]
+    if not take:
+        raise InputError(f"{case.path}: part.built: all of {known} are built: nothing is left to be taken")
+    return take, list(part.built)

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from .colours import Colouring
+from .composition import Piece
 from .errors import InputError
 from .staging import FOVY, MARKS, VISIBLE, Frame, Staging
 from .terminal import stage
@@ -106,13 +107,13 @@ def _fitted(points: Floats, azimuth: float, elevation: float, aspect: float) -> 
 def _cell_points(staging: Staging) -> Floats:
     """Corners of all that is shown, but for the floor and what stands around."""
     m, d = staging.model, staging.data
-    fixtures = {f.name for f in staging.scene.case.fixtures}
+    fixture = staging.scene.piece_of_geom == Piece.FIXTURE
     solid = (VISIBLE[m.geom_group] == 1) & (m.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
     signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, 8).T
     corners = [
         d.geom_xpos[g] + (m.geom_aabb[g, :3] + signs * m.geom_aabb[g, 3:]) @ d.geom_xmat[g].reshape(3, 3).T
         for g in np.flatnonzero(solid)
-        if m.geom(g).name.removesuffix("_visual") not in fixtures
+        if not fixture[g]
     ]
     return np.concatenate(corners)
 
@@ -136,7 +137,7 @@ def _score(staging: Staging, view: View, eye: Floats, looks: Floats, focus: Floa
     mujoco.mj_multiRay(m, d, eye, (way / far[:, None]).ravel(), VISIBLE, True, -1, geom, met, None, len(way), 1e3)
     seen = (geom < 0) | (met > far - HIDDEN)
     part = m.body("part").id
-    tool = int(m.site_bodyid[m.site(staging.scene.case.tool.tcp).id])
+    tool = int(m.site_bodyid[staging.scene.sites["tcp"]])
     # the torch may hide its own axis, and the part its own far side, but nothing else may hide them
     hit = np.where(geom >= 0, m.geom_bodyid[geom], -1)
     seen[1:6] |= hit[1:6] == tool
@@ -145,8 +146,8 @@ def _score(staging: Staging, view: View, eye: Floats, looks: Floats, focus: Floa
     light = float(looks[0] @ m.light_dir[0]) if m.nlight else 0.0
     score = 4.0 * seen[0] + 2.0 * seen[1:6].mean() + seen[6:].mean() + side + 0.5 * light
     if view == "cell":
-        base = d.xpos[m.body(staging.scene.case.robot.base).id]
-        across = (d.site_xpos[m.site("part").id] - base)[:2]
+        base = d.xpos[staging.scene.base_body]
+        across = (d.site_xpos[staging.scene.sites["part"]] - base)[:2]
         score += 2.0 * abs(float(across @ looks[1, :2])) / max(float(np.linalg.norm(across)), 1e-9)
         score += 2.0 * min(1.0, 2.0 / far[0])
     return score

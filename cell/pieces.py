@@ -1,35 +1,45 @@
 """The pieces of a cell, put into one MjSpec: surroundings, robot with its tool, positioner, part, fixtures.
 
-    world = surroundings(case)
-    home = add_robot(world, case)
-    add_positioner(world, case); add_part(world, case, shape); add_fixture(world, case, fixture)
+    pieces = Pieces(surroundings(case), case)
+    home = add_robot(pieces)
+    add_positioner(pieces); add_part(pieces, shape); add_fixture(pieces, fixture)
 
-Every piece keeps its own names. World frame, metres; ``cell.scene`` compiles what comes of it.
+Every piece keeps its own names where it can (``cell.names``); which piece a shape belongs to is known by its body.
+World frame, metres; ``cell.scene`` compiles what comes of it.
 """
 
 from __future__ import annotations
 
 import difflib
 import re
+from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from ik.chain import Floats
 from ik.roll import wrap
+from slicing.warning import Code, Warning
 
+from .composition import Piece, Pieces, one_line
 from .config import MODELS_DIR, is_path
 from .contacts import SOLID, WIRE
+from .convex_pieces import ConvexPieces, convex_pieces
 from .deposit import PartShape
 from .errors import InputError
+from .names import attach, name_all
 from .place import METRES_PER_MM
 from .sections import Case, Fixture
 from .torch import TorchDimensions, shape_torch
 
-ROBOT, TOOL, POSITIONER = "robot/", "tool/", "positioner/"
 MANY_PIECES = 256  # of the part in one body
 UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
+DRIVEN = ("actuators", "sensors", "tendons", "equalities", "keys", "tuples", "texts", "skins")
+MASSLESS = 1e-9  # kg, kg m2: what MuJoCo takes a moving body without mass for; kinematics needs none
+FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
 COLOUR = {
     "support": (0.42, 0.44, 0.47, 1.0),
     "body": (0.62, 0.65, 0.69, 1.0),
@@ -58,15 +68,61 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
     return spec
 
 
-def one_line(error: Exception) -> str:
-    """MuJoCo's messages, which span several lines, in one."""
-    return " ".join(str(error).split())
+def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
+    """A model with all that is named and nothing that only a simulation needs."""
+    gone = [f"{len(spec.equalities)} equality constraint(s)"] if len(spec.equalities) else []
+    gone += [f"{len(spec.flexes)} flex(es)"] if len(spec.flexes) else []
+    if gone:
+        text = (
+            f"{what}.model: {' and '.join(gone)} left out of the cell: joints that they couple stay where they are, "
+            "and what they hold is not looked at"
+        )
+        pieces.warnings.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
+    for kind in (*DRIVEN, "flexes"):  # names in them would have to follow; kinematics and contacts need none
+        for element in list(getattr(spec, kind)):
+            spec.delete(element)
+    for eye in (*spec.cameras, *spec.lights):
+        if eye.targetbody:
+            eye.targetbody, eye.mode = "", mujoco.mjtCamLight.mjCAMLIGHT_FIXED
+    name_all(spec, what)
+    return spec
 
 
-def _drop_keys(spec: mujoco.MjSpec) -> None:
-    # keyframes of several models would clash, and none of them covers the whole cell
-    for key in list(spec.keys):
-        spec.delete(key)
+def _put(pieces: Pieces, child: mujoco.MjSpec, piece: Piece, parent: mujoco.MjsBody, pos: Floats, quat: Floats) -> None:
+    """Attach a prepared model to a body.
+
+    Shapes in its worldbody get a body of their own: in a body of another piece they would take part in what that one's
+    excludes say.
+    """
+    what = piece.name.lower()
+    holds = [(e.bodyname1, e.bodyname2) for e in child.excludes if "world" in (e.bodyname1, e.bodyname2)]
+    world = pieces.world
+    if len(child.worldbody.geoms):
+        parent = parent.add_body(name=what, pos=pos, quat=quat)
+        pieces.piece[what] = piece
+        frame = parent.add_frame()
+    else:
+        frame, holds = parent.add_frame(pos=pos, quat=quat), []
+    names = pieces.names[piece] = attach(world, child, f"{what}/", frame)
+    names.bodies["world"] = parent.name
+    pieces.piece.update(dict.fromkeys((n for own, n in names.bodies.items() if own != "world"), piece))
+    for pair in holds:
+        one, two = (names.bodies[name] for name in pair)
+        world.add_exclude(bodyname1=one, bodyname2=two)
+
+
+def _stands_at(spec: mujoco.MjSpec, site: str, what: str) -> tuple[Floats, Floats]:
+    """Position and quaternion of a site in its body, whatever frames and angles the MJCF gives it by.
+
+    Raises:
+        InputError: the model does not compile.
+    """
+    try:
+        model = spec.copy().compile()
+    except ValueError as error:
+        raise InputError(f"{what}.model: does not compile: {one_line(error)}") from None
+    found = model.site(site).id
+    return model.site_pos[found].copy(), model.site_quat[found].copy()
 
 
 def _quat(rotation_deg: tuple[float, float, float]) -> Floats:
@@ -80,6 +136,8 @@ def surroundings(case: Case) -> mujoco.MjSpec:
     world = mujoco.MjSpec()
     world.modelname = "cell"
     world.compiler.degree = False
+    world.compiler.boundmass = world.compiler.boundinertia = MASSLESS
+    world.compiler.balanceinertia = True
     world.option.gravity = (0, 0, 0)  # kinematics and contacts alone: nothing is to fall
     world.stat.extent, world.stat.center = 3.4, (1.0, -0.1, 0.6)  # the same depth range whatever stands in the cell
     world.visual.headlight.ambient = (0.28, 0.28, 0.28)
@@ -142,7 +200,7 @@ def surroundings(case: Case) -> mujoco.MjSpec:
     return world
 
 
-def add_robot(world: mujoco.MjSpec, case: Case) -> dict[str, float]:
+def add_robot(pieces: Pieces) -> dict[str, float]:
     """Attach the arm and its tool.
 
     Returns:
@@ -151,26 +209,27 @@ def add_robot(world: mujoco.MjSpec, case: Case) -> dict[str, float]:
     Raises:
         InputError: there is no such model, or its flange or the tool's dimensions are not as the case says.
     """
+    case, world = pieces.case, pieces.world
     robot = _load(case, case.robot.model, "robot")
     home = _home(robot)
-    _drop_keys(robot)
-    flange = robot.site(case.robot.flange)
-    if flange is None:
+    if robot.site(case.robot.flange) is None:
         raise InputError(f"{case.path}: robot.flange: {case.robot.model} has no site named {case.robot.flange!r}")
+    _prepared(pieces, robot, "robot")
+    pos, quat = _stands_at(robot, case.robot.flange, "robot")
+    place = np.array(case.robot.position_mm) * METRES_PER_MM
+    _put(pieces, robot, Piece.ROBOT, world.worldbody, place, _quat(case.robot.rotation_deg))
     tool = _load(case, case.tool.model, "tool")
-    _drop_keys(tool)
     if case.tool.dimensions or case.tool.model == "cmt_torch":
         try:
             shape_torch(tool, TorchDimensions(**case.tool.dimensions))
         except (TypeError, ValueError) as error:
             raise InputError(f"{case.path}: tool.dimensions: {_dimension_problem(error)}") from None
-    robot.attach(tool, site=flange, prefix=TOOL)
-    frame = world.worldbody.add_frame(
-        pos=np.array(case.robot.position_mm) * METRES_PER_MM, quat=_quat(case.robot.rotation_deg)
-    )
-    world.attach(robot, frame=frame, prefix=ROBOT)
-    for prefix in (ROBOT, TOOL):
-        _own_names(world, prefix)
+    for wire in case.tool.wire:
+        if tool.geom(wire) is None:
+            raise InputError(f"{case.path}: tool.wire: {case.tool.model} has no geom named {wire!r}")
+    _prepared(pieces, tool, "tool")
+    flange = world.site(pieces.name(Piece.ROBOT, "sites", case.robot.flange))
+    _put(pieces, tool, Piece.TOOL, flange.parent, pos, quat)
     return home
 
 
@@ -192,72 +251,38 @@ def _home(robot: mujoco.MjSpec) -> dict[str, float]:
     return {joint.name: float(wrap(np.array(value))) for joint, value in zip(robot.joints, key.qpos, strict=False)}
 
 
-def add_positioner(world: mujoco.MjSpec, case: Case) -> None:
+def add_positioner(pieces: Pieces) -> None:
     """Attach the positioner where the case puts it.
 
     Raises:
-        InputError: there is no such model.
+        InputError: there is no such model, or it has no such table.
     """
+    case = pieces.case
     positioner = _load(case, case.positioner.model, "positioner")
-    _drop_keys(positioner)
-    for numeric in list(positioner.numerics):
-        numeric.name = f"positioner_{numeric.name}"
-    frame = world.worldbody.add_frame(
-        pos=np.array(case.positioner.position_mm) * METRES_PER_MM, quat=_quat(case.positioner.rotation_deg)
-    )
-    world.attach(positioner, frame=frame, prefix=POSITIONER)
-    _own_names(world, POSITIONER)
-
-
-def _own_names(world: mujoco.MjSpec, prefix: str) -> None:
-    """Give what was attached its own names back; defaults, materials and meshes keep the prefix and cannot clash."""
-    named = (
-        world.bodies,
-        world.joints,
-        world.geoms,
-        world.sites,
-        world.cameras,
-        world.numerics,
-        world.excludes,
-        world.pairs,
-    )
-    for element in (e for group in named for e in group):
-        name = element.name.removeprefix(prefix)
-        try:
-            element.name = name
-        except ValueError:
-            owner = prefix.rstrip("/")
-            raise InputError(f"{owner}.model: its name {name!r} is another's in this cell already") from None
-    for exclude in world.excludes:
-        exclude.bodyname1, exclude.bodyname2 = (
-            exclude.bodyname1.removeprefix(prefix),
-            exclude.bodyname2.removeprefix(prefix),
-        )
-    for pair in world.pairs:
-        pair.geomname1, pair.geomname2 = (
-            pair.geomname1.removeprefix(prefix),
-            pair.geomname2.removeprefix(prefix),
-        )
-
-
-def _on_table(world: mujoco.MjSpec, case: Case) -> tuple[mujoco.MjsBody, mujoco.MjsSite]:
-    site = world.site(case.positioner.table)
-    if site is None:
+    if positioner.site(case.positioner.table) is None:
         raise InputError(
             f"{case.path}: positioner.table: {case.positioner.model} has no site named {case.positioner.table!r}"
         )
-    return site.parent, site
+    for numeric in list(positioner.numerics):
+        numeric.name = f"positioner_{numeric.name}"
+    _prepared(pieces, positioner, "positioner")
+    pieces.table = _stands_at(positioner, case.positioner.table, "positioner")
+    place = np.array(case.positioner.position_mm) * METRES_PER_MM
+    _put(pieces, positioner, Piece.POSITIONER, pieces.world.worldbody, place, _quat(case.positioner.rotation_deg))
 
 
-def add_part(world: mujoco.MjSpec, case: Case, part: PartShape) -> None:
-    """Put support and part onto the positioner's table, with a site ``part`` at the part's frame.
+def _table_body(pieces: Pieces) -> mujoco.MjsBody:
+    """The body that holds the table's site."""
+    return pieces.world.site(pieces.name(Piece.POSITIONER, "sites", pieces.case.positioner.table)).parent
 
-    Raises:
-        InputError: the positioner has no such site.
-    """
-    turn, table = _on_table(world, case)
+
+def add_part(pieces: Pieces, part: PartShape) -> None:
+    """Put support and part onto the positioner's table, with a site ``part`` at the part's frame."""
+    case, world = pieces.case, pieces.world
+    pos, quat = pieces.table
     lift = 0.0
-    fixed = turn.add_body(name="workpiece", pos=table.pos, quat=table.quat)
+    fixed = _table_body(pieces).add_body(name="workpiece", pos=pos, quat=quat)
+    pieces.piece["workpiece"] = Piece.SUPPORT
     if case.support is not None:
         radius, height = case.support.radius_mm * METRES_PER_MM, case.support.height_mm * METRES_PER_MM
         fixed.add_geom(
@@ -283,6 +308,7 @@ def add_part(world: mujoco.MjSpec, case: Case, part: PartShape) -> None:
         lift = height
     place = np.array(case.part.position_mm) * METRES_PER_MM + (0.0, 0.0, lift)
     body = fixed.add_body(name="part", pos=place, quat=_quat((0.0, 0.0, case.part.rotation_deg)))
+    pieces.piece["part"] = Piece.PART
     body.add_site(name="part", size=(0.002, 0.002, 0.002), group=4)
     for name, mesh in part.visual.items():
         world.add_mesh(
@@ -306,6 +332,7 @@ def add_part(world: mujoco.MjSpec, case: Case, part: PartShape) -> None:
         if several and i % MANY_PIECES == 0:
             # MuJoCo goes through every geom of a body that may be hit: what lies far off is left out body by body
             holder = body.add_body(name=f"pieces_{i // MANY_PIECES}")
+            pieces.piece[holder.name] = Piece.PART
         world.add_mesh(name=name, uservert=(vertices * METRES_PER_MM).ravel())
         holder.add_geom(
             name=name,
@@ -318,24 +345,28 @@ def add_part(world: mujoco.MjSpec, case: Case, part: PartShape) -> None:
         )
 
 
-def add_fixture(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> None:
+def add_fixture(pieces: Pieces, fixture: Fixture) -> None:
     """Put a fixture onto the floor or the table.
 
     Raises:
-        InputError: its mesh is missing.
+        InputError: its mesh is missing, or its name is another's.
     """
-    if "/" in fixture.name or world.geom(fixture.name) is not None:
+    case, world = pieces.case, pieces.world
+    if not fixture.name.strip() or not fixture.name.isprintable():
+        raise InputError(f"{case.path}: fixtures: {fixture.name!r} is no name: one line of printable characters is")
+    if "/" in fixture.name or world.geom(fixture.name) or world.body(f"fixture/{fixture.name}"):
         raise InputError(f"{case.path}: fixtures: the name {fixture.name!r} is taken, or holds a /; choose another")
+    parent, name = world.worldbody, f"fixture/{fixture.name}"
     if fixture.on == "table":
-        turn, table = _on_table(world, case)
-        parent = turn.add_body(name=f"fixture_{fixture.name}_frame", pos=table.pos, quat=table.quat)
-    else:
-        parent = world.worldbody
+        pos, quat = pieces.table
+        parent = _table_body(pieces).add_body(name=f"{name}/frame", pos=pos, quat=quat)
+        pieces.on_table.add(name)
     body = parent.add_body(
-        name=f"fixture_{fixture.name}",
+        name=name,
         pos=np.array(fixture.position_mm) * METRES_PER_MM,
         quat=_quat(fixture.rotation_deg),
     )
+    pieces.piece[name] = Piece.FIXTURE
     options = {
         "name": fixture.name,
         "rgba": COLOUR["fixture"],
@@ -356,16 +387,66 @@ def add_fixture(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> None:
             "type": mujoco.mjtGeom.mjGEOM_MESH,
             "meshname": _fixture_mesh(world, case, fixture),
         }
-    body.add_geom(**shape, **options)
-    look = {**options, "name": f"{fixture.name}_visual", "group": 2, "contype": 0, "conaffinity": 0}
+        for solid in _solids(pieces, fixture, shape):
+            body.add_geom(**{**options, **solid})
+    if fixture.mesh is None:
+        body.add_geom(**shape, **options)
+    look = {**options, "name": f"{name}/visual", "group": 2, "contype": 0, "conaffinity": 0}
     body.add_geom(**shape, **look)
 
 
 def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
+    """Add a fixture's mesh; its name.
+
+    Raises:
+        InputError: there is no such file.
+    """
     path = Path(case.path_of(str(fixture.mesh)))
     if not path.is_file():
         raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {path}: no such file")
-    name = f"fixture_{fixture.name}_mesh"
-    # its convex hull is what collides: it covers the fixture, holes and all
+    name = f"fixture/{fixture.name}/mesh"
     world.add_mesh(name=name, file=str(path.resolve()), scale=[UNIT[fixture.units]] * 3)
     return name
+
+
+def _solids(pieces: Pieces, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """What collides of a fixture's mesh, as options of geoms: itself where it is convex, else convex pieces."""
+    case, world = pieces.case, pieces.world
+    path = Path(case.path_of(str(fixture.mesh))).resolve()
+    changed = path.stat()
+    try:
+        found = _cut_up(str(path), UNIT[fixture.units], changed.st_mtime_ns, changed.st_size)
+    except ValueError as error:
+        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
+    if found.excess > FILLED:
+        more = "its convex hull counts, since it is not closed"
+        if np.isfinite(found.excess):
+            more = f"it counts with {100 * found.excess:.0f} % more than its volume, which fills some of its hollows"
+        text = f"fixtures.{fixture.name}.mesh: {more}; several fixtures of simple shapes would be exact"
+        pieces.warnings.append(Warning(Code.CONCAVE_FIXTURE, text))
+    if len(found.pieces) == 1:
+        yield {**shape, "name": fixture.name}
+        return
+    for number, vertices in enumerate(found.pieces, start=1):
+        name = f"fixture/{fixture.name}/{number}"
+        world.add_mesh(name=name, uservert=vertices.ravel())
+        yield {**shape, "meshname": name, "name": name}
+
+
+@lru_cache(maxsize=32)
+def _cut_up(path: str, scale: float, *_changed: int) -> ConvexPieces:
+    """A mesh file as convex pieces, m, as MuJoCo reads it.
+
+    Raises:
+        ValueError: MuJoCo does not read it.
+    """
+    import trimesh
+
+    spec = mujoco.MjSpec()
+    spec.add_mesh(name="mesh", file=path, scale=[scale] * 3)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+    model = spec.compile()
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.mesh_quat[0])
+    vertices = model.mesh_vert.astype(np.float64) @ turn.reshape(3, 3).T + model.mesh_pos[0]
+    return convex_pieces(trimesh.Trimesh(vertices, model.mesh_face, process=False))

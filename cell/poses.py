@@ -37,7 +37,7 @@ class ArmPoses:
         data = mujoco.MjData(model)
         data.qpos[scene.arm_qpos] = 0.0
         mujoco.mj_kinematics(model, data)
-        joints = [model.joint(name).id for name in scene.chain.names]
+        joints = scene.arm_joints
         self._axis = data.xaxis[joints].copy()
         self._anchor = data.xanchor[joints].copy()
         owner = {int(model.jnt_bodyid[j]): i for i, j in enumerate(joints)}

@@ -40,8 +40,7 @@ def tcp_in_flange(result: Result) -> Floats:
     scene = result.job.scene
     data = mujoco.MjData(scene.model)
     mujoco.mj_kinematics(scene.model, data)
-    flange, tcp = (scene.model.site(n).id for n in (scene.case.robot.flange, scene.case.tool.tcp))
-    T = [pose(data.site_xpos[s], data.site_xmat[s]) for s in (flange, tcp)]
+    T = [pose(data.site_xpos[s], data.site_xmat[s]) for s in (scene.sites["flange"], scene.sites["tcp"])]
     return inverse(T[0]) @ T[1]
 
 

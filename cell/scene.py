@@ -5,37 +5,35 @@
     scene.T_base_part(E1, E2)                 # where the part is, seen from the arm
     standalone_xml(scene)                     # one MJCF that plain MuJoCo loads
 
-Every model keeps its own names, so that a user can swap any of them and bind other names in the case file. World frame:
-z up, metres.
+Every model keeps its own names where it can, so that a user can swap any of them and bind other names in the case file;
+what a shape belongs to is known by its number, never by its name. World frame: z up, metres.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from ik.chain import Chain, Floats
+from slicing.warning import Warning
 
-from .contacts import pair_tool_with_forearm, set_contact_bits
+from .absent_shapes import links_without_shapes
+from .composition import Piece, Pieces, one_line
+from .contacts import pair_tool_with_arm, set_contact_bits
 from .deposit import PartShape
 from .detection import make_detectable
 from .errors import InputError
-from .pieces import (
-    add_fixture,
-    add_part,
-    add_positioner,
-    add_robot,
-    one_line,
-    surroundings,
-)
+from .pieces import add_fixture, add_part, add_positioner, add_robot, surroundings
 from .robot import chain_of, check_names, inverse, pose, require
 from .sections import Case
+from .standing import standing
 from .terminal import stage
 
 WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
+WIRE_AHEAD = 0.1  # share of its length by which a wire's middle may lie ahead of the TCP
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +57,14 @@ class Scene:
         body_conaffinity: likewise.
         arm_geom: whether a geom belongs to the arm or its tool, (ngeom,).
         tool_geom: whether it moves with the TCP: the tool and the arm's last link, (ngeom,).
+        piece_of_geom: what each geom belongs to, of ``cell.composition.Piece``, (ngeom,).
+        wire_geom: whether it is the tool's wire, (ngeom,).
+        put_on_table: whether it is the part, its support or a fixture on the table, (ngeom,).
+        arm_joints: ids of the arm's joints, (n,).
+        table_joints: ids of E1, E2, (2,).
+        base_body: id of the arm's base body.
+        sites: ids of the sites flange, tcp, table and part.
+        warnings: what is left out of the cell or not looked at, one line each.
     """
 
     case: Case
@@ -77,6 +83,14 @@ class Scene:
     body_conaffinity: NDArray[np.int32]
     arm_geom: NDArray[np.bool_]
     tool_geom: NDArray[np.bool_]
+    piece_of_geom: NDArray[np.int64]
+    wire_geom: NDArray[np.bool_]
+    put_on_table: NDArray[np.bool_]
+    arm_joints: NDArray[np.int64]
+    table_joints: NDArray[np.int64]
+    base_body: int
+    sites: dict[str, int]
+    warnings: tuple[Warning, ...] = ()
 
     @property
     def start(self) -> Floats | None:
@@ -96,15 +110,14 @@ class Scene:
         data = mujoco.MjData(self.model)
         data.qpos[self.table_qpos] = E1, E2
         mujoco.mj_kinematics(self.model, data)
-        base = require(self.model, "body", self.case.robot.base, "robot.base")
-        site = self.model.site("part").id
+        base, site = self.base_body, self.sites["part"]
         return inverse(pose(data.xpos[base], data.xmat[base])) @ pose(data.site_xpos[site], data.site_xmat[site])
 
     def T_world_base(self) -> Floats:
         """Pose of the arm's base frame in the world, (4, 4), m."""
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
-        base = require(self.model, "body", self.case.robot.base, "robot.base")
+        base = self.base_body
         return pose(data.xpos[base], data.xmat[base])
 
     def check_table(self, E1: float, E2: float) -> None:
@@ -126,7 +139,9 @@ class Scene:
                 )
 
     def geom_name(self, geom: int) -> str:
-        """What a geom is called in reports."""
+        """What a geom is called in reports: a piece of a fixture by the fixture."""
+        if self.piece_of_geom[geom] == Piece.FIXTURE:
+            return self.model.body(self.model.geom_bodyid[geom]).name.split("/")[1]
         name = self.model.geom(geom).name
         return name or f"{self.model.body(self.model.geom_bodyid[geom]).name} (geom {geom})"
 
@@ -168,53 +183,86 @@ def compose(case: Case, part: PartShape) -> Scene:
     Raises:
         InputError: a model file is missing or does not compile, or a name the case binds is not in it.
     """
-    world = surroundings(case)
-    home = add_robot(world, case)
-    add_positioner(world, case)
-    add_part(world, case, part)
+    pieces = Pieces(surroundings(case), case)
+    check_names(case.robot.joints)
+    home = add_robot(pieces)
+    pair_tool_with_arm(pieces)
+    add_positioner(pieces)
+    add_part(pieces, part)
     for fixture in case.fixtures:
-        add_fixture(world, case, fixture)
-    set_contact_bits(world, case)
-    pair_tool_with_forearm(world, case)
-    make_detectable(world, case)
+        add_fixture(pieces, fixture)
+    set_contact_bits(pieces)
+    make_detectable(pieces.world, case)
     try:
-        model = world.compile()
+        model = pieces.world.compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
-    return _bind(world, model, case, part, home)
+    scene = _bind(pieces, model, part, home)
+    return replace(scene, warnings=(*scene.warnings, *standing(scene, part)))
 
 
-def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartShape, home: dict[str, float]) -> Scene:
-    check_names(case.robot.joints)
-    arm_joints = [require(model, "joint", name, "robot.joints") for name in case.robot.joints]
-    table_joints = [require(model, "joint", name, "positioner.joints") for name in case.positioner.joints]
-    _check_table(model, table_joints, case)
-    _check_wire(model, case)
+def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str, float]) -> Scene:
+    case = pieces.case
+    robot = [pieces.name(Piece.ROBOT, "joints", name) for name in case.robot.joints]
+    table = [pieces.name(Piece.POSITIONER, "joints", name) for name in case.positioner.joints]
+    arm_joints = [require(model, "joint", name, "robot.joints") for name in robot]
+    table_joints = [require(model, "joint", name, "positioner.joints") for name in table]
+    sites = _sites(pieces, model)
+    _check_table(model, table_joints, sites["table"], case)
+    wire_geom = np.array([model.geom(g).name in pieces.wires for g in range(model.ngeom)])
+    _check_wire(model, sites["tcp"], wire_geom, case)
     tool_root = int(model.jnt_bodyid[arm_joints[0]])
     arm_geom = np.array([_descends(model, int(b), tool_root) for b in model.geom_bodyid], dtype=bool)
     last = [b for b in range(model.nbody) if _descends(model, b, int(model.jnt_bodyid[arm_joints[-1]]))]
-    chain = chain_of(model, case.robot.joints, case.tool.tcp, case.robot.base, _speeds(model, case))
+    base = pieces.name(Piece.ROBOT, "bodies", case.robot.base)
+    chain = chain_of(model, robot, model.site(sites["tcp"]).name, base, _speeds(model, case))
+    chain = replace(chain, names=tuple(case.robot.joints))
     rest = _rest(case, chain, home)
-    names = [model.geom(i).name for i in range(model.ngeom)]
-    deposits = [int(n.split("/")[1]) if n.startswith("deposit/") else -1 for n in names]
+    body_piece = np.array([pieces.piece.get(model.body(b).name, Piece.SURROUNDINGS) for b in range(model.nbody)])
+    on_table = np.array([model.body(b).name in pieces.on_table for b in range(model.nbody)])
+    piece = body_piece[model.geom_bodyid].astype(np.int64)
+    deposits = np.full(model.ngeom, -1, dtype=np.int64)
+    for geom in np.flatnonzero(piece == Piece.PART):
+        kind, *number = model.geom(geom).name.split("/")
+        deposits[geom] = int(number[0]) if kind == "deposit" else -1
     return Scene(
         case=case,
         model=model,
-        spec=world,
+        spec=pieces.world,
         chain=chain,
         arm_qpos=model.jnt_qposadr[arm_joints].astype(np.int64),
         table_qpos=model.jnt_qposadr[table_joints].astype(np.int64),
         table_range=model.jnt_range[table_joints].copy(),
         home=np.clip(np.zeros(chain.n), chain.lower, chain.upper) if rest is None else rest,
         has_home=rest is not None,
-        deposit_of_geom=np.array(deposits, dtype=np.int64),
+        deposit_of_geom=deposits,
         n_deposits=part.n_deposits,
         contact_bits=np.array([model.geom_contype, model.geom_conaffinity]),
         body_contype=model.body_contype.copy(),
         body_conaffinity=model.body_conaffinity.copy(),
         arm_geom=arm_geom,
         tool_geom=arm_geom & np.isin(model.geom_bodyid, last),
+        piece_of_geom=piece,
+        wire_geom=wire_geom,
+        put_on_table=np.isin(piece, (Piece.SUPPORT, Piece.PART)) | on_table[model.geom_bodyid],
+        arm_joints=np.array(arm_joints, dtype=np.int64),
+        table_joints=np.array(table_joints, dtype=np.int64),
+        base_body=require(model, "body", base, "robot.base"),
+        sites=sites,
+        warnings=(*pieces.warnings, *links_without_shapes(model, arm_joints, table_joints, piece)),
     )
+
+
+def _sites(pieces: Pieces, model: mujoco.MjModel) -> dict[str, int]:
+    """Ids of the sites that the case binds, and of the part's."""
+    case = pieces.case
+    tcp = "tool.tcp (the wire's end, z along the wire)"
+    return {
+        "flange": require(model, "site", pieces.name(Piece.ROBOT, "sites", case.robot.flange), "robot.flange"),
+        "tcp": require(model, "site", pieces.name(Piece.TOOL, "sites", case.tool.tcp), tcp),
+        "table": require(model, "site", pieces.name(Piece.POSITIONER, "sites", case.positioner.table), "positioner"),
+        "part": model.site("part").id,
+    }
 
 
 def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
@@ -237,9 +285,9 @@ def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
     return np.clip(rest, chain.lower, chain.upper)
 
 
-def _check_table(model: mujoco.MjModel, joints: list[int], case: Case) -> None:
+def _check_table(model: mujoco.MjModel, joints: list[int], site: int, case: Case) -> None:
     """Refuse positioner joints that do not turn the table, one after the other."""
-    body = int(model.site_bodyid[require(model, "site", case.positioner.table, "positioner.table")])
+    body = int(model.site_bodyid[site])
     for name, joint in reversed(list(zip(case.positioner.joints, joints, strict=True))):
         if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
             raise InputError(f"{case.path}: positioner.joints: {name} is not a hinge")
@@ -252,22 +300,29 @@ def _check_table(model: mujoco.MjModel, joints: list[int], case: Case) -> None:
         body = int(model.body_parentid[root])
 
 
-def _check_wire(model: mujoco.MjModel, case: Case) -> None:
-    """Refuse a TCP whose z axis is not the wire's."""
+def _check_wire(model: mujoco.MjModel, site: int, wires: NDArray[np.bool_], case: Case) -> None:
+    """Refuse a TCP whose z axis is not the wire's, or points back into the nozzle."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    site = require(model, "site", case.tool.tcp, "tool.tcp (the wire's end, z along the wire)")
-    z = data.site_xmat[site].reshape(3, 3)[:, 2]
-    for name in case.tool.wire:
-        geom = model.geom(name).id
+    place, z = data.site_xpos[site], data.site_xmat[site].reshape(3, 3)[:, 2]
+    behind, length = 0.0, 0.0
+    for geom in np.flatnonzero(wires):
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        behind += float((place - data.geom_xpos[geom] - turn @ model.geom_aabb[geom, :3]) @ z)
+        length += float(np.abs(turn.T @ z) @ model.geom_aabb[geom, 3:])
         if int(model.geom_type[geom]) not in (int(mujoco.mjtGeom.mjGEOM_CYLINDER), int(mujoco.mjtGeom.mjGEOM_CAPSULE)):
             continue
-        off = float(np.rad2deg(np.arccos(np.clip(abs(z @ data.geom_xmat[geom].reshape(3, 3)[:, 2]), 0, 1))))
+        off = float(np.rad2deg(np.arccos(np.clip(abs(z @ turn[:, 2]), 0, 1))))
         if off > WIRE_OFF:
             raise InputError(
-                f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} is {off:.0f} deg off the wire {name}; "
-                "it must run along it"
+                f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} is {off:.0f} deg off the wire "
+                f"{model.geom(geom).name}; it must run along it"
             )
+    if behind < -WIRE_AHEAD * length:  # a TCP is at the wire's end: the wire's middle lies behind it
+        raise InputError(
+            f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} points back along the wire into the nozzle; "
+            "it must point the way the wire is fed, out of the nozzle"
+        )
 
 
 def _descends(model: mujoco.MjModel, body: int, root: int) -> bool:

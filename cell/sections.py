@@ -58,6 +58,10 @@ class Part(Section):
         default_factory=list,
         description="names of the sub-volumes to build (SV1, ..; BODY: the body alone); empty: all",
     )
+    built: list[str] = Field(
+        default_factory=list,
+        description="names of sub-volumes that are built already: they are there from the start, and not taken",
+    )
     body: Body | None = None
     units: Literal["mm", "cm", "m", "inch"] = "mm"
     position_mm: Vec3 = (0.0, 0.0, 0.0)

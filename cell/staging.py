@@ -132,7 +132,9 @@ class Staging:
         self.data = mujoco.MjData(self.model)
         self._light_the_floor()
         self.beads = beads_of(result.job, pieces)
-        self._names = {self.scene.geom_name(i): i for i in range(self.model.ngeom)}
+        self._names: dict[str, list[int]] = {}
+        for geom in np.flatnonzero(self.scene.contact_bits.any(axis=0)).tolist():
+            self._names.setdefault(self.scene.geom_name(geom), []).append(geom)
         self._looks = self.model.geom_rgba.copy(), self.model.geom_group.copy()
         self._tinted: tuple[str, ...] = ()
 
@@ -171,7 +173,7 @@ class Staging:
             return False
         self._tinted = frame.pair
         self.model.geom_rgba[:], self.model.geom_group[:] = self._looks
-        for geom in (self._names[name] for name in frame.pair if name in self._names):
+        for geom in (geom for name in frame.pair for geom in self._names.get(name, ())):
             self._tint(geom)
         return True
 
@@ -214,12 +216,12 @@ class Staging:
 
     def T_world_part(self) -> Floats:
         """Pose of the part as the table stands, (4, 4), m."""
-        site = self.model.site("part").id
+        site = self.scene.sites["part"]
         return pose(self.data.site_xpos[site], self.data.site_xmat[site])
 
     def tcp(self) -> tuple[Floats, Floats]:
         """Where the wire ends and where it points, (3,) each, world, m."""
-        site = self.model.site(self.scene.case.tool.tcp).id
+        site = self.scene.sites["tcp"]
         return self.data.site_xpos[site].copy(), self.data.site_xmat[site].reshape(3, 3)[:, 2].copy()
 
     def targets(self) -> tuple[Floats, Floats]:

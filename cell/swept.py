@@ -42,7 +42,7 @@ class Swept:
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         self.chain, self.radius = chain, radius
-        joint = {int(model.joint(name).bodyid[0]): i for i, name in enumerate(chain.names)}
+        joint = {int(body): i for i, body in enumerate(model.jnt_bodyid[scene.arm_joints])}
         R, p = chain.frames(data.qpos[scene.arm_qpos][None])
         base = scene.T_world_base()
         owner, centre, size = [], [], []

@@ -32,21 +32,12 @@ def on_table(scene: Scene) -> NDArray[np.bool_]:
 
 def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
     model = scene.model
-    root = int(model.jnt_bodyid[model.joint(scene.case.positioner.joints[axis]).id])
+    root = int(model.jnt_bodyid[scene.table_joints[axis]])
     carried = np.zeros(model.nbody, dtype=bool)
     for body in range(1, model.nbody):  # parents come first
         carried[body] = body == root or carried[model.body_parentid[body]]
     out: NDArray[np.bool_] = carried[model.geom_bodyid]
     return out
-
-
-def _put_there(scene: Scene) -> NDArray[np.bool_]:
-    """Whether a geom is the part, its support or a fixture on the table, (ngeom,)."""
-    model = scene.model
-    fixtures = {fixture.name for fixture in scene.case.fixtures if fixture.on == "table"}
-    names = [model.geom(g).name for g in range(model.ngeom)]
-    ours = [n == "support" or n in fixtures or n.startswith(("deposit/", "body/")) for n in names]
-    return np.array(ours, dtype=bool)
 
 
 REACH = 5e-3  # m: of a table by itself it is only asked whether it touches anything
@@ -87,7 +78,7 @@ class TableChecker:
         hits = bits.any(axis=0)
         self._tilt = np.flatnonzero(hits & moves & ~_carried(scene, 1))
         # the positioner's own parts turn in one another; what is put onto its table does not
-        self._work = np.flatnonzero(hits & _put_there(scene))
+        self._work = np.flatnonzero(hits & scene.put_on_table)
 
     def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything on the table can travel on steps, (m,), m."""

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from .collision import NEVER, Checker
+from .composition import Piece
 from .contacts import SOLID
 from .scene import Scene
 
@@ -37,12 +38,11 @@ def wire_checker(checker: Checker) -> Checker | None:
 
 def wire_scene(scene: Scene) -> Scene | None:
     """A scene in which nothing is solid but the wire and the part; None where there is no wire."""
-    model, wires = scene.model, set(scene.case.tool.wire)
-    names = [model.geom(g).name for g in range(model.ngeom)]
-    wire = np.array([name in wires for name in names]) & scene.contact_bits.any(axis=0)
+    model = scene.model
+    wire = scene.wire_geom & scene.contact_bits.any(axis=0)
     if not wire.any():
         return None
-    part = np.array([name == "support" or name.startswith(("deposit/", "body/")) for name in names])
+    part = np.isin(scene.piece_of_geom, (Piece.SUPPORT, Piece.PART))
     bits = np.stack([np.where(wire, SOLID, 0), np.where(part, SOLID, 0)]).astype(scene.contact_bits.dtype)
     bodies = scene.body_contype.copy()
     bodies[model.geom_bodyid[wire]] |= SOLID

@@ -15,8 +15,14 @@ from typing import Any, Self
 class Code(StrEnum):
     """What a warning is about. In alphabetical order."""
 
+    CONCAVE_FIXTURE = "concave_fixture"
     LAYER_AREA = "layer_area"
+    LINK_WITHOUT_SHAPES = "link_without_shapes"
+    MODEL_ELEMENT_LEFT_OUT = "model_element_left_out"
     OTHER = "other"
+    PAIR_LEFT_OUT = "pair_left_out"
+    PART_NOT_ON_SUPPORT = "part_not_on_support"
+    SUB_VOLUME_ABSENT = "sub_volume_absent"
 
 
 class Warning(str):

@@ -109,7 +109,7 @@ def test_models_and_dimensions_that_do_not_exist_are_named(make_case, capsys):
     assert main(["check", str(make_case(tool={"wire": ["string"]}))]) == 2
     assert "no geom named 'string'" in capsys.readouterr().err
     assert main(["check", str(make_case(positioner={"model": "kr70_r2100"}))]) == 2
-    assert "positioner.model: its name 'base_link'" in capsys.readouterr().err
+    assert "positioner.table: kr70_r2100 has no site named 'table'" in capsys.readouterr().err
     box = {"name": "floor", "box": {"size_mm": [1, 1, 1]}}
     assert main(["check", str(make_case(fixtures=[box]))]) == 2
     assert "the name 'floor' is taken" in capsys.readouterr().err

@@ -1,0 +1,155 @@
+"""A solid as convex pieces that hold all of it.
+
+    found = convex_pieces(mesh)               # trimesh, any unit
+    found.pieces                              # vertices of convex pieces, (k, 3) each
+    found.excess                              # by what share of the solid's volume they are more than it
+
+The solid is cut along planes of its own faces, always the piece that lacks most to its hull, until the hulls hold no
+more than the solid or there are enough of them. Cuts leave nothing out, and a hull holds its piece: what the pieces
+stand for is never smaller than the solid.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from manifold3d import Manifold
+from manifold3d import Mesh as ManifoldMesh
+
+from ik.chain import Floats
+
+if TYPE_CHECKING:
+    import trimesh
+
+MOST = 64  # pieces
+EXACT = 1e-4  # share of the solid's volume that its hulls may hold besides it
+PLANES = 12  # that are tried for a cut
+LEAST_GAIN = 1e-5  # share of a hull's volume, of rounding
+TRIANGLES = 4000  # that planes are tried on at each cut: fewer planes for finer meshes
+WORK = 60_000  # triangles looked at for cuts in all
+THIN = 1e-6  # thickness over length of what is left where a cut runs along a face
+REFLEX = 1e-3  # rad by which an edge has to be bent inwards to be taken for one
+
+
+@dataclass(frozen=True, eq=False)
+class ConvexPieces:
+    """Convex pieces that hold a solid.
+
+    Attributes:
+        pieces: their vertices, (k, 3) each.
+        excess: the volume that the pieces hold besides the solid, as a share of the solid's; infinite where the mesh
+            encloses no volume and its hull stands for it.
+    """
+
+    pieces: tuple[Floats, ...]
+    excess: float
+
+
+def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST) -> ConvexPieces:
+    """Cut a solid into convex pieces.
+
+    Args:
+        mesh: closed, its faces turned outwards.
+        most: pieces at most.
+
+    Returns:
+        The pieces; one hull for a convex solid and for a mesh that is no solid.
+    """
+    whole = _solid(mesh)
+    if whole is None:
+        return ConvexPieces((np.asarray(mesh.vertices, dtype=np.float64),), np.inf)
+    volume = whole.volume()
+    heap = [(-_lacks(piece), number, piece) for number, piece in enumerate(whole.decompose())]
+    heapq.heapify(heap)
+    done: list[Manifold] = []
+    number = len(heap)
+    work = 0
+    while heap and len(heap) + len(done) < most and work < WORK:
+        lacks, _, piece = heapq.heappop(heap)
+        if -lacks <= EXACT * volume / most:
+            done.append(piece)
+            continue
+        halves = _cut(piece)
+        work += piece.num_tri()
+        if not halves:
+            done.append(piece)
+        for half in halves:
+            heapq.heappush(heap, (-_lacks(half), number, half))
+            number += 1
+    pieces = [*done, *(piece for *_, piece in heap)]
+    excess = sum(_lacks(piece) for piece in pieces) / volume
+    hulls = [_corners(piece.hull()) for piece in pieces]
+    return ConvexPieces(tuple(hull for hull in hulls if _is_thick(hull)), max(float(excess), 0.0))
+
+
+def _is_thick(points: Floats) -> bool:
+    """Whether points enclose a volume and not only the rounding of a cut."""
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
+    return bool(spread[2] > THIN * spread[0])
+
+
+def _solid(mesh: trimesh.Trimesh) -> Manifold | None:
+    """The mesh as a solid; None where it is none."""
+    joined = mesh.copy()
+    joined.merge_vertices(merge_tex=True, merge_norm=True)
+    if not joined.is_watertight:
+        return None
+    vertices, faces = np.asarray(joined.vertices, dtype=np.float64), np.asarray(joined.faces, dtype=np.uint32)
+    scale = float(np.ptp(vertices, axis=0).max())
+    made = Manifold(ManifoldMesh(vert_properties=vertices.astype(np.float32), tri_verts=faces))
+    if made.is_empty() or made.volume() <= 1e-9 * scale**3:
+        return None
+    return made
+
+
+def _lacks(piece: Manifold) -> float:
+    return float(piece.hull().volume() - piece.volume())
+
+
+def _corners(piece: Manifold) -> Floats:
+    return np.asarray(piece.to_mesh().vert_properties[:, :3], dtype=np.float64)
+
+
+def _cut(piece: Manifold) -> list[Manifold]:
+    """The parts of a piece on both sides of the plane that leaves the least to their hulls."""
+    # cutting a frame open gains nothing yet, but what follows does
+    best, least = [], _lacks(piece) + LEAST_GAIN * piece.hull().volume()
+    for normal, offset in _planes(piece):
+        sides = [side for side in piece.split_by_plane(normal, offset) if not side.is_empty()]
+        if len(sides) < 2:
+            continue
+        parts = [part for side in sides for part in side.decompose()]
+        lacks = sum(_lacks(part) for part in parts)
+        if lacks < least:
+            best, least = parts, lacks
+    return best
+
+
+def _planes(piece: Manifold) -> list[tuple[tuple[float, float, float], float]]:
+    """Planes of the faces beside edges that are bent inwards, those of the largest area first, and halves."""
+    import trimesh
+
+    mesh = piece.to_mesh()
+    solid = trimesh.Trimesh(
+        mesh.vert_properties[:, :3].astype(np.float64), mesh.tri_verts.astype(np.int64), process=False
+    )
+    inwards = ~solid.face_adjacency_convex & (solid.face_adjacency_angles > REFLEX)
+    faces = np.unique(solid.face_adjacency[inwards])
+    normals = solid.face_normals[faces]
+    offsets = np.einsum("ij,ij->i", normals, solid.triangles[faces, 0])
+    size = float(np.ptp(solid.vertices, axis=0).max()) or 1.0
+    keys = np.round(np.column_stack([normals, offsets / size]), 4)
+    _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    area = np.bincount(which.ravel(), weights=solid.area_faces[faces], minlength=len(first))
+    chosen = first[np.argsort(-area)][: max(min(PLANES, TRIANGLES // len(solid.faces)), 0)]
+    planes = [(_triple(normals[i]), float(offsets[i])) for i in chosen.tolist()]
+    low, high = solid.bounds
+    planes += [(_triple(np.eye(3)[axis]), float((low[axis] + high[axis]) / 2)) for axis in range(3)]
+    return planes
+
+
+def _triple(vector: Floats) -> tuple[float, float, float]:
+    return float(vector[0]), float(vector[1]), float(vector[2])
