@@ -119,6 +119,7 @@ def settings_of(job: Job) -> Settings:
         speed=speeds(job),
         retract=case.process.retract_mm * METRES_PER_MM,
         roll_step=float(np.deg2rad(case.ik.roll_step_deg)),
+        least_share=case.process.least_speed_share,
         travel_attempts=case.process.travel_attempts,
     )
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .job import Job
 
 HELD = 0.98  # share from which on a speed counts as held
+STRETCH = 5e-3  # m of a bead over which its speed is to be held: about its width, what the weld pool covers
 
 
 @dataclass(frozen=True, eq=False)
