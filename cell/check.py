@@ -11,13 +11,14 @@ Radians and metres.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import IO, Any
 
 import numpy as np
 
 from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
+from slicing.warning import Code, Warning
 
 from .collision import Checker
 from .examine import Stretch
@@ -34,6 +35,7 @@ from .sections import REASONS
 from .setup import Settings, Setup
 from .table_motion import table_alone
 from .terminal import stage
+from .travel import STRAIGHT, drawn_back
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
 
@@ -170,7 +172,7 @@ def check(
         if spoilt:
             rows, motion = _with(rows, spoilt), None
     return Result(
-        job=job,
+        job=replace(job, warnings=(*job.warnings, *_short_retracts(setup, plan, home))),
         asked=asked,
         table=table,
         placed=placed,
@@ -181,6 +183,31 @@ def check(
         gravity=gravity,
         motion=motion,
     )
+
+
+def _short_retracts(setup: Setup, plan: PartPlan, home: HomeWays | None) -> list[Warning]:
+    """A warning where the torch is drawn back straight by less than the case asks for."""
+    stretches, asked = plan.stretches, setup.settings.retract
+    if len(plan.travels) != len(stretches) - 1:
+        return []  # the part is lost, and what is wrong is said of its targets
+    ends = [
+        (way, s, at)
+        for way, a, b in zip(plan.travels, stretches, stretches[1:], strict=False)
+        for s, at in ((a, -1), (b, 0))
+    ]
+    if home is not None:
+        ends += [(home.out, stretches[0], 0)] if home.out is not None else []
+        ends += [(home.back, stretches[-1], -1)] if home.back is not None else []
+    reached = [(drawn_back(setup, way, stretch, at), stretch, at) for way, stretch, at in ends]
+    short = [(out, s.first if at == 0 else s.stop - 1) for out, s, at in reached if out < asked - STRAIGHT]
+    if not short:
+        return []
+    least, target = min(short)
+    text = (
+        f"the torch is drawn back by less than process.retract_mm {asked / METRES_PER_MM:g} at {len(short)} ends of"
+        f" beads, where no more is free: least {least / METRES_PER_MM:.1f} mm, at target {target}"
+    )
+    return [Warning(Code.SHORT_RETRACT, text)]
 
 
 def _table_in_the_way(job: Job, table: tuple[float, float]) -> dict[str, Any] | None:

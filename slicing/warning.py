@@ -17,6 +17,7 @@ class Code(StrEnum):
 
     LAYER_AREA = "layer_area"
     OTHER = "other"
+    SHORT_RETRACT = "short_retract"
 
 
 class Warning(str):
