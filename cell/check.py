@@ -10,8 +10,9 @@ Radians and metres.
 
 from __future__ import annotations
 
+import time
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import IO, Any
 
 import numpy as np
@@ -83,6 +84,7 @@ class Result:
         sigma: smallest singular value of the scaled Jacobian on the way.
         gravity: angle between the deposition direction and up of every target, (n,), rad.
         motion: the whole motion, None where infeasible.
+        seconds: processor time that the check took.
     """
 
     job: Job
@@ -95,6 +97,7 @@ class Result:
     sigma: float | None
     gravity: Floats
     motion: Motion | None
+    seconds: float = field(default=0.0, kw_only=True)
 
     @property
     def feasible(self) -> bool:
@@ -147,6 +150,7 @@ def check(
     Raises:
         InputError: the positioner has no such angles.
     """
+    begun = time.process_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     placed = place(job.targets, job.scene.T_base_part(*table))
     up = job.scene.T_world_base()[2, :3]
@@ -182,6 +186,7 @@ def check(
         sigma=_least_sigma(setup, stretches),
         gravity=gravity,
         motion=motion,
+        seconds=time.process_time() - begun,
     )
 
 
