@@ -1,4 +1,4 @@
-"""Infeasible verdicts of random cells against searches of another kind: how many are refuted, and is any of them proved?
+"""Infeasible verdicts of random cells against searches of another kind: how many are refuted, is any of them proved?
 
     python bench/second_opinion.py                          # 60 random cases
     python bench/second_opinion.py --cases 500 --seed 7 --keep refuted/

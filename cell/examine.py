@@ -165,6 +165,11 @@ class Examined:
         )
 
 
+def between(nearest: Clearances, k: int, setup: Setup) -> dict[str, Any]:
+    """A note where what was seen nearest keeps the clearance: that it is kept between samples is not proved."""
+    return {"between_samples": True} if nearest.distance[k] >= setup.settings.clearance else {}
+
+
 def examine(bead: Bead, start: Ints, roll: Floats, q: Floats) -> Examined:
     """Follow edges and check them, between the targets too.
 
@@ -196,7 +201,9 @@ def examine(bead: Bead, start: Ints, roll: Floats, q: Floats) -> Examined:
             worst = int(mine[np.argmin(clear.distance[mine])])
             causes.append({"on_the_way": "collision", **setup.describe(clear, worst)})
         elif e in unsafe:
-            causes.append({"on_the_way": "collision", **setup.describe(nearest, unsafe[e])})
+            causes.append(
+                {"on_the_way": "collision", **setup.describe(nearest, unsafe[e]), **between(nearest, unsafe[e], setup)}
+            )
         else:
             causes.append(None)
     return Examined(bead.first, start, roll, q, track, clear, causes)

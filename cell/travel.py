@@ -26,7 +26,7 @@ from .as_run import travel_corners, wire_corners
 from .between import unproved
 from .collision import Clearances
 from .edges import Edges
-from .examine import Stretch
+from .examine import Stretch, between
 from .follow import JUMP, Ways, along
 from .place import METRES_PER_MM
 from .planner import Space, Trees, connect, rounded, sampled, shortened
@@ -297,7 +297,9 @@ def _collision(setup: Setup, q: Floats, stage: int) -> Clearances | dict[str, An
     if found.distance.min() < setup.settings.clearance:
         return {"on_the_way": "collision", **setup.describe(found, int(np.argmin(found.distance)))}
     step, nearest = unproved(setup.checker, setup.radius, q, laid, found)
-    return {"on_the_way": "collision", **setup.describe(nearest, 0)} if len(step) else found
+    if not len(step):
+        return found
+    return {"on_the_way": "collision", **setup.describe(nearest, 0), **between(nearest, 0, setup)}
 
 
 def _speed(setup: Setup) -> Floats:
