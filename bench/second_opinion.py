@@ -19,14 +19,13 @@ import time
 from collections import Counter
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import trimesh
-import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from random_cells import random_case  # noqa: E402
 
 from cell.check import CLEARANCE_REACH, Result, check, settings_of  # noqa: E402
 from cell.collision import Checker  # noqa: E402
@@ -46,51 +45,6 @@ TURN = np.deg2rad(60.0)  # most that the roll turns from target to target
 TRIES = 40  # ways through a bead that are followed
 STEP = np.deg2rad(1.5)  # between samples of a tree's edges
 STRIDE = np.deg2rad(25.0)
-
-
-def random_case(rng: np.random.Generator, folder: Path) -> Path:
-    """A boss on a hub on a table somewhere about the arm, with a fixture or two in the way."""
-    radius, height = rng.uniform(15, 50), rng.uniform(30, 120)
-    length, width, rise = rng.uniform(8, 40), rng.uniform(6, 14), rng.uniform(4, 12)
-    box = trimesh.creation.box((rise + 6.0, width, length))
-    box.apply_translation((-(radius - 6.0 + (rise + 6.0) / 2), 0.0, height / 2))
-    box.export(folder / "boss.stl")
-    window = {"fixed_deg": round(rng.uniform(-180, 180))}
-    low = round(rng.uniform(-180, 90))
-    roll: Any = ("free", "free", window, {"range_deg": [low, low + round(rng.uniform(10, 120))]})[rng.integers(4)]
-    fixtures = [
-        {
-            "name": f"box{k}",
-            "box": {"size_mm": rng.uniform(40, 400, 3).round().tolist()},
-            "position_mm": [
-                float(rng.uniform(700, 1600)),
-                float(rng.uniform(-500, 500)),
-                float(rng.uniform(200, 1500)),
-            ],
-        }
-        for k in range(rng.integers(0, 4))
-    ]
-    case = {
-        "part": {"sub_volumes": ["boss.stl"], "body": {"radius_mm": float(radius), "z_mm": [0, float(height)]}},
-        "support": {"radius_mm": float(0.8 * radius), "height_mm": float(rng.uniform(60, 250))},
-        "slicing": {"h_layer_mm": 2.5, "h_min_mm": 2, "h_max_mm": 3.2},
-        "sampling": {"min_segment_mm": float(rng.uniform(2, 8)), "chord_tolerance_mm": float(rng.uniform(0.1, 1.0))},
-        "positioner": {
-            "position_mm": [float(rng.uniform(900, 1700)), float(rng.uniform(-400, 400)), float(rng.uniform(0, 500))],
-            "rotation_deg": [0, 0, float(rng.uniform(-180, 180))],
-        },
-        "table": {"E1_deg": float(rng.uniform(-20, 110)), "E2_deg": float(rng.uniform(-180, 180))},
-        "roll": roll,
-        "process": {
-            "deposition_speed_mm_s": float(rng.uniform(4, 15)),
-            "retract_mm": float(rng.choice([20, 30, 50])),
-            "least_speed_share": float(rng.choice([0.0, 0.5])),
-        },
-        "fixtures": fixtures,
-    }
-    path = folder / "case.case.yaml"
-    path.write_text(yaml.safe_dump(case), encoding="utf-8")
-    return path
 
 
 class Search:
@@ -202,9 +156,9 @@ class Search:
         if any(len(e) == 0 for e in ends):
             return False
         trees = [[np.asarray(e), np.full(len(e), -1)] for e in ends]
-        until = time.monotonic() + seconds
+        until = time.process_time() + seconds
         a, b = 0, 1
-        while time.monotonic() < until:
+        while time.process_time() < until:
             goal = self.rng.uniform(self.chain.lower, self.chain.upper)
             if self.rng.random() < 0.3:
                 other = trees[b][0]
