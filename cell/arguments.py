@@ -79,7 +79,7 @@ def build_parser() -> argparse.ArgumentParser:
     check.add_argument(
         "--remedies",
         action=argparse.BooleanOptionalAction,
-        help="search what would make an infeasible case feasible (default: 10 s, up to 600 targets; Ctrl-C ends it)",
+        help="search what would make an infeasible case feasible (default: 10 s and two checks; Ctrl-C ends it)",
     )
     check.add_argument("--motion", metavar="F.csv|F.npz", help="write the checked motion (feasible cases)")
     check.add_argument(

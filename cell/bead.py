@@ -9,7 +9,7 @@ Metres, radians, seconds.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -17,15 +17,17 @@ import numpy as np
 
 from ik.certificate import certify
 from ik.chain import Floats
-from ik.path import Edge, Run, best_runs
+from ik.path import ROLL_COST, Allowance, Edge, Run, best_runs
 
 from .collision import Clearances, Ints
 from .examine import Bead, Stretch, examine
+from .leaving import true_edges, why_none_leads_on
 from .nodes import Nodes, near_cost
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 PATIENCE = 3  # ways that are free, but near something, before one is taken
-DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
+FURTHEST = 2 * np.pi  # most that a joint turns from target to target: what a way does is found by following it
+FREE_TURN = np.pi / 2  # most that a free roll turns from target to target, where the joints are fast enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +72,8 @@ class BeadPlan:
 
     @property
     def may_be_mended(self) -> bool:
-        """Whether a roll between the samples could help: not where that is proved, nor deep in a collision."""
-        depths = (m.detail.get("distance_mm", 0.0) for m in self.missing.values() if not m.exhaustive)
-        return bool(self.cuts) or any(depth > DEEP_MM for depth in depths)
+        """Whether a roll between the samples could help: not where every target that is missing is proved out."""
+        return bool(self.cuts) or not all(m.exhaustive for m in self.missing.values())
 
     @property
     def lost(self) -> int:
@@ -83,14 +84,20 @@ class BeadPlan:
 class BeadSearch:
     """Holds what a search has learned about its nodes and edges. Targets count from the bead's first."""
 
-    def __init__(self, bead: Bead, nodes: Nodes) -> None:
+    def __init__(self, bead: Bead, nodes: Nodes, *, turns_freely: bool = False, rounds: int = ROUNDS) -> None:
         """Prepare.
 
         Args:
             bead: what to search a way along.
             nodes: candidates of the bead's targets.
+            turns_freely: whether the roll may change by more than a sample from target to target.
+            rounds: searches until it is given up.
         """
-        self.bead, self.nodes = bead, nodes
+        self.bead, self.nodes, self.rounds = bead, nodes, rounds
+        self.allowance = Allowance(bead.largest, bead.times)
+        if turns_freely:
+            price = ROLL_COST / bead.setup.settings.roll_step
+            self.allowance = replace(self.allowance, rolls=nodes.rolls, turn=FREE_TURN, turn_price=price)
         self.setup, self.placed, self.stage, self.first = bead.setup, bead.placed, bead.stage, bead.first
         self.cost = nodes.cost.copy()
         self._judged = np.zeros(len(bead), dtype=bool)  # targets whose every node has been checked
@@ -100,6 +107,8 @@ class BeadSearch:
         self._blocked: dict[int, set[Edge]] = {}
         self._causes: dict[int, list[dict[str, Any]]] = {}
         self._done: dict[tuple[int, Edge], Stretch] = {}
+        self._followed: set[int] = set()  # targets from which all dear edges have been followed
+        self._gave_up = False
 
     def run(self, q_before: Floats | None) -> BeadPlan:
         """Search until the way found is free, or there is none.
@@ -110,11 +119,12 @@ class BeadSearch:
         Returns:
             The plan, its targets counted in the whole part.
         """
-        for _ in range(ROUNDS):
+        for _ in range(self.rounds):
             runs = self._runs(q_before)
             if not self._block_colliding_nodes(runs) and not self._block_broken_edges(runs):
                 break
         else:
+            self._gave_up = True
             runs = self._given_up()
         reached = {run.start + i for run in runs for i in range(len(run.nodes))}
         lost = [i for i in range(len(self.stage)) if i not in reached]
@@ -130,12 +140,13 @@ class BeadSearch:
         return best_runs(
             self.nodes.q,
             self.cost,
-            self.bead.times,
+            self.bead.slowest,
             self.bead.speed,
-            largest_step=self.bead.largest,
+            largest_step=FURTHEST,
             circular=self.nodes.window.is_full,
             blocked=self._blocked,
             start_cost=start,
+            allowance=self.allowance,
         )
 
     def _given_up(self) -> list[Run]:
@@ -210,13 +221,40 @@ class BeadSearch:
         q = self.nodes.q[target, ends[..., 0], ends[..., 1], ends[..., 2]]
         roll = self.nodes.rolls[ends[..., 0]]
         found = examine(self.bead, start, roll, q)
+        move = np.abs(q[:, 1] - q[:, 0]).max(axis=1)
         for e, ((i, edge), cause) in enumerate(zip(todo, found.causes, strict=True)):
             if cause is None:
                 self._done[i, edge] = found.piece(e)
-            else:
-                self._blocked.setdefault(i, set()).add(edge)
+                continue
+            self._blocked.setdefault(i, set()).add(edge)
+            if cause["on_the_way"] == "collision" or move[e] <= self.bead.largest[i]:
                 self._causes.setdefault(i, []).append(cause)
+            elif i not in self._followed:
+                # it was none; of those like it most are none either
+                self._followed.add(i)
+                self._blocked[i] |= self._dear(i) - true_edges(self.bead, self.nodes, i, self._dear(i))
         return any(cause is not None for cause in found.causes)
+
+    def _dear(self, i: int) -> set[Edge]:
+        """Edges from a target to the next in which a joint turns further than usual, and that are still open."""
+        known = self._blocked.get(i, set()) | {edge for k, edge in self._done if k == i}
+        shifts, price = self.allowance.shifts()
+        rolls = len(self.nodes.rolls)
+        out = set()
+        for shift, cost in zip(shifts.tolist(), price, strict=True):
+            r0 = np.arange(rolls)
+            r1 = (r0 + shift) % rolls
+            inside = np.isfinite(np.broadcast_to(cost, rolls))[r1]
+            if not self.nodes.window.is_full:
+                inside &= (r0 + shift >= 0) & (r0 + shift < rolls)
+            a, b = self.nodes.q[i][r0], self.nodes.q[i + 1][r1]  # (r, g, k, j)
+            move = np.abs(b[:, :, None] - a[:, :, :, None])  # (r, g, k0, k1, j)
+            open_ = np.isfinite(self.cost[i])[r0][..., None] & np.isfinite(self.cost[i + 1])[r1][:, :, None]
+            open_ &= (move.max(axis=-1) > self.bead.largest[i]) & (move.max(axis=-1) <= FURTHEST)
+            open_ &= ((move / self.bead.speed).max(axis=-1) <= self.bead.slowest[i]) & inside[:, None, None, None]
+            at = np.argwhere(open_).tolist()
+            out |= {((r, g, k0), (int(r1[r]), g, k1)) for r, g, k0, k1 in at}
+        return out - known
 
     def _stretch(self, run: Run) -> Stretch:
         """The samples of a run, put together from its edges."""
@@ -259,23 +297,35 @@ class BeadSearch:
             i = after.start
             known = self._causes.get(i - 1)
             why = known[-1] if known else self._without_edge(i - 1)
-            cuts[self.first + i] = {"from_target": self.first + i - 1, **why}
+            gave_up = {"searches": self.rounds} if self._gave_up else {}
+            cuts[self.first + i] = {"from_target": self.first + i - 1, **why, **gave_up}
         return cuts
 
     def _without_edge(self, i: int) -> dict[str, Any]:
-        """Why no edge joins two targets: they share no configuration, or a joint is too slow."""
+        """Why no edge joins two targets: a joint is too slow, or none of their configurations leads on to another."""
         pair = slice(i, i + 2)
         q, cost = self.nodes.q[pair], np.where(np.isfinite(self.cost[pair]), 0.0, np.inf)
-        circular, largest = self.nodes.window.is_full, float(self.bead.largest[i])
+        circular, blocked = self.nodes.window.is_full, {0: self._blocked.get(i, set())}
+        wide = replace(self.allowance, usual_step=np.full(1, np.inf), usual_time=np.full(1, np.inf))
         slow, fast = (
-            best_runs(q, cost, np.array([time]), self.bead.speed, largest_step=largest, circular=circular)
-            for time in (np.inf, self.bead.times[i])
+            best_runs(
+                q,
+                cost,
+                np.array([time]),
+                self.bead.speed,
+                largest_step=largest,
+                circular=circular,
+                blocked=blocked,
+                allowance=wide,
+            )
+            for time, largest in ((np.inf, float(self.bead.largest[i])), (self.bead.slowest[i], FURTHEST))
         )
         if len(slow) != 1 or len(fast) == 1:
             # even where two of their configurations are joined: not those that the bead arrives in
-            return {"on_the_way": "configuration change"}
+            why = why_none_leads_on(self.bead, self.nodes, i, self.cost)
+            return {"on_the_way": "configuration change", **why}
         a, b = (q[k][tuple(node)] for k, node in enumerate(slow[0].nodes.tolist()))
-        needed = np.abs(b - a) / self.bead.times[i]
+        needed = np.abs(b - a) / self.bead.slowest[i]
         j = int(np.argmax(needed / self.bead.speed))
         return {
             "on_the_way": "speed",
@@ -303,7 +353,7 @@ class BeadSearch:
         roll = round(float(np.rad2deg(self.nodes.rolls[node[0]])), 3)
         detail = {**self.setup.describe(found, 0), "roll_deg": roll}
         # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to look at
-        exhaustive = self.nodes.exhaustive and self.nodes.window.is_fixed and self.setup.limits.wrist > 0
+        exhaustive = bool(self.nodes.exhaustive and self.nodes.window.is_fixed and self.setup.limits.wrist > 0)
         return Missing("collision", detail, self.nodes.q[i][node], exhaustive)
 
     def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:

@@ -21,13 +21,14 @@ from ik.roll import RollWindow, apply_roll
 
 from .collision import Ints
 from .config import with_changes
+from .errors import InputError
 from .job import Job
 from .place import METRES_PER_MM, frames, place
 from .scene import compose, table_angles
 from .seam_changes import KEY as SEAMS
 from .seam_changes import reseamed, seams_value, with_seam
 from .seam_section import SeamPlace
-from .sections import Case, Roll, Table
+from .sections import Case, Table
 from .torch import ALLOWED, TorchDimensions
 
 ANGLE_STEP = 5.0  # deg
@@ -105,7 +106,11 @@ class Start:
         return e1, e2
 
     def has(self, knob: Knob, size: float) -> bool:
-        """Whether the cell has such a change at all: an axis its range, the stick-out its length."""
+        """Whether the cell has such a change at all: an axis its range, a key the values that the case file allows."""
+        try:
+            changed_case(self.job.case, knob, size)
+        except InputError:
+            return False
         e1, e2 = self.angles(knob, size)
         for value, (low, high), turn in zip((e1, e2), np.rad2deg(self.job.scene.table_range), (0, 360), strict=True):
             if not any(low - 1e-9 <= v <= high + 1e-9 for v in (value, value - turn, value + turn)):
@@ -352,8 +357,8 @@ def _changed_roll(case: Case, knob: Knob, size: float) -> Any:
         return "free"
     low, high = case.roll.range_deg or (case.roll.fixed_deg or 0.0, case.roll.fixed_deg or 0.0)
     if knob.how == "shift":
-        return Roll(fixed_deg=_half_turn(low + knob.sign * size))
-    return Roll(range_deg=(low - size * (knob.how == "low"), high + size * (knob.how == "high")))
+        return {"fixed_deg": _half_turn(low + knob.sign * size)}
+    return {"range_deg": [low - size * (knob.how == "low"), high + size * (knob.how == "high")]}
 
 
 def _shifted(at: tuple[float, float, float], knob: Knob, by: float) -> tuple[float, float, float]:

@@ -10,14 +10,16 @@ Radians and metres.
 
 from __future__ import annotations
 
+import time
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import IO, Any
 
 import numpy as np
 
 from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
+from slicing.warning import Code, Warning
 
 from .collision import Checker
 from .examine import Stretch
@@ -34,6 +36,7 @@ from .sections import REASONS
 from .setup import Settings, Setup
 from .table_motion import table_alone
 from .terminal import stage
+from .travel import STRAIGHT, drawn_back
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
 
@@ -81,6 +84,7 @@ class Result:
         sigma: smallest singular value of the scaled Jacobian on the way.
         gravity: angle between the deposition direction and up of every target, (n,), rad.
         motion: the whole motion, None where infeasible.
+        seconds: processor time that the check took.
     """
 
     job: Job
@@ -93,6 +97,7 @@ class Result:
     sigma: float | None
     gravity: Floats
     motion: Motion | None
+    seconds: float = field(default=0.0, kw_only=True)
 
     @property
     def feasible(self) -> bool:
@@ -119,6 +124,7 @@ def settings_of(job: Job) -> Settings:
         speed=speeds(job),
         retract=case.process.retract_mm * METRES_PER_MM,
         roll_step=float(np.deg2rad(case.ik.roll_step_deg)),
+        least_share=case.process.least_speed_share,
         travel_attempts=case.process.travel_attempts,
     )
 
@@ -144,6 +150,7 @@ def check(
     Raises:
         InputError: the positioner has no such angles.
     """
+    begun = time.process_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     placed = place(job.targets, job.scene.T_base_part(*table))
     up = job.scene.T_world_base()[2, :3]
@@ -169,7 +176,7 @@ def check(
         if spoilt:
             rows, motion = _with(rows, spoilt), None
     return Result(
-        job=job,
+        job=replace(job, warnings=(*job.warnings, *_short_retracts(setup, plan, home))),
         asked=asked,
         table=table,
         placed=placed,
@@ -179,7 +186,33 @@ def check(
         sigma=_least_sigma(setup, stretches),
         gravity=gravity,
         motion=motion,
+        seconds=time.process_time() - begun,
     )
+
+
+def _short_retracts(setup: Setup, plan: PartPlan, home: HomeWays | None) -> list[Warning]:
+    """A warning where the torch is drawn back straight by less than the case asks for."""
+    stretches, asked = plan.stretches, setup.settings.retract
+    if len(plan.travels) != len(stretches) - 1:
+        return []  # the part is lost, and what is wrong is said of its targets
+    ends = [
+        (way, s, at)
+        for way, a, b in zip(plan.travels, stretches, stretches[1:], strict=False)
+        for s, at in ((a, -1), (b, 0))
+    ]
+    if home is not None:
+        ends += [(home.out, stretches[0], 0)] if home.out is not None else []
+        ends += [(home.back, stretches[-1], -1)] if home.back is not None else []
+    reached = [(drawn_back(setup, way, stretch, at), stretch, at) for way, stretch, at in ends]
+    short = [(out, s.first if at == 0 else s.stop - 1) for out, s, at in reached if out < asked - STRAIGHT]
+    if not short:
+        return []
+    least, target = min(short)
+    text = (
+        f"the torch is drawn back by less than process.retract_mm {asked / METRES_PER_MM:g} at {len(short)} ends of"
+        f" beads, where no more is free: least {least / METRES_PER_MM:.1f} mm, at target {target}"
+    )
+    return [Warning(Code.SHORT_RETRACT, text)]
 
 
 def _table_in_the_way(job: Job, table: tuple[float, float]) -> dict[str, Any] | None:

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from .sections import Case
 
 FEASIBLE, INFEASIBLE, INTERRUPTED = 0, 1, 130
-HELP_SECONDS = 10.0  # of processor time that the search for remedies may take unless it is asked for
+# of processor time that the search for remedies may take unless it is asked for, and that of so many whole checks
+HELP_SECONDS, HELP_CHECKS = 10.0, 2
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -175,17 +176,16 @@ def _check(args: argparse.Namespace) -> int:
 
 def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Remedy]:
     """Search and say what would help an infeasible case; Ctrl-C ends the search, and the verdict stands."""
-    from .remedies import LARGE, remedies
+    from .remedies import remedies
     from .report_help import remedy_lines
 
     if result.feasible or asked is False:
         return []
-    if asked is None and len(result.rows) > LARGE:
-        _say([f"what would help: not searched, since {len(result.rows)} targets take long; --remedies does"], to)
-        return []
     found: list[Remedy] = []
     try:
-        for remedy in remedies(result, sys.stderr, float("inf") if asked else HELP_SECONDS):
+        for remedy in remedies(
+            result, sys.stderr, float("inf") if asked else HELP_SECONDS + HELP_CHECKS * result.seconds
+        ):
             found.append(remedy)
     except KeyboardInterrupt:
         sys.stderr.write("rbam: the search for what would help was interrupted\n")

@@ -137,8 +137,26 @@ def parse_case(content: object, path: str | Path = "case.yaml") -> Case:
 
 
 def with_changes(case: Case, **changes: Any) -> Case:
-    """A case with whole sections replaced, still read from the same file."""
-    return case.model_copy(update=changes)
+    """A case with whole sections replaced, still read from the same file.
+
+    Args:
+        case: the case.
+        changes: sections by name.
+
+    Returns:
+        The changed case.
+
+    Raises:
+        InputError: the case file would not be accepted with them.
+    """
+    content = case.model_copy(update=changes).model_dump(by_alias=True, warnings=False)
+    try:
+        made = Case.model_validate(content)
+    except ValidationError as error:
+        raise InputError(f"{case.path}: {_first_problem(error, content)}") from None
+    made._path = case._path
+    _check_part(made)
+    return made
 
 
 def _check_part(case: Case) -> None:

@@ -21,10 +21,11 @@ from ik.path import LARGEST_STEP
 from .between import unproved
 from .collision import Clearances, Ints
 from .follow import Track, follow
+from .pace import STRETCH
 from .place import Placed
 from .setup import Setup
 
-STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: joints turning faster along a bead are taken for a flip
+STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: along a bead a joint that turns faster is dear, as it may be a flip
 UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
 
 
@@ -38,7 +39,8 @@ class Bead:
         placed: its targets.
         stage: deposits laid at each of them, (t,).
         times: what the deposition takes from each target to the next, (t - 1,), s.
-        largest: most that any joint may move from each target to the next, (t - 1,), rad.
+        slowest: what it may take at most, (t - 1,), s.
+        largest: most that any joint usually moves from each target to the next, (t - 1,), rad.
         speed: joint speed limits, (j,), rad/s.
     """
 
@@ -47,6 +49,7 @@ class Bead:
     placed: Placed
     stage: Ints
     times: Floats
+    slowest: Floats
     largest: Floats
     speed: Floats
 
@@ -58,13 +61,18 @@ class Bead:
         length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
         pace = setup.settings.speed[first : first + len(length)]
         speed = setup.solver.chain.max_speed
+        times = np.where(length > 0, length / pace, np.inf)
+        with np.errstate(divide="ignore"):
+            # a speed is held over a stretch, of which what lies between two targets can be a small part
+            slowest = np.maximum(times, STRETCH / pace) / np.float64(setup.settings.least_share)
         return cls(
             setup=setup,
             first=first,
             placed=placed,
             stage=setup.stage[here],
-            times=np.where(length > 0, length / pace, np.inf),
-            # neighbours far apart may stand far apart: what moves without a jump is found by following it
+            times=times,
+            slowest=slowest,
+            # neighbours far apart may stand far apart
             largest=np.clip(length * STEP_PER_METRE, LARGEST_STEP, np.pi),
             speed=np.where(np.isfinite(speed), speed, UNKNOWN_SPEED),
         )
@@ -157,6 +165,11 @@ class Examined:
         )
 
 
+def between(nearest: Clearances, k: int, setup: Setup) -> dict[str, Any]:
+    """A note where what was seen nearest keeps the clearance: that it is kept between samples is not proved."""
+    return {"between_samples": True} if nearest.distance[k] >= setup.settings.clearance else {}
+
+
 def examine(bead: Bead, start: Ints, roll: Floats, q: Floats) -> Examined:
     """Follow edges and check them, between the targets too.
 
@@ -182,13 +195,15 @@ def examine(bead: Bead, start: Ints, roll: Floats, q: Floats) -> Examined:
     causes: list[dict[str, Any] | None] = []
     for e in range(len(start)):
         if track.broken[e]:
-            causes.append({"on_the_way": str(track.broken[e])})
+            causes.append({"on_the_way": str(track.broken[e]), **track.why.get(e, {})})
         elif least[e] < setup.settings.clearance:
             mine = np.flatnonzero(track.edge == e)
             worst = int(mine[np.argmin(clear.distance[mine])])
             causes.append({"on_the_way": "collision", **setup.describe(clear, worst)})
         elif e in unsafe:
-            causes.append({"on_the_way": "collision", **setup.describe(nearest, unsafe[e])})
+            causes.append(
+                {"on_the_way": "collision", **setup.describe(nearest, unsafe[e]), **between(nearest, unsafe[e], setup)}
+            )
         else:
             causes.append(None)
     return Examined(bead.first, start, roll, q, track, clear, causes)

@@ -21,7 +21,7 @@ from ik.chain import Floats
 
 from .as_run import STANDING, bead_corners, bead_path, travel_corners, travel_path
 from .collision import Clearances, Ints
-from .pace import HELD, Pace, speeds
+from .pace import HELD, Pace, note_stretches, over_stretches, speeds
 from .place import METRES_PER_MM
 from .timing import time_path, time_travel
 
@@ -206,10 +206,12 @@ def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
         law = time_path(q, s, *limits, cap=cap[edge], zone=path.zone)
         dt = np.append(dt, np.diff(law.t))
         at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
+        asked = np.concatenate([[0.0], np.cumsum(np.diff(s) / cap[edge])])
+        note_stretches(pace, np.append(edge[at[:-1]], edge[-1]), s[at], over_stretches(s, law.t, asked))
         for a, b in pairwise(at.tolist()):
             i = int(stretch.edge[a])
             pace.asked_s[i], pace.held_s[i] = (s[b] - s[a]) / cap[i], law.t[b] - law.t[a]
-            if pace.asked_s[i] < HELD * pace.held_s[i]:
+            if pace.asked_s[i] < HELD * pace.held_s[i] or pace.least[i] < HELD:
                 joint, pace.by[i] = law.cause(s[a], s[b])
                 pace.axis[i] = job.scene.chain.names[joint]
     for wait, k in ((process.arc_on_s, 0), (process.arc_off_s, -1)):

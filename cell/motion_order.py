@@ -20,7 +20,7 @@ from .follow import JUMP
 from .job import Job
 from .motion import Motion
 from .motion_bead import OnBead, Way, along_beads
-from .pace import Pace, speeds, too_slow
+from .pace import Pace, note_stretches, over_stretches, speeds, too_slow
 from .place import METRES_PER_MM
 
 REASONS = (
@@ -36,6 +36,8 @@ REASONS = (
 )
 NEAR = 1e-6  # m beyond the limit off the bead
 FASTEST_SHARE = 1.05  # of the deposition speed: a bead laid faster is too thin
+SHARE_SLACK = 1e-3  # of a share: where a row is along its bead is measured
+SHORT = 1e-4  # m: how fast a shorter way is laid says nothing
 WAIT_SLACK = 0.1  # s
 SKIP = 1e-3  # m: at a hairpin two samples are as far apart along the bead, and near one another
 
@@ -174,6 +176,10 @@ def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.nda
     taken = np.diff(when)
     pace.asked_s[mine[:-1][both]] = asked[both]
     pace.held_s[mine[:-1][both]] = np.maximum(taken[both], 1e-12)
+    rows_s, rows_t = s[leaves : arrives + 1][rising], motion.t_s[moving][rising]
+    if len(rows_s) > 1:
+        wanted = np.interp(rows_s, along, np.concatenate([[0.0], np.cumsum(asked)]))
+        note_stretches(pace, mine, along, over_stretches(rows_s, rows_t, wanted))
 
 
 def _waits(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Finding]:
@@ -215,9 +221,9 @@ def _paced(job: Job, motion: Motion, pace: Pace) -> list[Finding]:
         a, b = (int(rows[0]), int(rows[-1])) if len(rows) else (0, 0)
         found.append(Finding("speed", a, b, {"by": "deposition", **detail}))
 
-    for target, slow in too_slow(pace, job.case.process.least_speed_share).items():
+    for target, slow in too_slow(pace, job.case.process.least_speed_share, SHARE_SLACK).items():
         note(target - 1, {key: slow[key] for key in ("from_target", "share", "limit", "seconds")})
-    share = pace.share
+    share = np.where(pace.asked_s * speeds(job) < SHORT, np.nan, pace.share)
     for i in np.flatnonzero(np.nan_to_num(share) > FASTEST_SHARE).tolist():
         measure = {
             "share": round(float(share[i]), 4),

@@ -143,7 +143,14 @@ def _deg(angle: float) -> float:
     return round(float(np.rad2deg(angle)), 3)
 
 
-def evaluate(solver: Solver, placed: Placed, window: RollWindow, roll_step: float, limits: SingularityLimits) -> Nodes:
+def evaluate(
+    solver: Solver,
+    placed: Placed,
+    window: RollWindow,
+    roll_step: float,
+    limits: SingularityLimits,
+    also: Floats | None = None,
+) -> Nodes:
     """Candidates of all targets at all sampled rolls.
 
     Args:
@@ -152,11 +159,14 @@ def evaluate(solver: Solver, placed: Placed, window: RollWindow, roll_step: floa
         window: allowed roll.
         roll_step: distance of roll samples, rad.
         limits: singularity margins to keep.
+        also: further rolls, (m,), rad.
 
     Returns:
         Nodes.
     """
     rolls = window.samples(roll_step)
+    if also is not None and len(also):
+        rolls = np.unique(np.concatenate([rolls, also]))
     Ts = placed.Ts_base_target
     n, r = len(Ts), len(rolls)
     per_pass = max(CHUNK // r, 1)

@@ -4,13 +4,14 @@
     plan.beads[0].stretches                   # what can be run through; cuts and missing say what cannot
     plan.travels, plan.stuck                  # between the beads
 
-A bead that does not come out whole is searched once more with the roll sampled finer; one to which no travel leads,
-with its beginning elsewhere: in another configuration or at another roll. Metres, radians, seconds.
+A bead that does not come out whole is searched again with the roll sampled finer, turning as fast as the joints can,
+and with rolls at which its targets are free between the samples; one to which no travel leads, with its beginning
+elsewhere: in another configuration or at another roll. Metres, radians, seconds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import IO, Any
 
@@ -19,16 +20,18 @@ import numpy as np
 from ik.chain import Floats
 from ik.roll import wrap
 
-from .bead import BeadPlan, BeadSearch
+from .bead import ROUNDS, BeadPlan, BeadSearch
 from .collision import Ints
 from .examine import Bead, Stretch
+from .free_rolls import Stretches, free_rolls, stabbing
 from .nodes import evaluate
 from .progress import Bar
 from .quick import ELSEWHERE, Ends, QuickSearch
 from .setup import Setup
 from .travel import Way, can_leave, travel, turned
 
-FINER = 3  # times as many rolls where a bead does not come out whole
+FINER = 3  # times as many rolls where a bead does not come out whole, and again where every target is free by itself
+FINEST_ROUNDS = 60  # searches of such a bead until it is given up
 BEGINNINGS = 4  # of a bead that no travel leads to
 HURRIED = 10  # share of a travel's attempts once the part is lost
 
@@ -141,11 +144,51 @@ def plan_bead(setup: Setup, first: int, stop: int, q_before: Floats | None) -> B
     Returns:
         The plan.
     """
-    plan = _search(setup, first, stop, q_before, setup.settings.roll_step)
-    if setup.window.is_fixed or not plan.may_be_mended:
+    step = setup.settings.roll_step
+    plan = _search(setup, first, stop, q_before, step)
+    if plan.whole or setup.window.is_fixed or not plan.may_be_mended:
         return plan
-    finer = _search(setup, first, stop, q_before, setup.settings.roll_step / FINER)
-    return finer if finer.lost < plan.lost else plan
+    free = _free_between(setup, plan, step / FINER)
+    plan = _better(plan, _search(setup, first, stop, q_before, step / FINER, free=_Rolls(_all(free))))
+    if plan.whole or not all(i in free and free[i] for i in plan.missing):
+        return plan
+    free |= _free_between(setup, plan, step / FINER, free)
+    rolls = _Rolls(_all(free), FINEST_ROUNDS)
+    return _better(plan, _search(setup, first, stop, q_before, step / FINER**2, free=rolls))
+
+
+def _better(plan: BeadPlan, other: BeadPlan) -> BeadPlan:
+    """The plan that loses fewer targets, and of these fewer altogether; the first of two alike."""
+    return other if (other.lost, len(other.missing)) < (plan.lost, len(plan.missing)) else plan
+
+
+def _free_between(
+    setup: Setup, plan: BeadPlan, step: float, known: Mapping[int, Stretches] | None = None
+) -> dict[int, Stretches]:
+    """Rolls at which the missing targets of a bead are free by themselves, of those that are not proved out."""
+    found = {}
+    for i, missing in plan.missing.items():
+        if not missing.exhaustive and i not in (known or {}):
+            reached = missing.detail.get("reached_alone_at_roll_deg")
+            found[i] = free_rolls(setup, i, step, () if reached is None else [np.deg2rad(reached)])
+    return found
+
+
+def _all(found: Mapping[int, Stretches]) -> Floats:
+    return stabbing(stretch for stretches in found.values() for stretch in stretches)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rolls:
+    """How a bead is searched whose roll turns as fast as the joints can.
+
+    Attributes:
+        also: rolls beside the samples, (m,), rad.
+        rounds: searches until it is given up.
+    """
+
+    also: Floats
+    rounds: int = ROUNDS
 
 
 def _search(
@@ -156,6 +199,7 @@ def _search(
     roll_step: float,
     begin_off: Sequence[Floats] = (),
     end_off: Sequence[Floats] = (),
+    free: _Rolls | None = None,
 ) -> BeadPlan:
     """Search a bead that begins and ends well off given configurations: quickly, and in full where that finds none."""
     bead = Bead.of(setup, first, stop)
@@ -163,12 +207,15 @@ def _search(
         stretch = QuickSearch(bead, roll_step, Ends(q_before, begin_off, end_off)).run()
         if stretch is not None:
             return BeadPlan(first, stop, (stretch,), {}, {})
-    nodes = evaluate(setup.solver, bead.placed, setup.window, roll_step, setup.limits)
+    also = None if free is None else free.also
+    nodes = evaluate(setup.solver, bead.placed, setup.window, roll_step, setup.limits, also)
     for at, q in [*((0, q) for q in begin_off), *((-1, q) for q in end_off)]:
         # whole turns are the travel's own to try
         off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)
         nodes.cost[at][off < ELSEWHERE] = np.inf
-    return BeadSearch(bead, nodes).run(q_before)
+    if free is None:
+        return BeadSearch(bead, nodes).run(q_before)
+    return BeadSearch(bead, nodes, turns_freely=True, rounds=free.rounds).run(q_before)
 
 
 def searched_again(

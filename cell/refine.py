@@ -22,7 +22,7 @@ from ik.singularity import margins
 
 from .between import unproved
 from .collision import Clearances, Ints
-from .examine import Stretch
+from .examine import Stretch, between
 from .place import frames
 from .setup import Setup
 
@@ -188,5 +188,6 @@ def _checked(setup: Setup, stretch: Stretch, new: np.ndarray) -> dict[int, dict[
     stage, q = setup.stage[stretch.edge[rows]], stretch.q[rows]
     step, nearest = unproved(setup.checker, setup.radius, q, stage, stretch.clearances.rows(rows), part)
     for n, at in enumerate(rows[step].tolist()):
-        blame(int(stretch.edge[at]), {"on_the_way": "collision", **setup.describe(nearest, n)})
+        why = {"on_the_way": "collision", **setup.describe(nearest, n), **between(nearest, n, setup)}
+        blame(int(stretch.edge[at]), why)
     return spoilt

@@ -162,6 +162,13 @@ class _Search:
         """Whether nothing further is to be tried."""
         return self.left <= 0 or self.tries <= 0 or time.process_time() > self.deadline
 
+    def _has_time(self) -> bool:
+        """Whether a whole check would end in time; if not, nothing further is tried."""
+        if time.process_time() + self.result.seconds <= self.deadline:
+            return True
+        self.left = 0
+        return False
+
     def run(self, wanted: Ints, reason: str | None, want: int, checks: int) -> list[Remedy]:
         """The smallest changes that make some targets feasible.
 
@@ -219,7 +226,11 @@ class _Search:
     def _freed(self, wanted: Ints, reason: str | None) -> list[Remedy]:
         """The greatest change of the roll, should the search have ended before it: a free one."""
         free = next((knob for knob in self.knobs if knob.how == "free"), None)
-        if free is None or not self.screening.allowed(free, None) or self._blame(free, free.steps[0], wanted, True):
+        if free is None or not self.screening.allowed(free, None):
+            return []
+        if (free, free.steps[0]) not in self.checked and not self._has_time():
+            return []
+        if self._blame(free, free.steps[0], wanted, True):
             return []
         return [self._remedy(free, free.steps[0], wanted, reason)]
 
@@ -233,7 +244,7 @@ class _Search:
         if size >= enough:
             return enough
         self.tries -= 1
-        if self._promises(knob, size, wanted, entire, probes):
+        if self._promises(knob, size, wanted, entire, probes) and self._has_time():
             if not trial.creep:
                 size = self._refined(knob, trial.fails, size, wanted, entire, probes)
             blame = self._blame(knob, size, wanted, entire)

@@ -15,11 +15,11 @@ from ik.chain import Floats
 from slicing.warning import typed
 
 from .check import Result, Row
-from .lockout import in_words as layers_in_words
 from .pace import pace_document
 from .place import METRES_PER_MM
 from .robot import inverse, pose
 from .terminal import is_verbose
+from .way_words import margin_in_words, way_in_words
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -163,36 +163,18 @@ def in_words(row: Row) -> str:
     if row.reason == "joint_limit":
         return f"{d['axis']} {d['over_deg']:.1f} deg over its limit"
     if row.reason == "singular":
-        return f"{d['singularity']} at {d['margin']:g}{_unit(d['unit'])}, needs {d['limit']:g}"
+        return margin_in_words(d)
     if row.reason == "gravity":
         return f"{d['angle_deg']:.1f} deg off up, limit {d['limit_deg']:g}"
     if row.reason == "speed" and "share" in d:
         why = f"; {d['axis']}'s {d['by']}" if d["axis"] else ""
         held = f"{100 * d['share']:.0f} % of the speed held, needs {100 * d['limit']:.0f} %"
         return f"from target {d['from_target']}: {held}{why}"
-    return _way_in_words(d)
+    return way_in_words(d)
 
 
 def _unit(unit: str) -> str:
     return "" if unit == "1" else f" {unit}"
-
-
-def _way_in_words(d: dict[str, Any]) -> str:
-    hit = ""
-    if "pair" in d:
-        hit = f"{' - '.join(d['pair'])} {d['distance_mm']:.1f} mm, needs {d['required_mm']:g}"
-        hit += " where a corner is rounded" if d.get("rounded") else ""
-    if "blocked_by_layers" in d:
-        hit += f"; locked out by {layers_in_words(d['blocked_by_layers'])}"
-    if "at_home" in d:
-        return f"the arm at home: {hit}"
-    if d.get("from") == "home" or d.get("to") == "home":
-        way = "way from home" if d.get("from") == "home" else "way home"
-        return f"{way}: {hit or str(d['on_the_way']).replace('_', ' ')}"
-    if "from_target" not in d:
-        return hit
-    way = "travel" if d.get("travel") else "bead"
-    return f"{way} from target {d['from_target']}: {hit or str(d['on_the_way']).replace('_', ' ')}"
 
 
 def report_lines(result: Result) -> Iterator[RenderableType]:

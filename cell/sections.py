@@ -280,7 +280,7 @@ class Process(Section):
         1.0, description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS)"
     )
     least_speed_share: Annotated[float, Field(ge=0, le=1)] = Field(
-        0.5, description="of the deposition speed, to be held from each target to the next; below it is infeasible"
+        0.5, description="of the deposition speed, to be held over every 5 mm of a bead; below it is infeasible"
     )
     dwell_s: NotNegative = Field(0.0, description="wait between the layers of a sub-volume, retracted")
     arc_on_s: NotNegative = Field(0.0, description="wait at the start of a bead while the arc is struck")

@@ -36,6 +36,7 @@ class Settings:
         speed: deposition speed from every target to the next, (n,), m/s.
         retract: way out along the normal before travelling, m.
         roll_step: distance of the roll's samples, rad.
+        least_share: of the speed, to be held over every stretch of a bead.
         steps: density of the checks.
         travel_attempts: configurations tried for a travel that the simple ways do not make.
     """
@@ -44,6 +45,7 @@ class Settings:
     speed: Floats
     retract: float
     roll_step: float
+    least_share: float = 1.0
     steps: Steps = field(default_factory=Steps)
     travel_attempts: int = 3000
 

@@ -5,12 +5,13 @@
 
 Retracting and approaching are straight lines of the TCP. Across, all joints move together; where that is not free it is
 tried further out, and then a way round is searched, which may end a whole turn of a joint from where the next bead was
-to begin, if the bead can be run there as well. Metres, radians, seconds.
+to begin, if the bead can be run there as well. Where the way out is not free as far as the case asks for, it is gone
+as far as it is, and the way round begins there. Metres, radians, seconds.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -18,18 +19,22 @@ import numpy as np
 
 from ik import dls
 from ik.chain import Floats
+from ik.limits import SLACK
 from ik.roll import RollWindow, apply_roll
 
 from .as_run import travel_corners, wire_corners
 from .between import unproved
 from .collision import Clearances
 from .edges import Edges
-from .examine import Stretch
-from .follow import JUMP
+from .examine import Stretch, between
+from .follow import JUMP, Ways, along
+from .place import METRES_PER_MM
 from .planner import Space, Trees, connect, rounded, sampled, shortened
 from .setup import Setup
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
+SHORTER = (1.0, 0.6, 0.3)  # of the way out that is free, where the whole is not
+STRAIGHT = 1e-5  # m that the TCP is off the normal at most while it is drawn back along it
 WORTH = 1e-3  # m of clearance for which a travel goes further out
 SEARCH_STEPS = np.deg2rad(
     [3.0, 1.0]
@@ -68,7 +73,31 @@ def turned(start: Stretch, way: Way) -> Stretch:
 def can_leave(setup: Setup, end: Stretch, stage: int) -> bool:
     """Whether the torch can be drawn back from the end of a bead as far as the case asks for."""
     (leg,) = _legs(setup, [(end, -1)], setup.settings.retract)
-    return not isinstance(leg, str) and isinstance(_collision(setup, leg, stage), Clearances)
+    return not leg.why and isinstance(_collision(setup, leg.q, stage), Clearances)
+
+
+def drawn_back(setup: Setup, way: Way, stretch: Stretch, at: int) -> float:
+    """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
+    i = stretch.first if at == 0 else stretch.stop - 1
+    rows = way[0][::-1] if at == 0 else way[0]
+    off = setup.solver.chain.forward(rows)[:, :3, 3] - setup.placed.position[i]
+    out = off @ setup.placed.normal[i]
+    straight = np.linalg.norm(off - out[:, None] * setup.placed.normal[i], axis=1) <= STRAIGHT
+    straight &= np.concatenate([[True], np.diff(out) > -STRAIGHT])
+    return float(out[np.logical_and.accumulate(straight)].max(initial=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class _Leg:
+    """A way out of a bead.
+
+    Attributes:
+        q: as far as the arm can follow it, (m, j), rad.
+        why: what stops it there, and after how much of it; empty where nothing does.
+    """
+
+    q: Floats
+    why: dict[str, Any]
 
 
 class _Travel:
@@ -82,17 +111,17 @@ class _Travel:
     def search(self) -> Way | dict[str, Any]:
         """The first way that is free with room, of ever dearer ones; without room, the one that has most of it."""
         clearest: Way | None = None
-        leaves: list[Floats | str] = []
-        arrives: list[Floats | str] = []
+        leaves: list[_Leg] = []
+        arrives: list[_Leg] = []
         for times in RETRACTS:
             retract = self.setup.settings.retract * times
             leave, arrive = self._ends(retract)
             leaves.append(leave)
             arrives.append(arrive)
-            if isinstance(leave, str) or isinstance(arrive, str):
-                self.why = self.why or {"on_the_way": leave if isinstance(leave, str) else str(arrive)}
+            if leave.why or arrive.why:
+                self.why = self.why or leave.why or arrive.why
                 continue
-            way = self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
+            way = self._straight(leave.q, arrive.q)
             if way is None:
                 continue
             if clearest is None or _room(way) > _room(clearest) + WORTH:
@@ -105,27 +134,51 @@ class _Travel:
         back = self._free(arrives, "arriving") if out else []
         if not out or not back:
             return self.why
+        if len(out[0]) < len(leaves[0].q) or len(back[0]) < len(arrives[0].q) or leaves[0].why or arrives[0].why:
+            for shorter in zip(out, back, strict=False):  # of which none has been tried
+                way = self._straight(*shorter)
+                if way is not None:
+                    return way
         turns = [np.zeros(out[0].shape[1])]
         if self.end is not None and self.start is not None:
             turns = _turns(self.setup, self.start, back)
         return self._around(out, [arrive + turn for arrive in back for turn in turns])
 
-    def _ends(self, retract: float) -> list[Floats | str]:
+    def _straight(self, leave: Floats, arrive: Floats) -> Way | None:
+        """Out, straight across and in, if that is free."""
+        return self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
+
+    def _ends(self, retract: float) -> list[_Leg]:
         """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of."""
         ends = [(self.end, -1), (self.start, 0)]
         legs = iter(_legs(self.setup, [(bead, at) for bead, at in ends if bead is not None], retract))
-        return [self.setup.checker.scene.home[None] if bead is None else next(legs) for bead, _ in ends]
+        home = self.setup.checker.scene.home[None]
+        return [_Leg(home, {}) if bead is None else next(legs) for bead, _ in ends]
 
-    def _free(self, legs: list[Floats | str], doing: str) -> list[Floats]:
-        """Those ways out of a bead that are free themselves."""
+    def _free(self, legs: list[_Leg], doing: str) -> list[Floats]:
+        """Those ways out of a bead that are free themselves; where none is, as much of them as is."""
         free: list[Floats] = []
         for leg in legs:
-            found = {"on_the_way": leg} if isinstance(leg, str) else _collision(self.setup, leg, self.stage)
+            found = leg.why or _collision(self.setup, leg.q, self.stage)
             if isinstance(found, dict):
                 self.why = self.why if free else {**found, "while": doing}
-            elif not isinstance(leg, str):
-                free.append(leg)
+            else:
+                free.append(leg.q)
+        if free:
+            return free
+        leg = max(legs, key=lambda leg: len(leg.q))
+        for length in self._free_lengths(leg):
+            if not isinstance(_collision(self.setup, leg.q[:length], self.stage), dict):
+                free.append(leg.q[:length])
         return free
+
+    def _free_lengths(self, leg: _Leg) -> list[int]:
+        """Rows to go along a way out that is not free as a whole, the most first."""
+        found = self.setup.checker.clearances(leg.q, np.full(len(leg.q), self.stage))
+        near = np.flatnonzero(found.distance < self.setup.settings.clearance)
+        most = int(near[0]) if len(near) else len(leg.q)
+        lengths = {round(share * most) for share in SHORTER}
+        return sorted((n for n in lengths if n > 1), reverse=True)
 
     def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> Way | None:
         """The whole travel, if it is free: out, by the corners across, and in."""
@@ -188,8 +241,8 @@ class _Travel:
         return hints
 
 
-def _legs(setup: Setup, ends: list[tuple[Stretch, int]], distance: float) -> list[Floats | str]:
-    """Configurations from ends of beads (0 or -1) out along their normals, (m, j) each, or what stops them."""
+def _legs(setup: Setup, ends: list[tuple[Stretch, int]], distance: float) -> list[_Leg]:
+    """Ways from ends of beads (0 or -1) out along their normals."""
     count = max(int(np.ceil(distance / (2 * setup.settings.steps.position))), 1)
     out = np.linspace(0, distance, count + 1)[1:, None]
     Ts, qs = [], []
@@ -200,15 +253,36 @@ def _legs(setup: Setup, ends: list[tuple[Stretch, int]], distance: float) -> lis
         Ts.append(T)
         qs.append(np.repeat(stretch.q_targets[at][None], count, axis=0))
     found = dls.follow(setup.solver.chain, np.concatenate(Ts), np.concatenate(qs), RollWindow.fixed(0.0))
-    legs: list[Floats | str] = []
+    legs: list[_Leg] = []
     for k, (stretch, at) in enumerate(ends):
         mine = slice(k * count, (k + 1) * count)
-        leg = np.concatenate([stretch.q_targets[at][None], found.q[mine]])
-        if not found.ok[mine].all():
-            legs.append("joint_limit")
-        else:
-            legs.append("jump" if np.abs(np.diff(leg, axis=0)).max() > JUMP else leg)
+        q = np.concatenate([stretch.q_targets[at][None], found.q[mine]])
+        whole = found.ok[mine].all() and np.abs(np.diff(q, axis=0)).max() <= JUMP
+        legs.append(_Leg(q, {}) if whole else _stopped(setup, stretch, at, distance))
     return legs
+
+
+def _stopped(setup: Setup, stretch: Stretch, at: int, distance: float) -> _Leg:
+    """A way out followed from the bead on, as far as limits and reach allow."""
+    i = stretch.first if at == 0 else stretch.stop - 1
+    p, n = setup.placed.position[i], setup.placed.normal[i]
+    ends = np.stack([p, p + distance * n])[None], np.stack([n, n])[None], np.repeat(stretch.roll[at], 2)[None]
+    count = max(int(np.ceil(distance / (2 * setup.settings.steps.position))), 1)
+    start, t = stretch.q_targets[at][None], np.linspace(0, 1, count + 1)
+    _, t, q = along(setup.solver, Ways(*ends, setup.placed.reference), start, np.zeros(count + 1, dtype=np.int64), t)
+    chain = setup.solver.chain
+    over = np.maximum(chain.lower - q, q - chain.upper)
+    q = np.where(over <= SLACK, np.clip(q, chain.lower, chain.upper), q)
+    good = np.isfinite(q[:, 0]) & (over <= SLACK).all(axis=1)
+    good[1:] &= np.abs(np.diff(q, axis=0)).max(axis=1) <= JUMP
+    stop = int(np.argmin(good)) if not good.all() else len(q)
+    if stop == len(q):
+        return _Leg(q, {})
+    asked = {"reached_mm": round(float(t[stop - 1]) * distance / METRES_PER_MM, 3)}
+    asked["retract_mm"] = round(distance / METRES_PER_MM, 3)
+    if (over[stop] > SLACK).any():
+        return _Leg(q[:stop], {"on_the_way": "joint_limit", "axis": chain.names[int(np.argmax(over[stop]))], **asked})
+    return _Leg(q[:stop], {"on_the_way": "jump" if np.isfinite(q[stop, 0]) else "unreachable", **asked})
 
 
 def _room(way: Way) -> float:
@@ -223,7 +297,9 @@ def _collision(setup: Setup, q: Floats, stage: int) -> Clearances | dict[str, An
     if found.distance.min() < setup.settings.clearance:
         return {"on_the_way": "collision", **setup.describe(found, int(np.argmin(found.distance)))}
     step, nearest = unproved(setup.checker, setup.radius, q, laid, found)
-    return {"on_the_way": "collision", **setup.describe(nearest, 0)} if len(step) else found
+    if not len(step):
+        return found
+    return {"on_the_way": "collision", **setup.describe(nearest, 0), **between(nearest, 0, setup)}
 
 
 def _speed(setup: Setup) -> Floats:

@@ -1,8 +1,9 @@
 """One configuration per target along a bead, none of them a jump.
 
-Nodes are target x roll x configuration; an edge joins neighbouring targets where the roll moves at most one sample, no
-joint moves further than a motion without a flip does, and the joints are fast enough for the deposition. A dynamic
-programme finds the cheapest way through; where there is none it says between which targets the way is cut::
+Nodes are target x roll x configuration; an edge joins neighbouring targets where the roll moves at most one sample (or
+as far as :class:`Allowance` says), no joint moves further than is allowed, and the joints are fast enough for the
+deposition. A dynamic programme finds the cheapest way through; where there is none it says between which targets the
+way is cut::
 
     runs = best_runs(q, cost, times, speed, circular=True)
     for run in runs:                       # stretches that can be run through, in order
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain import Floats
+from .roll import wrap
 
 Ints = NDArray[np.int64]
 ROLL_COST = 0.05  # s a sample: a steady torch is better than a swinging one
@@ -28,6 +30,8 @@ OTHERS = (
 )
 SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; standing still is preferred
 LARGEST_STEP = np.deg2rad(60.0)  # a flip of wrist, elbow or shoulder turns some joint further
+DEAR = 10.0  # s: what is tried last, a large turn of a joint or a speed that is not held
+SPANS = np.array([1, 2, 3, 5, 8, 13, 21, 34, 55, 89])  # samples that the roll may change by where it turns freely
 Edge = tuple[tuple[int, int, int], tuple[int, int, int]]
 
 
@@ -51,6 +55,37 @@ class Run:
         return self.start + len(self.nodes)
 
 
+@dataclass(frozen=True, eq=False)
+class Allowance:
+    """What an edge may do at a price.
+
+    Attributes:
+        usual_step: a joint that moves further makes an edge dear, (t - 1,), rad.
+        usual_time: edges whose joints take longer are dear, (t - 1,), s.
+        rolls: samples of the roll, ascending, (r,), rad; None: the roll moves one sample at most.
+        turn: most that the roll may move, rad.
+        turn_price: of moving it, s/rad.
+    """
+
+    usual_step: Floats
+    usual_time: Floats
+    rolls: Floats | None = None
+    turn: float = 0.0
+    turn_price: float = 0.0
+
+    def shifts(self) -> tuple[Ints, Floats]:
+        """Samples that the roll may change by, (s,), and what each costs at the sample it leads to, (s, r), s."""
+        if self.rolls is None:
+            return SHIFTS, ROLL_COST * np.abs(SHIFTS)[:, None] + np.zeros(1)
+        count = len(self.rolls)
+        spans = SPANS[count // 2 >= SPANS]
+        shifts = np.concatenate([[0], np.stack([-spans, spans], axis=1).ravel()]) if count > 1 else SHIFTS[:1]
+        turn = np.abs(wrap(self.rolls - self.rolls[(np.arange(count) - shifts[:, None]) % count]))
+        price = np.where(turn <= self.turn + 1e-9, self.turn_price * turn, np.inf)
+        some = np.isfinite(price).any(axis=1)
+        return shifts[some], price[some]
+
+
 def best_runs(
     q: Floats,
     cost: Floats,
@@ -61,6 +96,7 @@ def best_runs(
     circular: bool,
     blocked: Mapping[int, set[Edge]] | None = None,
     start_cost: Floats | None = None,
+    allowance: Allowance | None = None,
 ) -> list[Run]:
     """The cheapest ways along a bead, in as few runs as possible.
 
@@ -73,12 +109,16 @@ def best_runs(
         circular: whether the first and the last roll are neighbours.
         blocked: edges that turned out impossible: ends of them by their first target.
         start_cost: added to the nodes of the first target, (r, g, k).
+        allowance: what edges may do at a price; None: nothing.
 
     Returns:
         Runs in order. Targets without any node belong to no run; two runs that touch are cut for want of an edge.
     """
     blocked = blocked or {}
     largest = np.broadcast_to(largest_step, (len(q) - 1,))
+    allowance = allowance or Allowance(largest, times)
+    usual = allowance.usual_step, allowance.usual_time
+    shifts, turning = allowance.shifts()
     usable = np.isfinite(cost) & np.isfinite(q).all(axis=-1)
     price = np.moveaxis(np.where(usable, cost, np.inf), 1, -1)
     nodes = np.moveaxis(q, (1, -1), (-1, 1))  # (t, n, g, k, r): the roll, along which all are alike, runs fastest
@@ -90,7 +130,8 @@ def best_runs(
         open_here = np.isfinite(here)
         if i < len(q) and open_here.any():
             ends = _Ends(nodes[i - 1], here, nodes[i], price[i])
-            limits = _Limits(speed, float(times[i - 1]), float(largest[i - 1]), circular)
+            step, time = (float(u[i - 1]) for u in usual)
+            limits = _Limits(speed, float(times[i - 1]), float(largest[i - 1]), step, time, shifts, turning, circular)
             arrived, origin = _forward(ends, limits, blocked.get(i - 1, set()))
             total = arrived + price[i]
             if np.isfinite(total).any():
@@ -128,6 +169,10 @@ class _Limits:
     speed: Floats
     time: float
     largest_step: float
+    usual_step: float
+    usual_time: float
+    shifts: Ints
+    turning: Floats
     circular: bool
 
 
@@ -139,15 +184,18 @@ def _forward(ends: _Ends, limits: _Limits, forbidden: set[Edge]) -> tuple[Floats
     if not len(g):
         return best, origin
     rolls = shape[-1]
-    shifts = SHIFTS if rolls > 1 else SHIFTS[:1]
+    shifts, turning = (limits.shifts, limits.turning) if rolls > 1 else (SHIFTS[:1], np.zeros((1, 1)))
     # (n, g, k1, shift, k0, r): standings of the same group alone
     from_q = _shifted(ends.q0[:, g[:, None], k0], shifts, limits.circular)[:, :, None]
     to_q = ends.q1[:, g[:, None], k1][:, :, :, None, None]
     came = _shifted(ends.here[g[:, None], k0], shifts, limits.circular)
-    came += ROLL_COST * np.abs(shifts)[:, None, None]
+    came += turning[:, None, :]
     needed, total, furthest = _moves(from_q, to_q, limits.speed)
     allowed = (furthest <= limits.largest_step) & (needed <= limits.time)  # NaN compares false
     price = np.where(allowed, move_price(needed, total) + came[:, None], np.inf)
+    dear = allowed & ((furthest > limits.usual_step) | (needed > limits.usual_time))
+    if dear.any():
+        price[dear] += DEAR + DEAR * np.maximum(needed[dear] / limits.usual_time - 1.0, 0.0)
     _forbid(price, forbidden, (g, k0, k1), shifts)
     price = price.reshape(len(g), len(k1), -1, rolls)
     choice = np.argmin(price, axis=2)
@@ -166,7 +214,7 @@ def _shifted(values: Floats, shifts: Ints, circular: bool) -> Floats:
     if not circular:
         for i, s in enumerate(shifts):
             if s:
-                out[..., i, :, 0 if s > 0 else -1] = np.inf
+                out[..., i, :, slice(None, s) if s > 0 else slice(s, None)] = np.inf
     return out
 
 

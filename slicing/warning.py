@@ -23,6 +23,7 @@ class Code(StrEnum):
     PAIR_LEFT_OUT = "pair_left_out"
     PART_NOT_ON_SUPPORT = "part_not_on_support"
     SUB_VOLUME_ABSENT = "sub_volume_absent"
+    SHORT_RETRACT = "short_retract"
 
 
 class Warning(str):
