@@ -16,7 +16,15 @@ class Code(StrEnum):
     """What a warning is about. In alphabetical order."""
 
     LAYER_AREA = "layer_area"
+    LAYER_LENGTH = "layer_length"
+    LAYER_LOOPS = "layer_loops"
+    LAYER_VOLUME = "layer_volume"
+    MESH_FILE = "mesh_file"
+    MESH_REPAIRED = "mesh_repaired"
+    MESH_UNITS = "mesh_units"
     OTHER = "other"
+    PART_VOLUME = "part_volume"
+    POLYGON_NOT_FLAT = "polygon_not_flat"
 
 
 class Warning(str):
