@@ -123,7 +123,9 @@ class _Reader:
     def _bytes(self, name: str) -> bytes:
         info = self.archive.getinfo(name.lstrip("/"))
         if info.file_size > MOST_BYTES:
-            raise PartError(f"{self.file}: {name} unpacks to {info.file_size:,} bytes; at most {MOST_BYTES:,} are taken")
+            raise PartError(
+                f"{self.file}: {name} unpacks to {info.file_size:,} bytes; at most {MOST_BYTES:,} are taken"
+            )
         if info.flag_bits & 1:
             raise PartError(f"{self.file}: {name} is encrypted")
         return self.archive.read(info)
@@ -173,7 +175,9 @@ class _Reader:
         """What an object is left out as; empty for a part of the solid."""
         said = self.purposes.get((above[-1][1], number) if above else (number, number), "")
         if said.lower().startswith("negative"):
-            raise PartError(f"{self.file}: part {number} is to be subtracted ({said}), which is not done here: subtract it")
+            raise PartError(
+                f"{self.file}: part {number} is to be subtracted ({said}), which is not done here: subtract it"
+            )
         if said not in TAKEN:
             return LEFT_OUT.get(said, f"part of the kind {said}")
         if found.kind == "model":

@@ -1,6 +1,6 @@
 """Triangles of a GLB file: the meshes of its scene, put where the scene says.
 
-    found = read_glb(Path("part.glb"))
+found = read_glb(Path("part.glb"))
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import struct
 import zipfile
 import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def read_glb(file: Path) -> Triangles:
 
     _require_counts(file)
     try:
-        scene = trimesh.load(str(file), process=False, force="scene")
+        scene: Any = trimesh.load(str(file), process=False, force="scene")
     except READ_ERRORS as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise PartError(f"{file}: not readable as a GLB mesh ({reason[:120]})") from None

@@ -70,7 +70,9 @@ def _position(file: Path, number: int, words: list[str]) -> list[float]:
         place = [float(words[1]), float(words[2]), float(words[3])]
     except (ValueError, IndexError):
         hint = "; numbers are written with a point, not a comma" if any("," in word for word in words) else ""
-        raise PartError(f"{file}: line {number}: {' '.join(words)[:60]!r} is no vertex of three numbers{hint}") from None
+        raise PartError(
+            f"{file}: line {number}: {' '.join(words)[:60]!r} is no vertex of three numbers{hint}"
+        ) from None
     return place
 
 

@@ -123,7 +123,9 @@ def _wanted(element: _Element) -> tuple[list[str], str]:
     raise ValueError("its faces have no list vertex_indices")
 
 
-def _binary_rows(file: Path, data: bytes, elements: list[_Element], order: str) -> dict[str, Floats | tuple[Ints, Ints]]:
+def _binary_rows(
+    file: Path, data: bytes, elements: list[_Element], order: str
+) -> dict[str, Floats | tuple[Ints, Ints]]:
     found: dict[str, Floats | tuple[Ints, Ints]] = {}
     at = 0
     for element in elements:

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from slicing.arrays import Bools, Floats, Ints, PartError
 from slicing.edges import edge_table
 from slicing.faces import bounding_box, enclosed_volume, face_measures, face_normals
-from slicing.repair import closed_surface
+from slicing.repair import closed_surface, repaired
 from slicing.warning import Code, Warning
 
 __all__ = [
@@ -143,7 +143,7 @@ def mesh_from_arrays(
     require_near(name, points)
     points, triangles, warnings = closed_surface(name, points, triangles if whole.all() else triangles[whole])
     if not whole.all():
-        warnings.insert(0, f"{name}: {int((~whole).sum())} faces that use a vertex twice dropped")
+        warnings.insert(0, repaired(f"{name}: {int((~whole).sum())} faces that use a vertex twice dropped"))
     if outward:
         triangles = _outward(name, points, triangles, warnings)
     warnings += _size_warnings(name, points, units)
@@ -169,7 +169,7 @@ def _outward(name: str, points: Floats, faces: Ints, warnings: list[str]) -> Int
         raise PartError(f"{name}: the mesh encloses no volume; a solid is needed")
     if volume < 0:
         faces = np.ascontiguousarray(faces[:, ::-1])
-        warnings.append(f"{name}: the mesh was inside out; turned")
+        warnings.append(repaired(f"{name}: the mesh was inside out; turned ({-volume:.6g} mm³)"))
     return faces
 
 
