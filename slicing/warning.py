@@ -18,6 +18,7 @@ class Code(StrEnum):
     LAYER_AREA = "layer_area"
     LAYER_LENGTH = "layer_length"
     LAYER_LOOPS = "layer_loops"
+    LAYER_SEAM = "layer_seam"
     LAYER_VOLUME = "layer_volume"
     MESH_FILE = "mesh_file"
     MESH_REPAIRED = "mesh_repaired"
@@ -25,6 +26,11 @@ class Code(StrEnum):
     OTHER = "other"
     PART_VOLUME = "part_volume"
     POLYGON_NOT_FLAT = "polygon_not_flat"
+
+
+WRONG_LAYER = frozenset(
+    {Code.LAYER_AREA, Code.LAYER_LENGTH, Code.LAYER_LOOPS}
+)  # what makes a layer unfit for a verdict
 
 
 class Warning(str):
