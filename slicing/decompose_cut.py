@@ -12,20 +12,24 @@ along the radius onto the outline, by a few millionths of it; the error of the f
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from slicing.decompose_outline import Outline
+from slicing.faces import enclosed_volume, face_normals
 from slicing.part import Bools, Floats, Ints, PartError
 from slicing.repair_shells import winding_numbers
+from slicing.warning import Code, Warning
 
 AROUND = 1024  # sides of the cutter: its corners are 5e-6 of the radius outside
 SLIVER_MM = 0.05  # a piece that stands out less is none
 LEVELS = 40  # looked at beyond an end
 BULGE = 0.05  # of the body's radius: a dome's, beyond the cones it is taken for
 SLIVER_SHARE = 1e-6  # of the part's volume: neither is a smaller one
+MISSING_SHARE = 1e-3  # of the part's volume: so much may be cut differently, or be slivers
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +113,25 @@ def solid_of(vertices: Floats, faces: Ints, name: str) -> Any:
     if len(shells) < 2 or any(shell.volume() <= 0 for shell in shells):
         return solid
     return manifold3d.Manifold.batch_boolean(shells, manifold3d.OpType.Add)
+
+
+def volume_warnings(name: str, whole_mm3: float, pieces: Sequence[Piece]) -> list[str]:
+    """A line if what a solid was cut into does not add up to it.
+
+    Args:
+        name: for the message.
+        whole_mm3: volume of the solid.
+        pieces: all that was made of it, the body among them.
+
+    Returns:
+        One line, or none.
+    """
+    volumes = [enclosed_volume(p.vertices, p.faces, face_normals(p.vertices, p.faces)) for p in pieces if len(p.faces)]
+    missing = whole_mm3 - sum(volumes)
+    if abs(missing) <= MISSING_SHARE * whole_mm3:
+        return []
+    told = f"{name}: body and sub-volumes together have {sum(volumes):.6g} mm³, the part {whole_mm3:.6g} mm³"
+    return [Warning(Code.PART_VOLUME, f"{told}: {abs(missing):.4g} mm³ are {'missing' if missing > 0 else 'too many'}")]
 
 
 def whole_solids(solid: Any) -> list[Any]:

@@ -30,6 +30,7 @@ from slicing.edges import Edges
 from slicing.part import Bools, Floats, Ints, Mesh, PartError, mesh_from_arrays
 from slicing.repair import repaired
 from slicing.repair_crossings import Crossings, crossings
+from slicing.repair_folds import unfolded
 
 SHALLOW_MM = 0.01  # the tolerance of curves
 FLAT = 1e-12  # of its extent cubed: a shell of less volume is a sheet
@@ -50,6 +51,7 @@ def one_solid(mesh: Mesh) -> Mesh:
     Raises:
         PartError: crossing faces, no volume, or shells of which it cannot be told what is solid; one line.
     """
+    mesh = unfolded(mesh)
     reach = max(4.0 * mesh.noise_mm, 1e-9 * float(np.ptp(mesh.bounds, axis=0).max()))
     crossing = crossings(mesh.vertices, mesh.faces, reach)
     label, count = shell_labels(mesh)

@@ -10,10 +10,12 @@ from test_slicing_solids import box_solid, from_manifold
 
 from slicing.decompose import decompose
 from slicing.decompose_cut import whole_solids
+from slicing.intersect import intersect
 from slicing.layers import SlicingParameters
 from slicing.load import solid_from_arrays
 from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
+from slicing.surfaces import Plane
 from slicing.warning import Code
 
 POST = manifold3d.Manifold.cylinder(100, 25, 25, 120)
@@ -93,3 +95,21 @@ def test_repairs_say_what_they_do_to_the_volume():
     first = int(np.argmax((faces == 0).any(axis=1)))
     faces[first][faces[first] == 0] = 8
     assert any("mm apart (by at most 0." in line for line in solid_from_arrays("x", apart, faces).warnings)
+
+
+U = np.array([[20, -20], [70, -20], [70, 20], [20, 20], [20, 14], [54, 14], [54, -14], [20, -14]], dtype=float)
+
+
+@pytest.mark.parametrize("begin", range(8))
+def test_concave_ends_divided_as_fans_are_divided_anew(begin):
+    """From corners of which the fan lies within the U, leaves it, or has corners in one line with its first one."""
+    outline, n = np.roll(U, -begin, axis=0), len(U)
+    points = np.concatenate([np.c_[outline, np.zeros(n)], np.c_[outline, np.full(n, 12.0)]])
+    fan = np.array([[0, k, k + 1] for k in range(1, n - 1)])
+    sides = [[k, (k + 1) % n, (k + 1) % n + n] for k in range(n)] + [[k, (k + 1) % n + n, k + n] for k in range(n)]
+    mesh = solid_from_arrays("u", points, np.concatenate([fan[:, ::-1], fan + n, sides]))
+    area = 50 * 40 - 34 * 28
+    assert mesh.volume == pytest.approx(12 * area, rel=1e-12)
+    assert 0.5 * np.abs(mesh.normals[:, 2]).sum() == pytest.approx(2 * area)
+    curves = intersect(mesh, Plane((30.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
+    assert [curve.length_mm for curve in curves] == pytest.approx([36.0, 36.0])
