@@ -191,7 +191,9 @@ def _polygons(layer: Layer, surface: Cylinder | Plane, beyond: float) -> Iterato
         flat = surface.unrolled(curve.points)
         polygon = shapely.Polygon(flat)
         for hole in holes:
-            polygon = polygon.difference(shapely.Polygon(_same_turn(surface, hole.points, flat)))
+            inner = shapely.Polygon(_same_turn(surface, hole.points, flat))
+            if inner.area < polygon.area:  # else this is an island within the hole
+                polygon = polygon.difference(inner)
         # eight chords a quarter turn, moved out to hold the circle
         polygon = polygon.buffer(beyond / np.cos(np.pi / 32), quad_segs=8).buffer(SIMPLIFY_MM, join_style="mitre")
         yield polygon.simplify(SIMPLIFY_MM)

@@ -24,6 +24,7 @@ from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
 from slicing.speeds import BeadSpeed
 from slicing.targets import Targets, sample_beads
+from slicing.warning import WRONG_LAYER, typed
 
 from .collision import Ints
 from .deposit import PartShape, beyond_borders, part_shape
@@ -182,6 +183,14 @@ def lay_part(case: Case, sliced: tuple[SlicedSubVolume, ...]) -> tuple[LaidSubVo
         raise InputError(f"{case.path}: {error}") from None
 
 
+def _require_right_layers(case: Case, sliced: tuple[SlicedSubVolume, ...]) -> None:
+    """Refuse layers that their own check calls wrong: no verdict is given on them."""
+    wrong = [line for one in sliced for line in map(typed, one.warnings) if line.code in WRONG_LAYER]
+    if wrong:
+        more = f" (and {len(wrong) - 1} more such lines)" if len(wrong) > 1 else ""
+        raise InputError(f"{case.path}: {wrong[0]}{more}; no verdict on it: [{wrong[0].code}]; rbam slice shows it")
+
+
 def prepare(case: Case) -> Job:
     """Slice, sample and compose.
 
@@ -192,10 +201,12 @@ def prepare(case: Case) -> Job:
         The job.
 
     Raises:
-        InputError: something in the case cannot be used; one line.
+        InputError: something in the case cannot be used, or a layer is not that of its solid (`layer_area`,
+            `layer_length`, `layer_loops`); one line.
     """
     part = read_part(case)
     sliced = slice_part(case, part)
+    _require_right_layers(case, sliced)
     laid, targets, told = sample_part(case, sliced)
     if len(targets) == 0:
         raise InputError(

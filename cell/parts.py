@@ -16,7 +16,7 @@ import numpy as np
 from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody, fits
 from slicing.body import BODY_NAME, turned_solid
 from slicing.load import load_mesh
-from slicing.part import Mesh, PartError
+from slicing.part import Mesh, PartError, low_part_warnings
 from slicing.warning import Code, Warning
 
 from .errors import InputError
@@ -122,7 +122,9 @@ def _whole(case: Case, loaded: list[Mesh]) -> PartInput:
     from slicing.decompose import BodyHint, decompose
 
     part = case.part
-    loaded.append(load_mesh(case.path_of(str(part.mesh)), part.units))
+    mesh = load_mesh(case.path_of(str(part.mesh)), part.units)
+    low = low_part_warnings(mesh, part.units, case.slicing.h_layer_mm)
+    loaded.append(replace(mesh, warnings=(*mesh.warnings, *low)))
     hint = None
     if part.body is not None:
         if part.body.half_angle_deg is not None or part.body.profile_mm is not None:

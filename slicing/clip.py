@@ -93,12 +93,24 @@ def _outside_section(curves: list[Curve], plane: Plane, surface: Cone | Revolved
 
 
 def region_of(loops: list[Floats]) -> Any:
-    """The region on the left of plane loops (n, 2), as a shapely geometry."""
+    """The region on the left of plane loops, however deep they lie within one another.
+
+    Args:
+        loops: (n, 2) each, closed; counter-clockwise round material, clockwise round holes.
+
+    Returns:
+        A shapely geometry: an island within a hole is in it, as is a hole within that.
+    """
     import shapely
 
-    outer = shapely.union_all([shapely.Polygon(p).buffer(0) for p in loops if _twice_area(p) > 0])
-    holes = shapely.union_all([shapely.Polygon(p).buffer(0) for p in loops if _twice_area(p) <= 0])
-    return outer.difference(holes)
+    region = shapely.Polygon()
+    # from the largest inward: what lies within a loop is smaller than it
+    twice = [_twice_area(loop) for loop in loops]
+    order = sorted(range(len(loops)), key=lambda k: -abs(twice[k]))
+    for material, run in itertools.groupby(order, key=lambda k: twice[k] > 0):
+        own = shapely.union_all([shapely.Polygon(loops[k]).buffer(0) for k in run])
+        region = region.union(own) if material else region.difference(own)
+    return region
 
 
 def body_section(plane: Plane, surface: Cone | Revolved, low: float, high: float, tolerance_mm: float) -> Any:

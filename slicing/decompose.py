@@ -29,7 +29,7 @@ import numpy as np
 
 from slicing.bodies import Body, ConicalBody, RevolvedBody, RoundBody
 from slicing.decompose_bands import HINTED_TURN, LEAST_TURN, Band, FoundBand
-from slicing.decompose_cut import Cut, Piece, arrays_of, carried_through, clearance, cut_off, solid_of
+from slicing.decompose_cut import Cut, Piece, arrays_of, carried_through, clearance, cut_off, solid_of, volume_warnings
 from slicing.decompose_outline import Outline, body_outline
 from slicing.part import Floats, Mesh, PartError, mesh_from_arrays
 from slicing.revolution import Axis, find_axis
@@ -169,7 +169,8 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
     pieces = [cut.pieces[k] for k in _order([piece.centroid for piece in cut.pieces], extent)]
     roots = [_root(f"SV{k + 1}", piece, outline) for k, piece in enumerate(pieces)]
     radii = {radius, *(root.radius for root in roots)}
-    warnings = [*mesh.warnings, *_coarse(mesh, outline, radii), *_left(mesh, cut)]
+    missing = volume_warnings(mesh.name, float(solid.volume()), [cut.body, *pieces])
+    warnings = [*mesh.warnings, *_coarse(mesh, outline, radii), *_left(mesh, cut), *missing]
     return Decomposition(
         Body(radius, axis_xy),
         tuple(Body(root.radius, axis_xy) for root in roots),

@@ -12,19 +12,24 @@ along the radius onto the outline, by a few millionths of it; the error of the f
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from slicing.decompose_outline import Outline
+from slicing.faces import enclosed_volume, face_normals
 from slicing.part import Bools, Floats, Ints, PartError
+from slicing.repair_shells import winding_numbers
+from slicing.warning import Code, Warning
 
 AROUND = 1024  # sides of the cutter: its corners are 5e-6 of the radius outside
 SLIVER_MM = 0.05  # a piece that stands out less is none
 LEVELS = 40  # looked at beyond an end
 BULGE = 0.05  # of the body's radius: a dome's, beyond the cones it is taken for
 SLIVER_SHARE = 1e-6  # of the part's volume: neither is a smaller one
+MISSING_SHARE = 1e-3  # of the part's volume: so much may be cut differently, or be slivers
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,10 +109,80 @@ def solid_of(vertices: Floats, faces: Ints, name: str) -> Any:
     solid = manifold3d.Manifold(data)
     if solid.status() != manifold3d.Error.NoError or solid.is_empty():
         raise PartError(f"{name}: the mesh does not bound a solid (manifold3d: {solid.status().name})")
-    shells = solid.decompose()
+    shells = whole_solids(solid)
     if len(shells) < 2 or any(shell.volume() <= 0 for shell in shells):
         return solid
     return manifold3d.Manifold.batch_boolean(shells, manifold3d.OpType.Add)
+
+
+def volume_warnings(name: str, whole_mm3: float, pieces: Sequence[Piece]) -> list[str]:
+    """A line if what a solid was cut into does not add up to it.
+
+    Args:
+        name: for the message.
+        whole_mm3: volume of the solid.
+        pieces: all that was made of it, the body among them.
+
+    Returns:
+        One line, or none.
+    """
+    volumes = [enclosed_volume(p.vertices, p.faces, face_normals(p.vertices, p.faces)) for p in pieces if len(p.faces)]
+    missing = whole_mm3 - sum(volumes)
+    if abs(missing) <= MISSING_SHARE * whole_mm3:
+        return []
+    told = f"{name}: body and sub-volumes together have {sum(volumes):.6g} mm³, the part {whole_mm3:.6g} mm³"
+    return [Warning(Code.PART_VOLUME, f"{told}: {abs(missing):.4g} mm³ are {'missing' if missing > 0 else 'too many'}")]
+
+
+def whole_solids(solid: Any) -> list[Any]:
+    """The connected solids of one: what manifold3d's decompose gives, each with the cavities within it.
+
+    Args:
+        solid: manifold3d; its shells do not cross.
+
+    Returns:
+        Solids (manifold3d), those of positive volume first come first. A cavity that lies in none is left as it is.
+
+    Source:
+        manifold3d's decompose() gives the shell of a cavity as a solid of its own, of negative volume (its issue 745).
+    """
+    shells = solid.decompose()
+    if all(shell.volume() > 0 for shell in shells):
+        return list(shells)
+    filled = [[shell] for shell in shells if shell.volume() > 0]
+    outer = [vertices[faces] for vertices, faces, _ in (arrays_of(own[0]) for own in filled)]
+    alone = []
+    for shell in shells:
+        if shell.volume() > 0:
+            continue
+        vertices, faces, _ = arrays_of(shell)
+        middle = vertices[faces[:1]].mean(axis=1)
+        around = [k for k, triangles in enumerate(outer) if winding_numbers(middle, triangles)[0] > 0.5]
+        if around:
+            filled[min(around, key=lambda k: float(filled[k][0].volume()))].append(shell)
+        else:
+            alone.append(shell)
+    return [*(own[0] if len(own) == 1 else _composed(own) for own in filled), *alone]
+
+
+def _composed(shells: list[Any]) -> Any:
+    """One solid of shells that do not meet, their faces knowing where they come from."""
+    import manifold3d
+
+    data = [shell.to_mesh64() for shell in shells]
+    first = np.cumsum([0, *(len(d.vert_properties) for d in data)])
+    corner = np.cumsum([0, *(3 * len(d.tri_verts) for d in data)])
+    faces = [np.asarray(d.tri_verts) + np.uint64(n) for d, n in zip(data, first.tolist(), strict=False)]
+    runs = [np.asarray(d.run_index[:-1]) + n for d, n in zip(data, corner.tolist(), strict=False)]
+    ids = [np.asarray(d.run_original_id) for d in data]
+    return manifold3d.Manifold(
+        manifold3d.Mesh64(
+            np.concatenate([np.asarray(d.vert_properties)[:, :3] for d in data]),
+            np.concatenate(faces),
+            run_index=np.append(np.concatenate(runs), corner[-1]).astype(np.uint64),
+            run_original_id=np.concatenate(ids).astype(np.uint32),
+        )
+    )
 
 
 def arrays_of(solid: Any, cutter_id: int = -1) -> tuple[Floats, Ints, Ints]:
@@ -177,7 +252,7 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float) -> Cut:
     cutter = _cutter(outline, noise_mm)
     number, least = cutter.original_id(), SLIVER_SHARE * solid.volume()
     kept, pieces, ends, slivers = solid ^ cutter, [], [], []
-    for part in (solid - cutter).decompose():
+    for part in whole_solids(solid - cutter):
         vertices, faces, cut = arrays_of(part, number)
         height = _standing_out(vertices, outline)
         if part.volume() < least or height < SLIVER_MM:

@@ -311,7 +311,7 @@ def _ring_region(period: float, borders: Sequence[Floats], holes: Sequence[Any],
 
 
 def _with_hole(island: Island, curve: Curve) -> Island:
-    """The island without a hole, if it lies in it."""
+    """The island without a hole, if it lies in it; an island that lies in the hole stays as it is."""
     import shapely
     from shapely import affinity
 
@@ -324,6 +324,6 @@ def _with_hole(island: Island, curve: Curve) -> Island:
     turns = 2 * math.pi * chart.radius if isinstance(chart, RoundChart) and chart.slope == 0.0 else 0.0
     for k in (0, 1, -1) if turns else (0,):
         moved = affinity.translate(hole, k * turns)
-        if island.region.intersects(moved):
+        if hole.area < island.region.area and island.region.intersects(moved):
             return replace(island, region=island.region.difference(moved))
     return island

@@ -21,7 +21,8 @@ import numpy.typing as npt
 from slicing.arrays import Bools, Floats, Ints, PartError
 from slicing.edges import edge_table
 from slicing.faces import bounding_box, enclosed_volume, face_measures, face_normals
-from slicing.repair import closed_surface
+from slicing.repair import closed_surface, repaired
+from slicing.warning import Code, Warning
 
 __all__ = [
     "UNITS_MM",
@@ -30,6 +31,7 @@ __all__ = [
     "Ints",
     "Mesh",
     "PartError",
+    "low_part_warnings",
     "mesh_from_arrays",
     "noise_of",
     "require_near",
@@ -38,6 +40,7 @@ __all__ = [
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 SMALL_MM, LARGE_MM = 1.0, 10_000.0  # extents outside these are almost always a wrong unit
+FEW_LAYERS = 12.0  # a whole part of fewer layers' thickness is likely in a larger unit
 USUAL_MM = 150.0  # of the units that are possible that one is likely which comes nearest
 MOST_FACES = 5_000_000  # 0.7 GB of memory a million
 FARTHEST_MM = 1e9  # coordinates beyond this are no part's; their squares and cubes would leave no digits
@@ -140,7 +143,7 @@ def mesh_from_arrays(
     require_near(name, points)
     points, triangles, warnings = closed_surface(name, points, triangles if whole.all() else triangles[whole])
     if not whole.all():
-        warnings.insert(0, f"{name}: {int((~whole).sum())} faces that use a vertex twice dropped")
+        warnings.insert(0, repaired(f"{name}: {int((~whole).sum())} faces that use a vertex twice dropped"))
     if outward:
         triangles = _outward(name, points, triangles, warnings)
     warnings += _size_warnings(name, points, units)
@@ -166,7 +169,7 @@ def _outward(name: str, points: Floats, faces: Ints, warnings: list[str]) -> Int
         raise PartError(f"{name}: the mesh encloses no volume; a solid is needed")
     if volume < 0:
         faces = np.ascontiguousarray(faces[:, ::-1])
-        warnings.append(f"{name}: the mesh was inside out; turned")
+        warnings.append(repaired(f"{name}: the mesh was inside out; turned ({-volume:.6g} mm³)"))
     return faces
 
 
@@ -188,13 +191,44 @@ def _size_warnings(name: str, points: Floats, units: str) -> list[str]:
     extent = float(np.ptp(points, axis=0).max())
     if SMALL_MM <= extent <= LARGE_MM:
         return []
+    likely = _likely_unit(extent, units, extent < SMALL_MM)
+    if likely is None:
+        text = "is it in µm, or scaled already? (units: mm expected)"
+        return [Warning(Code.MESH_UNITS, f"{name}: largest extent {extent:.4g} mm; {text}")]
+    return [_unit_line(name, extent, units, *likely)]
+
+
+def low_part_warnings(mesh: Mesh, units: str, h_layer_mm: float) -> list[str]:
+    """A line if a whole part is so few layers high that its file is likely in a larger unit (inches above all).
+
+    Args:
+        mesh: the whole part, mm.
+        units: what a length of 1 in its file was taken for.
+        h_layer_mm: thickness of its layers.
+
+    Returns:
+        One line, or none.
+    """
+    extent = float(np.ptp(mesh.bounds, axis=0).max())
+    if extent < SMALL_MM or extent >= FEW_LAYERS * h_layer_mm:
+        return []
+    likely = _likely_unit(extent, units, True)
+    return [] if likely is None else [_unit_line(mesh.name, extent, units, *likely)]
+
+
+def _likely_unit(extent: float, units: str, larger: bool) -> tuple[str, float] | None:
+    """The unit, larger or smaller than the given one, that makes an extent most usual; and that extent, mm."""
     given = UNITS_MM[units]
-    others = {unit: extent / given * mm for unit, mm in UNITS_MM.items() if (mm > given) == (extent < SMALL_MM)}
+    others = {unit: extent / given * mm for unit, mm in UNITS_MM.items() if mm != given and (mm > given) == larger}
     likely = min(others, key=lambda unit: abs(math.log(others[unit] / USUAL_MM)), default=None)
     if likely is None or not SMALL_MM <= others[likely] <= LARGE_MM:
-        hint = "is it in µm, or scaled already? (units: mm expected)"
-    else:
-        names = [unit for unit in others if unit != units]
-        asked = " or ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-        hint = f"is the file in {asked}? (units: {likely} would make it {others[likely]:.4g} mm)"
-    return [f"{name}: largest extent {extent:.4g} mm; {hint}"]
+        return None
+    return likely, others[likely]
+
+
+def _unit_line(name: str, extent: float, units: str, likely: str, likely_mm: float) -> Warning:
+    given = UNITS_MM[units]
+    names = [unit for unit, mm in UNITS_MM.items() if mm != given and (mm > given) == (UNITS_MM[likely] > given)]
+    asked = " or ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    hint = f"is the file in {asked}? (units: {likely} would make it {likely_mm:.4g} mm)"
+    return Warning(Code.MESH_UNITS, f"{name}: largest extent {extent:.4g} mm; {hint}")

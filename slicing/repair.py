@@ -8,6 +8,7 @@ Safe are the repairs that leave the solid what it plainly is:
 - duplicate faces: one of each is kept; two that look in opposite directions bound nothing and both go;
 - open edges whose ends lie on those of another (less than JOIN_MM apart and less than a tenth of the shortest open
   edge): joined;
+- vertices that lie on open edges of other faces (T-vertices): those faces divided there, no vertex moved;
 - holes less than HOLE_MM across: filled;
 - faces that disagree with their neighbours about which side is outside: turned, as few as possible;
 - edges shared by four faces or more: divided, so that each wedge of material has an edge of its own.
@@ -18,14 +19,24 @@ running each way, is passed on as it is: that check costs one sort.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from slicing.arrays import Bools, Floats, Ints, PartError
 from slicing.edges import Edges
+from slicing.faces import face_normals
+from slicing.warning import Code, Warning
 
 JOIN_MM = 0.01  # farther apart two vertices are never one: the tolerance of curves
 JOIN_SHARE = 0.1  # of the shortest open edge
 HOLE_MM = 0.05  # across; filling it changes no bead
+MOST_PASSES = 50  # of dividing faces at T-vertices: one side of a face each
+
+
+def repaired(text: str) -> Warning:
+    """A line about a repair."""
+    return Warning(Code.MESH_REPAIRED, text)
 
 
 def closed_surface(name: str, points: Floats, faces: Ints) -> tuple[Floats, Ints, list[str]]:
@@ -66,7 +77,7 @@ def _without_unknown(name: str, finite: Bools, faces: Ints, lines: list[str]) ->
     if len(kept) == 0 or (named.any() and not Edges.of(len(finite), kept).is_closed):
         raise PartError(f"{name}: {int((~finite).sum())} vertices are not finite numbers (NaN or infinite)")
     if named.any():
-        lines.append(f"{name}: {int(named.sum())} faces at vertices that are not finite numbers dropped")
+        lines.append(repaired(f"{name}: {int(named.sum())} faces at vertices that are not finite numbers dropped"))
     return kept
 
 
@@ -76,7 +87,7 @@ def _used(name: str, points: Floats, faces: Ints, lines: list[str]) -> tuple[Flo
     used[faces] = True
     if used.all():
         return points, faces
-    lines.append(f"{name}: {int((~used).sum())} vertices that no face uses dropped")
+    lines.append(repaired(f"{name}: {int((~used).sum())} vertices that no face uses dropped"))
     return points[used], (np.cumsum(used) - 1)[faces]
 
 
@@ -86,6 +97,8 @@ def _closed(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
         faces, edges = _without_duplicates(name, len(points), faces, edges, lines)
     if not edges.is_closed:
         points, faces, edges = _joined(name, points, faces, edges, lines)
+    if not edges.is_closed:
+        faces, edges = _divided_at_vertices(name, points, faces, edges, lines)
     if not edges.is_closed:
         faces, edges = _filled(name, points, faces, edges, lines)
     if not edges.is_closed:
@@ -111,7 +124,7 @@ def _without_duplicates(name: str, n: int, faces: Ints, edges: Edges, lines: lis
         found = Edges.of(n, kept)
         if len(kept) and found.is_closed:
             break
-    lines.append(f"{name}: {len(faces) - len(kept)} duplicate faces dropped")
+    lines.append(repaired(f"{name}: {len(faces) - len(kept)} duplicate faces dropped"))
     return kept, found
 
 
@@ -142,9 +155,80 @@ def _joined(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
     if after >= before:
         return points, faces, edges
     apart = float(np.sqrt(((points - points[number]) ** 2).sum(axis=1)).max())
-    lines.append(f"{name}: {before - after} open edges closed by joining vertices up to {apart:.2g} mm apart")
+    moved = faces[(number != np.arange(len(points)))[faces].any(axis=1)]
+    most = 0.5 * apart * float(np.sqrt((face_normals(points, moved) ** 2).sum(axis=1)).sum())
+    lines.append(
+        repaired(
+            f"{name}: {before - after} open edges closed by joining vertices up to {apart:.2g} mm apart (by at most"
+            f" {most:.2g} mm³)"
+        )
+    )
     points, joined = _used(name, points, joined, [])
     return points, joined, Edges.of(len(points), joined)
+
+
+def _divided_at_vertices(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Ints, Edges]:
+    """Faces divided where a vertex of an open edge lies on a side of theirs; as they were if that closes nothing."""
+    found, of_found, count, farthest = faces, edges, 0, 0.0
+    for _ in range(MOST_PASSES):
+        gone, new, on, off = _at_vertices(points, found, of_found)
+        if not gone:
+            break
+        found = np.concatenate([np.delete(found, gone, axis=0), np.array(new, dtype=np.int64)])
+        of_found = Edges.of(len(points), found)
+        count, farthest = count + on, max(farthest, off)
+        if of_found.is_closed:
+            break
+    if int((of_found.count % 2).sum()) >= int((edges.count % 2).sum()):
+        return faces, edges
+    many = "1 vertex" if count == 1 else f"{count} vertices"
+    told = (
+        f"{name}: {many} on sides of other faces (T-vertices, up to {farthest:.2g} mm off); these faces divided there"
+    )
+    lines.append(repaired(told))
+    return found, of_found
+
+
+def _at_vertices(points: Floats, faces: Ints, edges: Edges) -> tuple[list[int], list[list[int]], int, float]:
+    """Faces to divide along one open side each, the faces they become, at how many vertices, and how far off these."""
+    from scipy.spatial import cKDTree
+
+    sides = edges.odd_sides()
+    start, end = faces.ravel()[sides], np.roll(faces, -1, axis=1).ravel()[sides]
+    border = np.unique(np.append(start, end))
+    length = np.sqrt(((points[end] - points[start]) ** 2).sum(axis=1))
+    reach = min(JOIN_MM, JOIN_SHARE * float(length[length > 0].min(initial=np.inf)))
+    tree = cKDTree(points[border])
+    new: list[list[int]] = []
+    gone: dict[int, None] = {}
+    count, farthest = 0, 0.0
+    for side in sides[np.argsort(-length, kind="stable")].tolist():
+        face, k = divmod(side, 3)
+        a, b, c = (int(faces[face, (k + i) % 3]) for i in range(3))
+        on, off = ([], 0.0) if face in gone else _on_side(points, a, b, border, tree, reach)
+        if on and c not in on:
+            chain = [a, *on, b]
+            new += [[chain[i], chain[i + 1], c] for i in range(len(chain) - 1)]
+            gone[face] = None
+            count, farthest = count + len(on), max(farthest, off)
+    return list(gone), new, count, farthest
+
+
+def _on_side(points: Floats, a: int, b: int, border: Ints, tree: Any, reach: float) -> tuple[list[int], float]:
+    """Vertices between a and b on the straight line between them, in their order, and how far off."""
+    way = points[b] - points[a]
+    length = float(np.sqrt(way @ way))
+    if length <= 0.0:
+        return [], 0.0
+    near = border[tree.query_ball_point(0.5 * (points[a] + points[b]), 0.5 * length + reach)]
+    from_a = points[near] - points[a]
+    along = from_a @ way / length
+    off = np.sqrt(np.maximum(((from_a - along[:, None] * way / length) ** 2).sum(axis=1), 0.0))
+    on = np.flatnonzero((off <= reach) & (along > reach) & (along < length - reach))
+    if len(on) == 0:
+        return [], 0.0
+    on = on[np.argsort(along[on], kind="stable")]
+    return near[on].tolist(), float(off[on].max())
 
 
 def _filled(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Ints, Edges]:
@@ -159,7 +243,8 @@ def _filled(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
         new += [[loop[0], loop[k + 1], loop[k]] for k in range(1, len(loop) - 1)]
     if not new:
         return faces, edges
-    lines.append(f"{name}: {count} holes at most {widest:.2g} mm across filled")
+    most = count * widest**3
+    lines.append(repaired(f"{name}: {count} holes at most {widest:.2g} mm across filled (by at most {most:.2g} mm³)"))
     faces = np.concatenate([faces, np.array(new, dtype=np.int64)])
     return faces, Edges.of(len(points), faces)
 
@@ -226,7 +311,7 @@ def _agreed(name: str, n: int, faces: Ints, edges: Edges, lines: list[str]) -> t
     if (as_is == turned).any() or (after.balance != 0).any():
         bad = int((edges.balance != 0).sum())
         raise PartError(f"{name}: {bad} edges join faces that disagree about which side is outside")
-    lines.append(f"{name}: faces disagreed about which side is outside; {int(turn.sum())} turned to agree")
+    lines.append(repaired(f"{name}: faces disagreed about which side is outside; {int(turn.sum())} turned to agree"))
     return found, after
 
 
@@ -248,7 +333,7 @@ def _divided(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[s
     size = 3 * len(faces)
     graph = coo_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(size, size))
     _, label = connected_components(graph, directed=False)
-    lines.append(f"{name}: {len(many)} edges shared by four faces or more; divided")
+    lines.append(repaired(f"{name}: {len(many)} edges shared by four faces or more; divided"))
     where = np.unique(label, return_index=True)[1]
     return points[faces.ravel()[where]], label.reshape(-1, 3).astype(np.int64)
 

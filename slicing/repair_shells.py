@@ -28,7 +28,9 @@ import numpy as np
 
 from slicing.edges import Edges
 from slicing.part import Bools, Floats, Ints, Mesh, PartError, mesh_from_arrays
+from slicing.repair import repaired
 from slicing.repair_crossings import Crossings, crossings
+from slicing.repair_folds import unfolded
 
 SHALLOW_MM = 0.01  # the tolerance of curves
 FLAT = 1e-12  # of its extent cubed: a shell of less volume is a sheet
@@ -49,6 +51,7 @@ def one_solid(mesh: Mesh) -> Mesh:
     Raises:
         PartError: crossing faces, no volume, or shells of which it cannot be told what is solid; one line.
     """
+    mesh = unfolded(mesh)
     reach = max(4.0 * mesh.noise_mm, 1e-9 * float(np.ptp(mesh.bounds, axis=0).max()))
     crossing = crossings(mesh.vertices, mesh.faces, reach)
     label, count = shell_labels(mesh)
@@ -78,7 +81,7 @@ def one_solid(mesh: Mesh) -> Mesh:
 def _alone(mesh: Mesh, lines: list[str]) -> Mesh:
     """A mesh of one shell, facing outward."""
     if mesh.volume < 0:
-        lines.append(f"{mesh.name}: the mesh was inside out; turned")
+        lines.append(repaired(f"{mesh.name}: the mesh was inside out; turned ({-mesh.volume:.6g} mm³)"))
         mesh = replace(mesh, faces=np.ascontiguousarray(mesh.faces[:, ::-1]))
     return replace(mesh, warnings=(*mesh.warnings, *lines)) if lines else mesh
 
@@ -131,7 +134,7 @@ def _crossing_lines(mesh: Mesh, found: Crossings, label: Ints) -> list[str]:
         raise PartError(
             f"{mesh.name}: {said}, at {_place(points[worst])}; a solid whose faces do not cross each other is needed"
         )
-    return [f"{mesh.name}: {said}, at {_place(points[worst])}; left as they are"]
+    return [repaired(f"{mesh.name}: {said}, at {_place(points[worst])}; left as they are")]
 
 
 class _Shells:
@@ -175,7 +178,8 @@ class _Shells:
         """
         name, kept = self.mesh.name, self.solid
         if not kept.all():
-            lines.append(f"{name}: {int((~kept).sum())} shells without volume dropped")
+            lost = float(np.abs(self.volume[~kept]).sum())
+            lines.append(repaired(f"{name}: {int((~kept).sum())} shells without volume dropped ({lost:.2g} mm³)"))
         sign = self.sign.copy()
         if (sign[kept] > 0).all():
             return sign, kept
@@ -198,12 +202,12 @@ class _Shells:
                 raise self._untold("two shells, one within the other, both face inward", shell)
             inner[shell] = outside > 0 and outside + sign[shell] > 0 and not sticks_out[shell]
             self._refuse_torn(shell, around, sign, turned, crossing)
-        if (turned == outer).all():
-            lines.append(f"{name}: the mesh was inside out; turned")
-        elif turned.any():
-            lines.append(f"{name}: {int(turned.sum())} of {int(kept.sum())} shells were inside out; turned")
+        if turned.any():
+            was, now = float(self.volume[kept].sum()), float((np.abs(self.volume) * sign)[kept].sum())
+            many = "the mesh was" if (turned == outer).all() else f"{turned.sum()} of {kept.sum()} shells were"
+            lines.append(repaired(f"{name}: {many} inside out; turned ({was:.6g} mm³ before, {now:.6g} mm³ now)"))
         if inner.any():
-            lines.append(_inner_line(name, int(inner.sum())))
+            lines.append(_inner_line(name, int(inner.sum()), float(np.abs(self.volume[inner]).sum())))
         return sign, kept & ~inner
 
     def _untold(self, what: str, shell: int) -> PartError:
@@ -219,10 +223,10 @@ class _Shells:
                 raise self._untold("two shells cross, of which one faces inward", shell)
 
 
-def _inner_line(name: str, count: int) -> str:
-    return (
+def _inner_line(name: str, count: int, volume: float) -> str:
+    return repaired(
         f"{name}: {count} shell{'s' if count > 1 else ''} within the material of others, facing outward, dropped"
-        " (a cavity must face inward)"
+        f" (a cavity must face inward); {volume:.6g} mm³ that the others hold already"
     )
 
 
@@ -250,18 +254,16 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines
     data = union.to_mesh64()
     # a shell within another leaves no face, however small it is against the rounding of those that merely touch
     left = np.asarray(data.run_original_id)[np.diff(data.run_index) > 0]
-    within = sum(solid.original_id() not in left for solid in solids)
-    if not (cross or within) and apart - together <= max(SAME_VOLUME * apart, 4.0 * mesh.noise_mm * area):
+    inner = [solid for solid in solids if solid.original_id() not in left]
+    if not (cross or inner) and apart - together <= max(SAME_VOLUME * apart, 4.0 * mesh.noise_mm * area):
         return None
     vertices = np.asarray(data.vert_properties)[:, :3]
     triangles = np.asarray(data.tri_verts).astype(np.int64)
     _require_same_inside(mesh, faces, vertices[triangles])
-    lines.append(
-        f"{mesh.name}: {len(solids)} shells overlap and were united ({apart:.6g} mm³ counting the overlaps twice,"
-        f" {together:.6g} mm³ as one solid)"
-    )
-    if within:
-        lines.append(_inner_line(mesh.name, within))
+    told = f"{apart:.6g} mm³ counting the overlaps twice, {together:.6g} mm³ as one solid"
+    lines.append(repaired(f"{mesh.name}: {len(solids)} shells overlap and were united ({told})"))
+    if inner:
+        lines.append(_inner_line(mesh.name, len(inner), float(sum(solid.volume() for solid in inner))))
     made = mesh_from_arrays(mesh.name, vertices, triangles, mesh.noise_mm)
     return replace(made, warnings=(*mesh.warnings, *lines))
 

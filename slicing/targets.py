@@ -24,6 +24,10 @@ from slicing.layers import SlicedSubVolume
 from slicing.laying import LaidSubVolume, lay_beads
 from slicing.part import Bools, Floats, Ints, PartError
 from slicing.speeds import BeadSpeed
+from slicing.surfaces import Surface
+
+ALONG_NORMAL = 1e-3  # what is left across a normal of a direction of travel that lies along it
+BESIDE_MM = 0.01  # from a corner, where the next face's normal is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +176,36 @@ def _sampled(sliced: SlicedSubVolume, bead: Bead, chosen: Ints) -> _Sampled:
         arriving = np.where(corner[0], into[chosen[0]], tangents[0])
         tangents, normals = np.concatenate([tangents, arriving[None]]), np.concatenate([normals, normals[:1]])
         chosen = np.append(chosen, chosen[0])
-    tangents -= (tangents * normals).sum(axis=1)[:, None] * normals
-    tangents /= np.sqrt((tangents**2).sum(axis=1))[:, None]
+    ahead = out[chosen]
+    ahead[-1] = -into[chosen[-1]]
+    normals, tangents = _across(surface, points[chosen], ahead, normals, tangents)
     thickness = sliced.thickness_at(bead.layer, points[chosen]) + bead.gained_mm[chosen]
     return _Sampled(bead, points[chosen], normals, tangents, thickness)
+
+
+def _across(
+    surface: Surface, points: Floats, ahead: Floats, normals: Floats, tangents: Floats
+) -> tuple[Floats, Floats]:
+    """Normals (n, 3) and unit directions of travel (n, 3) across them.
+
+    At a corner of a profile the surface has two normals. Where the one taken lies along the way, that of the face on
+    which the bead goes on is taken instead.
+
+    Args:
+        surface: of the layer.
+        points: (n, 3) mm.
+        ahead: (n, 3) from each point to where the bead goes on; at its last one to where it came from.
+        normals: (n, 3) unit, at the points.
+        tangents: (n, 3) directions of travel.
+    """
+    left = tangents - (tangents * normals).sum(axis=1)[:, None] * normals
+    along = np.sqrt((left**2).sum(axis=1)) < ALONG_NORMAL * np.sqrt((tangents**2).sum(axis=1))
+    if along.any():
+        normals = normals.copy()
+        normals[along] = surface.normals(points[along] + BESIDE_MM * ahead[along])
+        left[along] = tangents[along] - (tangents[along] * normals[along]).sum(axis=1)[:, None] * normals[along]
+        # a way straight off the surface has no direction on it: any across the normal will do
+        still = np.flatnonzero(along & (np.sqrt((left**2).sum(axis=1)) < ALONG_NORMAL))
+        for k in still.tolist():
+            left[k] = np.cross(normals[k], np.eye(3)[int(np.argmin(np.abs(normals[k])))])
+    return normals, left / np.sqrt((left**2).sum(axis=1))[:, None]

@@ -20,11 +20,13 @@ import math
 import numpy as np
 
 from slicing.bodies import RoundBody
+from slicing.families import radius_at
 from slicing.part import Floats
 from slicing.surfaces import Cone, Cylinder, Plane, Revolved, Surface
 
 MOST_STEPS = 400  # of the march back to a surface of revolution
 NEAR_MM, FAR_MM = 1e-10, 1e5  # how near it must come; how far it goes
+STEP_MM = 1e-9  # to either side of a height, so that a step there is seen
 
 
 def distance_back(points: Floats, normals: Floats, surface: Surface) -> Floats:
@@ -39,18 +41,30 @@ def distance_back(points: Floats, normals: Floats, surface: Surface) -> Floats:
         (n,) mm; inf where the ray passes the surface by. On round surfaces the outermost crossing counts.
     """
     if isinstance(surface, Cone | Revolved):
+        if (normals[:, 2] == 0.0).all() and (isinstance(surface, Cone) or surface.offset_mm == 0.0):
+            return _across_axis(points, normals, surface.axis_point, _widest_at(surface, points[:, 2]))
         return _marched(points, normals, surface)
     if isinstance(surface, Plane):
         towards = normals @ np.asarray(surface.normal)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(np.abs(towards) > 1e-12, surface.distance(points) / towards, np.inf)
-    relative = points[:, :2] - surface.axis_point
+    return _across_axis(points, normals, surface.axis_point, np.full(len(points), surface.radius))
+
+
+def _widest_at(surface: Cone | Revolved, z: Floats) -> Floats:
+    """Radius (n,) of a surface of revolution at heights, at a step the greater of the two."""
+    return np.maximum(radius_at(surface, z - STEP_MM), radius_at(surface, z + STEP_MM))
+
+
+def _across_axis(points: Floats, normals: Floats, axis_point: tuple[float, float], radius: Floats) -> Floats:
+    """Distances back (n,) to circles about the axis, each of its own radius (n,), across the axis."""
+    relative = points[:, :2] - axis_point
     across = normals[:, :2]
     length = np.hypot(relative[:, 0], relative[:, 1])
     # |relative - t across|² = radius²:  a t² - 2 b t + c = 0, the first root met from outside
     a = (across**2).sum(axis=1)
     b = (relative * across).sum(axis=1)
-    c = (length - surface.radius) * (length + surface.radius)
+    c = (length - radius) * (length + radius)
     d = b * b - a * c
     with np.errstate(divide="ignore", invalid="ignore"):
         near = c / (b + np.sqrt(np.maximum(d, 0.0)))

@@ -21,7 +21,7 @@ a line says so, and why where that can be told.
 
 How the fluxes are summed: `slicing.skin`. A layer is reported only if its area fits no surface within REACH_MM of its
 own: grazing tops move far. Layers on shoulders and end faces of a revolved body are not looked at by themselves: the
-field runs along them.
+field runs along them. Borders, also those that enclose no area, are looked at by `slicing.borders`.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slicing.bodies import RoundBody
+from slicing.borders import hold_borders
 from slicing.clip import region_of
 from slicing.families import radius_at
 from slicing.islands import poles
@@ -40,6 +41,7 @@ from slicing.part import Floats, Mesh
 from slicing.skin import Skin
 from slicing.surfaces import Cylinder, Plane, Revolved, Surface
 from slicing.thickness import bead_thickness
+from slicing.warning import WRONG_LAYER, Code, Warning
 
 MOST = 0.02  # of the volume that may be missing or too much
 AREA_SHARE, AREA_MM2 = 0.02, 0.05  # what a layer's area may be off
@@ -70,7 +72,7 @@ class Held:
     end_mm3: float
     end_mm: float
     area_mm2: Floats
-    lines: tuple[str, ...]
+    lines: tuple[Warning, ...]
 
 
 def hold_volume(sliced: SlicedSubVolume) -> Held:
@@ -101,6 +103,7 @@ def hold_volume(sliced: SlicedSubVolume) -> Held:
         area[odd] = _areas_by_solid(skin, again, FINER)
         odd = [odd[i] for i in _odd(skin, again, area[odd], FINER)]
     lines = tuple(_area_line(sliced.name, layers[k], float(area[k])) for k in odd)
+    lines += hold_borders(sliced.name, mesh, layers, [_cut_at(layer) for layer in layers])
     held = Held(mesh.volume, float(sum(laid)), end, end_mm, area, lines)
     missing = held.laid_mm3 - end - held.volume_mm3
     off = min(abs(missing), abs(missing + _evened(layers, laid)))
@@ -121,10 +124,13 @@ def _evened(layers: tuple[Layer, ...], laid: list[float]) -> float:
     return sum(half)
 
 
-def _area_line(name: str, layer: Layer, by_solid: float) -> str:
-    return (
+def _area_line(name: str, layer: Layer, by_solid: float) -> Warning:
+    return Warning(
+        Code.LAYER_AREA,
         f"{name}: layer {layer.index}: its curves enclose {layer.area_mm2:.2f} mm², but the solid's section there is"
-        f" {by_solid:.2f} mm²: the layer is wrong"
+        f" {by_solid:.2f} mm²: the layer is wrong",
+        sub_volume=name,
+        layer=layer.index,
     )
 
 
@@ -134,15 +140,18 @@ def _with_volume_line(held: Held, sliced: SlicedSubVolume) -> Held:
     why = []
     where = "above the top" if held.end_mm >= 0 else "below the top"
     why.append(f"the stack ends {abs(held.end_mm):.2f} mm {where} ({100 * held.end_mm3 / held.volume_mm3:+.1f} %)")
-    if held.lines:
-        why.append(f"{len(held.lines)} layers are wrong")
+    wrong = {line.layer for line in held.lines if line.code in WRONG_LAYER}
+    if wrong:
+        why.append(f"{len(wrong)} layers are wrong")
     elif sliced.strategy == "planar":
         why.append("the first planes run into the body")
     else:
         why.append("its sections change within a layer's thickness")
-    line = (
+    line = Warning(
+        Code.LAYER_VOLUME,
         f"{sliced.name}: area times thickness of the layers is {held.laid_mm3:.6g} mm³, the sub-volume"
-        f" {held.volume_mm3:.6g} mm³ ({share:+.1f} %): {'; '.join(why)}"
+        f" {held.volume_mm3:.6g} mm³ ({share:+.1f} %): {'; '.join(why)}",
+        sub_volume=sliced.name,
     )
     return Held(held.volume_mm3, held.laid_mm3, held.end_mm3, held.end_mm, held.area_mm2, (*held.lines, line))
 

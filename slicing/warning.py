@@ -24,6 +24,21 @@ class Code(StrEnum):
     PART_NOT_ON_SUPPORT = "part_not_on_support"
     SUB_VOLUME_ABSENT = "sub_volume_absent"
     SHORT_RETRACT = "short_retract"
+    LAYER_LENGTH = "layer_length"
+    LAYER_LOOPS = "layer_loops"
+    LAYER_SEAM = "layer_seam"
+    LAYER_VOLUME = "layer_volume"
+    MESH_FILE = "mesh_file"
+    MESH_REPAIRED = "mesh_repaired"
+    MESH_UNITS = "mesh_units"
+    OTHER = "other"
+    PART_VOLUME = "part_volume"
+    POLYGON_NOT_FLAT = "polygon_not_flat"
+
+
+WRONG_LAYER = frozenset(
+    {Code.LAYER_AREA, Code.LAYER_LENGTH, Code.LAYER_LOOPS}
+)  # what makes a layer unfit for a verdict
 
 
 class Warning(str):

@@ -49,7 +49,7 @@ REPAIRED = {
     f"{BASE}/kelo_drive_base.obj": ("m", "10 shells overlap and were united"),
 }
 REFUSED = {
-    "arms/ur5e/visual/base.obj": "6 open edges round 1 hole, the widest 9.72 mm",
+    "arms/ur5e/visual/base.obj": "4 open edges round 1 hole, the widest 4.9 mm",
     "arms/ur5e/visual/wrist3.obj": "57 open edges round 1 hole",
     "grippers/schunk_egk40/meshes/EGK40-MB-M-B.obj": "2319 open edges",
 }
