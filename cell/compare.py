@@ -22,7 +22,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
+from slicing.beads import BeadParameters
 from slicing.bodies import Body, RoundBody, fits
+from slicing.ends import NO_ENDS
 from slicing.indices import Indices, indices
 from slicing.layers import SlicingParameters
 from slicing.load import load_mesh
@@ -33,6 +35,7 @@ from slicing.targets import sample_targets
 
 from .config import MODELS_DIR
 from .errors import InputError
+from .job import bead_parameters, ends_of
 from .parts import read_part
 from .sections import Case, Sampling
 from .terminal import stage
@@ -89,7 +92,12 @@ class Comparison:
 
 
 def compare_mesh(
-    mesh: Mesh, bodies: Mapping[str, RoundBody], parameters: SlicingParameters, sampling: Sampling | None = None
+    mesh: Mesh,
+    bodies: Mapping[str, RoundBody],
+    parameters: SlicingParameters,
+    sampling: Sampling | None = None,
+    beads: BeadParameters | None = None,
+    ends: Mapping[str, tuple[float, float]] | None = None,
 ) -> Comparison:
     """Slice a sub-volume by several strategies.
 
@@ -98,6 +106,8 @@ def compare_mesh(
         bodies: by strategy, what it stands on.
         parameters: thicknesses; the strategy is replaced by each in turn.
         sampling: how curves become targets.
+        beads: which beads a layer is laid in; the paper's where left out.
+        ends: by strategy, where the body ends along its axis, mm; nowhere where left out.
 
     Returns:
         The comparison.
@@ -106,18 +116,28 @@ def compare_mesh(
         InputError: no strategy can slice the sub-volume; one line.
     """
     chosen = sampling or Sampling()
-    rows = tuple(_row(mesh, body, replace(parameters, strategy=s), chosen) for s, body in bodies.items())
+    rows = tuple(
+        _row(mesh, body, replace(parameters, strategy=s), chosen, beads or BeadParameters(), (ends or {}).get(s, NO_ENDS))
+        for s, body in bodies.items()
+    )
     if all(row.indices is None for row in rows):
         raise InputError(str(rows[0].problem))
     return Comparison(mesh.name, rows, parameters, chosen)
 
 
-def _row(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, sampling: Sampling) -> Row:
+def _row(
+    mesh: Mesh,
+    body: RoundBody,
+    parameters: SlicingParameters,
+    sampling: Sampling,
+    beads: BeadParameters,
+    body_z_mm: tuple[float, float],
+) -> Row:
     try:
-        sliced = slice_sub_volume(mesh, body, parameters)
+        sliced = slice_sub_volume(mesh, body, parameters, body_z_mm)
     except PartError as error:
         return Row(parameters.strategy, None, str(error))
-    targets = sample_targets([sliced], sampling.chord_tolerance_mm, sampling.min_segment_mm)
+    targets = sample_targets([sliced], sampling.chord_tolerance_mm, sampling.min_segment_mm, beads)
     thin = sum(layer.thickness_mm[0] < parameters.h_min_mm - 1e-6 for layer in sliced.layers)
     return Row(parameters.strategy, indices(sliced, targets), None, thin)
 
@@ -142,7 +162,8 @@ def compare_case(case: Case) -> list[Comparison]:
         bodies = {strategy: of[k] for strategy, of in part.others.items() if fits(strategy, of[k])}
         if bodies["planar"].kind == "cylinder":
             bodies.pop("revolved", None)  # offsets of a cylinder are what "cylindrical" gives
-        found.append(compare_mesh(mesh, bodies, parameters, case.sampling))
+        ends = {strategy: ends_of(part, body) for strategy, body in bodies.items()}
+        found.append(compare_mesh(mesh, bodies, parameters, case.sampling, bead_parameters(case), ends))
     return found
 
 

@@ -17,7 +17,9 @@ from ik.candidates import Solver
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
 from slicing.beads import BeadParameters, SeamPlace
+from slicing.bodies import RoundBody
 from slicing.body import slice_body
+from slicing.ends import NO_ENDS, body_ends
 from slicing.layers import SlicedSubVolume, SlicingParameters
 from slicing.laying import LaidSubVolume, lay_beads
 from slicing.part import PartError
@@ -132,11 +134,30 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
         if part.body_solid is not None and part.round_body is not None:
             first = (slice_body(part.body_solid, part.round_body, parameters),)
         return first + tuple(
-            slice_sub_volume(mesh, body, parameters) for mesh, body in zip(part.meshes, part.bodies, strict=True)
+            slice_sub_volume(mesh, body, parameters, ends_of(part, body))
+            for mesh, body in zip(part.meshes, part.bodies, strict=True)
         )
     except PartError as error:
         hints = "".join(f"; {line}" for mesh in part.meshes for line in mesh.warnings)
         raise InputError(f"{error}{hints}") from None
+
+
+def ends_of(part: PartInput, body: RoundBody) -> tuple[float, float]:
+    """Where the body that is there ends along the part's axis, as a sub-volume sees it.
+
+    Args:
+        part: from ``cell.parts.read_part``.
+        body: what the sub-volume stands on.
+
+    Returns:
+        Lower and upper end, mm; infinite where nothing says so.
+    """
+    if part.profile is not None:
+        return body_ends(part.profile, body)
+    if part.body_mesh is not None:
+        low, high = part.body_mesh.bounds[:, 2].tolist()
+        return float(low), float(high)
+    return NO_ENDS
 
 
 def bead_parameters(case: Case) -> BeadParameters:

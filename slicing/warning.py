@@ -15,8 +15,12 @@ from typing import Any, Self
 class Code(StrEnum):
     """What a warning is about. In alphabetical order."""
 
+    BODY_END = "body_end"
+    DEPOSIT_SHARE = "deposit_share"
     LAYER_AREA = "layer_area"
     OTHER = "other"
+    OVERHANG = "overhang"
+    PAST_HORIZONTAL = "past_horizontal"
 
 
 class Warning(str):
