@@ -20,6 +20,7 @@ PATTERNS = ("contour", "contour_parallel", "zigzag")
 SEAMS = ("aligned", "spread", "chosen")
 ORDERS = ("given", "short")
 BORDERS = ("centre", "edge")
+THIN_WALLS = ("middle", "border")
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,9 @@ class BeadParameters:
         overlap: of neighbouring beads, as a share of the width.
         border: whether a layer's border is the centre line of its outermost bead or that bead's edge; None:
             centre for pattern contour, edge for those that fill.
+        thin_walls: pattern contour with the border as centre line: what is laid where a wall is thinner than one and a
+            half pitches: middle (one bead along its middle) or border (its two borders, one beside the other, as the
+            paper's propeller blade).
         contours: rounds along the border before zigzag lines fill the rest (0: none).
         contours_first: whether borders are laid before what is within them.
         angle_deg: of zigzag lines, against the way round the body (on planes: across z).
@@ -77,6 +81,7 @@ class BeadParameters:
     width_mm: float = 5.0
     overlap: float = 0.25
     border: str | None = None
+    thin_walls: str = "border"
     contours: int = 1
     contours_first: bool = True
     angle_deg: float = 0.0
@@ -92,6 +97,7 @@ class BeadParameters:
 
     def __post_init__(self) -> None:
         named = (("pattern", PATTERNS), ("seam", SEAMS), ("order", (*ORDERS, None)), ("border", (*BORDERS, None)))
+        named = (*named, ("thin_walls", THIN_WALLS))
         for key, allowed in named:
             if getattr(self, key) not in allowed:
                 names = ", ".join(name for name in allowed if name)
