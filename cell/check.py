@@ -34,6 +34,7 @@ from .sections import REASONS
 from .setup import Settings, Setup
 from .table_motion import table_alone
 from .terminal import stage
+from .unsupported import past_horizontal, unsupported_targets
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
 
@@ -93,6 +94,11 @@ class Result:
     sigma: float | None
     gravity: Floats
     motion: Motion | None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The job's, and what is to be said of this pose of the table."""
+        return (*self.job.warnings, *past_horizontal(self.job.case, self.gravity))
 
     @property
     def feasible(self) -> bool:
@@ -215,6 +221,9 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> tuple[Row, ...]:
             if rows[i].reason is None:
                 measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
                 rows[i] = Row("gravity", measure, True, None, rows[i].q)
+    for i, detail in unsupported_targets(job).items():
+        if rows[i].reason is None:
+            rows[i] = Row("overhang", detail, True, None, rows[i].q)
     return tuple(rows[i] for i in range(len(job.targets)))
 
 

@@ -117,7 +117,9 @@ def compare_mesh(
     """
     chosen = sampling or Sampling()
     rows = tuple(
-        _row(mesh, body, replace(parameters, strategy=s), chosen, beads or BeadParameters(), (ends or {}).get(s, NO_ENDS))
+        _row(
+            mesh, body, replace(parameters, strategy=s), chosen, beads or BeadParameters(), (ends or {}).get(s, NO_ENDS)
+        )
         for s, body in bodies.items()
     )
     if all(row.indices is None for row in rows):

@@ -49,6 +49,7 @@ class Job:
         targets: in the order of deposition, part frame, mm.
         scene: the composed cell.
         warnings: one line each.
+        beads: the sub-volumes' beads, with their metal and what lies over nothing; empty where they are not known.
     """
 
     case: Case
@@ -57,6 +58,7 @@ class Job:
     targets: Targets
     scene: Scene
     warnings: tuple[str, ...]
+    beads: tuple[LaidSubVolume, ...] = ()
 
     @cached_property
     def solver(self) -> Solver:
@@ -163,7 +165,8 @@ def ends_of(part: PartInput, body: RoundBody) -> tuple[float, float]:
 def bead_parameters(case: Case) -> BeadParameters:
     """How a case's layers become beads."""
     given = case.beads.model_dump()
-    return BeadParameters(**{**given, "seams": tuple(SeamPlace(**place) for place in given["seams"])})
+    seams = tuple(SeamPlace(**place) for place in given["seams"])
+    return BeadParameters(**{**given, "seams": seams}, overhang_mm=case.checks.overhang_mm)
 
 
 def sample_part(
@@ -214,6 +217,6 @@ def prepare(case: Case) -> Job:
     beyond = [beyond_borders(one, parameters) for one in laid]
     shape = part_shape(sliced, part.body_mesh, part.profile, beyond)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
-    job = Job(case, sliced, shape, targets, compose(case, shape), warnings)
+    job = Job(case, sliced, shape, targets, compose(case, shape), warnings, laid)
     _ = job.drives  # what is wrong with them is to be said before any search
     return job

@@ -135,3 +135,30 @@ def mass_g(volume_mm3: float, density_g_cm3: float) -> float:
 def wire_m(volume_mm3: float, wire_diameter_mm: float) -> float:
     """Length of wire that makes a volume, m."""
     return volume_mm3 / (0.25 * math.pi * wire_diameter_mm**2) * 1e-3
+
+
+def share_of(metal: Sequence[LayerMetal]) -> float:
+    """Metal laid as a share of what layers take."""
+    wanted = sum(m.wanted_mm3 for m in metal)
+    return sum(m.laid_mm3 for m in metal) / wanted if wanted > 0 else 1.0
+
+
+def metal_document(metal: Sequence[LayerMetal], density_g_cm3: float, wire_diameter_mm: float) -> dict[str, float]:
+    """Volume, mass and wire of what beads lay.
+
+    Args:
+        metal: by layer.
+        density_g_cm3: of the metal.
+        wire_diameter_mm: of the wire.
+
+    Returns:
+        Plain numbers.
+    """
+    laid = sum(m.laid_mm3 for m in metal)
+    return {
+        "laid_mm3": laid,
+        "wanted_mm3": sum(m.wanted_mm3 for m in metal),
+        "share": share_of(metal),
+        "mass_g": mass_g(laid, density_g_cm3),
+        "wire_m": wire_m(laid, wire_diameter_mm),
+    }

@@ -19,11 +19,13 @@ import numpy as np
 from slicing.beads import Bead, BeadParameters
 from slicing.chains import SAME_POINT_MM
 from slicing.charts import Chart
+from slicing.deposition import LayerMetal, layer_metal, metal_lines, with_metal
 from slicing.infill import OVER, Stroke, contour_rounds, fitted_pitch, narrow_places, wide_part, zigzag
 from slicing.islands import Island, Joint, islands
 from slicing.layers import Layer, SlicedSubVolume
 from slicing.leads import with_leads
 from slicing.order import ordered
+from slicing.overhang import ALLOWED, Overhang, overhang_lines, overhangs
 from slicing.part import Bools, Floats, PartError
 from slicing.policy import Place, policy_lines, with_policy
 from slicing.seams import with_seams
@@ -41,12 +43,16 @@ class LaidSubVolume:
         beads: layer by layer.
         places: where the thickness leaves its limits, and what was done there (`slicing.policy.Place`).
         warnings: one line each.
+        metal: by layer what the beads lay and what it takes; empty where it was not asked for.
+        overhangs: by layer what lies over nothing; empty where it was not asked for.
     """
 
     sliced: SlicedSubVolume
     beads: tuple[Bead, ...]
     places: tuple[Place, ...]
     warnings: tuple[str, ...]
+    metal: tuple[LayerMetal, ...] = ()
+    overhangs: tuple[Overhang, ...] = ()
 
 
 def lay_beads(
@@ -57,7 +63,8 @@ def lay_beads(
     Args:
         sliced: the sub-volumes in the order of deposition.
         parameters: how; the paper's beads where left out.
-        locate: whether places outside the limits are looked for even where they are only reported.
+        locate: whether places outside the limits are looked for even where they are only reported, and metal and
+            overhangs as well.
 
     Returns:
         Their beads.
@@ -84,6 +91,7 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> 
     layers = with_seams(sliced, layers, parameters)
     layers = ordered(layers, parameters)
     beads = tuple(with_leads(sliced, bead, parameters) for some in layers for bead in some)
+    beads = with_metal(sliced, beads, parameters)
     lines = policy_lines(sliced, places)
     thin = sum(bead.length_mm for bead in beads if bead.thin)
     if thin:
@@ -98,7 +106,13 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> 
             f"{sliced.name}: {close:.1f} mm of beads lie closer together than asked, down to {least:.0%} of"
             f" {parameters.pitch_mm:g} mm, where the layers cannot be unrolled: more is laid there than fills them"
         )
-    return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
+    if not locate:
+        return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
+    allowed = ALLOWED * parameters.width_mm if parameters.overhang_mm is None else parameters.overhang_mm
+    metal, hanging = layer_metal(sliced, beads, parameters.pitch_mm), overhangs(sliced, allowed)
+    lines += overhang_lines(sliced.name, hanging, allowed)
+    lines += metal_lines(sliced.name, metal, parameters)
+    return LaidSubVolume(sliced, beads, tuple(places), tuple(lines), metal, hanging)
 
 
 def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 0.01) -> list[Bead]:
