@@ -239,7 +239,8 @@ def _slice(args: argparse.Namespace) -> int:
         from .files import write_bytes
         from .slice_picture import body_of, slice_picture
 
-        write_bytes(args.picture, slice_picture(laid, body_of(part), title=case.title, colour=args.colour))
+        png = slice_picture(sliced, body_of(part), title=case.title, colour=args.colour, laid=laid)
+        write_bytes(args.picture, png)
     lines = slice_lines(sliced, found, part.warnings, told, laid, case.process)
     _say(lines, sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE

@@ -119,7 +119,7 @@ class Beads(Section):
     )
     thin_walls: Literal["middle", "border"] = Field(
         "middle",
-        description="contour: where a wall is thinner than 1.5 pitches one bead along its middle, or its borders as ever",
+        description="contour: where a wall is thinner than 1.5 pitches one bead in its middle, or its borders as ever",
     )
     contours: Annotated[int, Field(ge=0)] = Field(1, description="rounds along the border before zigzag lines")
     contours_first: bool = Field(True, description="borders before what is within them, or after it")

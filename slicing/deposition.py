@@ -5,8 +5,8 @@
     beads = with_metal(sliced, beads, parameters)          # varied within what the process can do
 
 A bead that has neighbours a pitch away on either side fills a pitch of its layer: its section is pitch times thickness.
-So much metal a bead carries for its length, at its nominal speed. What a layer takes is its bead thickness integrated
-over its region (`slicing.volume.laid_volume`). Where beads stand alone or at the edge of a region, or where their number
+So much metal a bead carries for its length, at its nominal speed. What a layer takes is its thickness integrated over
+its region (`slicing.volume.laid_volume`). Where beads stand alone or at the edge of a region, or where their number
 does not divide the wall, the two differ; a process that can lay more or less metal for a length evens that out
 (`BeadParameters.metal_share`): the torch goes more slowly or faster there.
 """
@@ -121,8 +121,8 @@ def metal_lines(name: str, metal: Sequence[LayerMetal], parameters: BeadParamete
     whole = sum(m.laid_mm3 for m in metal) / max(sum(m.wanted_mm3 for m in metal), 1e-300)
     why = " (pattern contour lays borders alone)" if parameters.pattern == "contour" else ""
     text = (
-        f"{name}: its beads lay {whole:.0%} of the metal that its layers take{why}; {len(off)} of {len(metal)} layers are"
-        f" more than {TOLD:.0%} off, most layer {worst.layer} with {worst.share:.0%}"
+        f"{name}: its beads lay {whole:.0%} of the metal that its layers take{why}; {len(off)} of {len(metal)} layers"
+        f" are more than {TOLD:.0%} off, most layer {worst.layer} with {worst.share:.0%}"
     )
     return [Warning(Code.DEPOSIT_SHARE, text, sub_volume=name, layer=worst.layer)]
 

@@ -5,9 +5,10 @@
 The border of the region is the edge of the material ("edge") or the centre line of the outermost bead ("centre"):
 the first round runs half a width inside it, or on it, and every further one a pitch = width * (1 - overlap) inside the
 one before. `contour_parallel` goes on so until nothing is left; where a core wider than what the last round covers
-remains, one more round is laid half a pitch inside it, and where that is long and narrow a bead along its middle. `zigzag` lays its lines inside the given number of rounds,
-spread evenly at no more than a pitch, and joins the end of each to the next: straight where that stays within the
-lines' region, else along its border; where that is too long a way, a new bead begins.
+remains, one more round is laid half a pitch inside it, and a bead along its middle where it is long and narrow.
+`zigzag` lays its lines inside the given number of rounds, spread evenly at no more than a pitch, and joins the end of
+each to the next: straight where that stays within the lines' region, else along its border; where that is too long a
+way, a new bead begins.
 
 Where the region is thinner than one and a half pitches, one bead runs along its middle: two would lie on one another
 and lay more metal too much than one lays too little. Where it is narrower than a bead that bead stands out by what is
@@ -530,8 +531,5 @@ def _along_middle(part: Any, island: Island, width_mm: float, kind: str) -> Iter
             ahead = line if line[-1, 0] > line[0, 0] else line[::-1]
             yield replace(_one_turn(ahead, kind, period), thin=thin)
             continue
-        if closed:
-            back = not shapely.LinearRing(line).is_ccw
-        else:
-            back = tuple(line[-1]) < tuple(line[0])
+        back = not shapely.LinearRing(line).is_ccw if closed else tuple(line[-1]) < tuple(line[0])
         yield Stroke(line[::-1] if back else line, closed, False, kind, thin=thin)

@@ -6,9 +6,9 @@
 
 Below a layer lies the layer before, and under planes the body where it is as high. Seen along the layer's own direction
 of deposition that is a region of the layer's surface: the borders below are put onto the surface by the shortest way,
-which runs along its normal. What of a layer's region lies outside it stands out; by more than ALLOWED of a bead's width,
-or than the case says, it has nothing to lie on. A piece of a region that nothing below touches begins in the air. Layers
-over the end of a body, where its surface meets the axis, are not looked at; a warning says so.
+which runs along its normal. What of a layer's region lies outside it stands out; by more than ALLOWED of a bead's
+width, or than the case says, it has nothing to lie on. A piece of a region that nothing below touches begins in the
+air. Layers over the end of a body, where its surface meets the axis, are not looked at; a warning says so.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from slicing.charts import FlatChart, RoundChart
+from slicing.charts import FlatChart, RoundChart, lengths_along
 from slicing.clip import body_section
 from slicing.islands import poles
 from slicing.layers import Layer, SlicedSubVolume
@@ -68,7 +68,13 @@ class Overhang:
         if self.chart is None:
             return np.zeros(len(points), dtype=bool)
         grown = self.region.buffer(EDGE_MM)
-        flat = np.concatenate([self.chart.flat(point[None]) for point in points]) if len(points) else np.zeros((0, 2))
+        if isinstance(self.chart, FlatChart):
+            flat = self.chart.flat(points)
+        else:
+            surface, chart = self.chart.surface, self.chart
+            x, y = (points[:, k] - surface.axis_point[k] for k in range(2))
+            turn = (np.arctan2(y, x) - chart.angle + np.pi) % (2 * np.pi) - np.pi
+            flat = np.stack([chart.radius * turn, lengths_along(chart.meridian, surface, points)], axis=1)
         return np.asarray(shapely.contains_xy(grown, flat[:, 0], flat[:, 1]))
 
     def to_dict(self) -> dict[str, Any]:
