@@ -24,14 +24,17 @@ import yaml
 
 from slicing.beads import BeadParameters
 from slicing.bodies import Body, RoundBody, fits
+from slicing.deposition import share_of
 from slicing.ends import NO_ENDS
 from slicing.indices import Indices, indices
 from slicing.layers import SlicingParameters
+from slicing.laying import lay_beads
 from slicing.load import load_mesh
+from slicing.overhang import worst_angle
 from slicing.part import Mesh, PartError
 from slicing.scores import ZERO_RAD, Scores, scores_of
 from slicing.slicer import slice_sub_volume
-from slicing.targets import sample_targets
+from slicing.targets import sample_beads
 
 from .config import MODELS_DIR
 from .errors import InputError
@@ -62,12 +65,16 @@ class Row:
         indices: None where it cannot slice the sub-volume.
         problem: why not; None where it can.
         thin_layers: layers with beads thinner than h_min somewhere.
+        overhang_deg: greatest overhang angle of its layers; None where it was not found.
+        metal_share: metal laid as a share of what its layers take; None where it cannot slice the sub-volume.
     """
 
     strategy: str
     indices: Indices | None
     problem: str | None = None
     thin_layers: int = 0
+    overhang_deg: float | None = None
+    metal_share: float | None = None
 
 
 @dataclass(frozen=True)
@@ -139,9 +146,11 @@ def _row(
         sliced = slice_sub_volume(mesh, body, parameters, body_z_mm)
     except PartError as error:
         return Row(parameters.strategy, None, str(error))
-    targets = sample_targets([sliced], sampling.chord_tolerance_mm, sampling.min_segment_mm, beads)
+    laid = lay_beads([sliced], beads)
+    targets = sample_beads(laid, sampling.chord_tolerance_mm, sampling.min_segment_mm)
     thin = sum(layer.thickness_mm[0] < parameters.h_min_mm - 1e-6 for layer in sliced.layers)
-    return Row(parameters.strategy, indices(sliced, targets), None, thin)
+    found = indices(sliced, targets)
+    return Row(parameters.strategy, found, None, thin, worst_angle(laid[0].overhangs), share_of(laid[0].metal))
 
 
 @stage("comparing")
@@ -290,6 +299,8 @@ def _sub_volume(one: Comparison) -> dict[str, Any]:
         },
         **_figures(one.rows),
         "thin_layers": {row.strategy: row.thin_layers for row in one.rows if row.indices is not None},
+        "overhang_deg": {row.strategy: row.overhang_deg for row in one.rows if row.indices is not None},
+        "metal_share": {row.strategy: row.metal_share for row in one.rows if row.indices is not None},
         "problems": {row.strategy: row.problem for row in one.rows if row.problem is not None},
     }
     if one.paper is not None:
@@ -337,6 +348,7 @@ CRITERIA = (
     ("top R rad", "R_rad", 2),
     *((f"score {key}", key, 2) for key in ("I1", "I2", "I3", "I4", "F")),
 )
+FIGURES = (("overhang deg", "overhang_deg", "{:.0f}"), ("metal of the layers'", "metal_share", "{:.0%}"))
 
 
 def _table(one: Comparison) -> RenderableType:
@@ -356,6 +368,9 @@ def _table(one: Comparison) -> RenderableType:
             text += "" if theirs is None else f" ({theirs:.{digits}f})"
             cells.append(f"[bold green]{text}[/]" if key == "F" and row.strategy == best else text)
         table.add_row(title, *cells)
+    for title, key, form in FIGURES:
+        values = [getattr(row, key) for row in one.rows]
+        table.add_row(title, *("-" if value is None else form.format(value) for value in values))
     return table
 
 

@@ -37,6 +37,7 @@ By = Literal["thickness", "layer"]
 BODY = (0.93, 0.94, 0.95)
 THIN, THICK = (0.80, 0.10, 0.32), (0.98, 0.50, 0.10)  # outside of what the process allows
 IN_THE_AIR = (0.05, 0.35, 0.95)  # over nothing
+FINE_MM = 1.0  # spacing of points of beads that lie over nothing
 SAME = 5e-3  # mm
 INK, PALE = (40, 42, 46), (120, 124, 130)
 FINER = 2  # drawn that much larger and scaled down, against jagged edges
@@ -155,9 +156,19 @@ def _laid_beads(laid: LaidSubVolume) -> list[_Line]:
     found = []
     for bead in laid.beads:
         rows = [*range(len(bead.points)), 0] if bead.closed else list(range(len(bead.points)))
+        points, gained = bead.points[rows], bead.gained_mm[rows]
         over = laid.overhangs[bead.layer] if laid.overhangs else None
-        found.append(_line(laid.sliced, bead.layer, bead.points[rows], bead.gained_mm[rows], over))
+        if over is not None and over.area_mm2 > 0.0:  # so fine that it is seen where it begins
+            points, gained = _finer(points, gained)
+        found.append(_line(laid.sliced, bead.layer, points, gained, over))
     return found
+
+
+def _finer(points: Floats, gained: Floats) -> tuple[Floats, Floats]:
+    """A line with points at most FINE_MM apart."""
+    length = np.append(0.0, np.cumsum(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))))
+    at = np.unique(np.concatenate([length, np.arange(0.0, length[-1], FINE_MM)]))
+    return np.stack([np.interp(at, length, p) for p in points.T], axis=1), np.interp(at, length, gained)
 
 
 def _line(

@@ -44,7 +44,8 @@ def unsupported_targets(job: Job) -> dict[int, dict[str, Any]]:
     Args:
         job: from ``cell.job.prepare``.
     """
-    limit, found, t = job.case.checks.overhang_mm, {}, job.targets
+    limit, t = job.case.checks.overhang_mm, job.targets
+    found: dict[int, dict[str, Any]] = {}
     if limit is None:
         return {}
     for k, one in enumerate(job.beads):

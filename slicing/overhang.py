@@ -280,7 +280,7 @@ def overhang_lines(name: str, found: Sequence[Overhang], allowed_mm: float) -> l
     Returns:
         The lines.
     """
-    lines = []
+    lines: list[str] = []
     unseen = [one.layer for one in found if math.isnan(one.out_mm)]
     if unseen:
         text = f"{name}: what lies below {len(unseen)} of its layers, from layer {unseen[0]} on, was not looked at"
