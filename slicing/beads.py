@@ -102,8 +102,8 @@ class BeadParameters:
     lead_out_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        named = (("pattern", PATTERNS), ("seam", SEAMS), ("order", (*ORDERS, None)), ("border", (*BORDERS, None)))
-        named = (*named, ("thin_walls", THIN_WALLS))
+        named: list[tuple[str, tuple[str | None, ...]]] = [("pattern", PATTERNS), ("seam", SEAMS)]
+        named += [("order", (*ORDERS, None)), ("border", (*BORDERS, None)), ("thin_walls", THIN_WALLS)]
         for key, allowed in named:
             if getattr(self, key) not in allowed:
                 names = ", ".join(name for name in allowed if name)

@@ -211,9 +211,11 @@ def _body_below(sliced: SlicedSubVolume, plane: Plane, below: Layer | None, regi
 
     if sliced.stands_on_plate or region.is_empty:
         return shapely.Polygon()
-    if below is not None and not isinstance(below.surface, Plane):
-        return shapely.Polygon()
-    down = sliced.parameters.h_layer_mm if below is None else -float(plane.distance(np.array([below.surface.point]))[0])
+    down = sliced.parameters.h_layer_mm
+    if below is not None:
+        if not isinstance(below.surface, Plane):
+            return shapely.Polygon()
+        down = -float(plane.distance(np.array([below.surface.point]))[0])
     _, low, _, high = region.bounds
     low, high = (
         max(low - 1.0, sliced.body_z_mm[0] - plane.point[2]),
