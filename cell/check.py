@@ -37,6 +37,7 @@ from .setup import Settings, Setup
 from .table_motion import table_alone
 from .terminal import stage
 from .travel import STRAIGHT, drawn_back
+from .unsupported import past_horizontal, unsupported_targets
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
 
@@ -98,6 +99,11 @@ class Result:
     gravity: Floats
     motion: Motion | None
     seconds: float = field(default=0.0, kw_only=True)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The job's, and what is to be said of this pose of the table."""
+        return (*self.job.warnings, *past_horizontal(self.job.case, self.gravity))
 
     @property
     def feasible(self) -> bool:
@@ -248,6 +254,9 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> tuple[Row, ...]:
             if rows[i].reason is None:
                 measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
                 rows[i] = Row("gravity", measure, True, None, rows[i].q)
+    for i, detail in unsupported_targets(job).items():
+        if rows[i].reason is None:
+            rows[i] = Row("overhang", detail, True, None, rows[i].q)
     return tuple(rows[i] for i in range(len(job.targets)))
 
 

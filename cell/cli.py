@@ -228,8 +228,9 @@ def _slice(args: argparse.Namespace) -> int:
     sliced = slice_part(case, part)
     laid, targets, told = sample_part(case, sliced)
     found = [indices(s, targets) for s in sliced]
+    metal = case.process.density_g_cm3, case.process.wire_diameter_mm
     if args.json:
-        _put_json(args.json, slices_document(sliced, found, part.warnings, laid))
+        _put_json(args.json, slices_document(sliced, found, part.warnings, laid, *metal))
     if args.targets:
         from .files import write_csv
 
@@ -239,8 +240,10 @@ def _slice(args: argparse.Namespace) -> int:
         from .files import write_bytes
         from .slice_picture import body_of, slice_picture
 
-        write_bytes(args.picture, slice_picture(sliced, body_of(part), title=case.title, colour=args.colour))
-    _say(slice_lines(sliced, found, part.warnings, told), sys.stderr if args.json == "-" else sys.stdout)
+        png = slice_picture(sliced, body_of(part), title=case.title, colour=args.colour, laid=laid)
+        write_bytes(args.picture, png)
+    lines = slice_lines(sliced, found, part.warnings, told, laid, case.process)
+    _say(lines, sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE
 
 

@@ -22,17 +22,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
+from slicing.beads import BeadParameters
 from slicing.bodies import Body, RoundBody, fits
+from slicing.deposition import share_of
+from slicing.ends import NO_ENDS
 from slicing.indices import Indices, indices
 from slicing.layers import SlicingParameters
+from slicing.laying import lay_beads
 from slicing.load import load_mesh
+from slicing.overhang import worst_angle
 from slicing.part import Mesh, PartError
 from slicing.scores import ZERO_RAD, Scores, scores_of
 from slicing.slicer import slice_sub_volume
-from slicing.targets import sample_targets
+from slicing.targets import sample_beads
 
 from .config import MODELS_DIR
 from .errors import InputError
+from .job import bead_parameters, ends_of
 from .parts import read_part
 from .sections import Case, Sampling
 from .terminal import stage
@@ -59,12 +65,16 @@ class Row:
         indices: None where it cannot slice the sub-volume.
         problem: why not; None where it can.
         thin_layers: layers with beads thinner than h_min somewhere.
+        overhang_deg: greatest overhang angle of its layers; None where it was not found.
+        metal_share: metal laid as a share of what its layers take; None where it cannot slice the sub-volume.
     """
 
     strategy: str
     indices: Indices | None
     problem: str | None = None
     thin_layers: int = 0
+    overhang_deg: float | None = None
+    metal_share: float | None = None
 
 
 @dataclass(frozen=True)
@@ -89,7 +99,12 @@ class Comparison:
 
 
 def compare_mesh(
-    mesh: Mesh, bodies: Mapping[str, RoundBody], parameters: SlicingParameters, sampling: Sampling | None = None
+    mesh: Mesh,
+    bodies: Mapping[str, RoundBody],
+    parameters: SlicingParameters,
+    sampling: Sampling | None = None,
+    beads: BeadParameters | None = None,
+    ends: Mapping[str, tuple[float, float]] | None = None,
 ) -> Comparison:
     """Slice a sub-volume by several strategies.
 
@@ -98,6 +113,8 @@ def compare_mesh(
         bodies: by strategy, what it stands on.
         parameters: thicknesses; the strategy is replaced by each in turn.
         sampling: how curves become targets.
+        beads: which beads a layer is laid in; the paper's where left out.
+        ends: by strategy, where the body ends along its axis, mm; nowhere where left out.
 
     Returns:
         The comparison.
@@ -106,20 +123,34 @@ def compare_mesh(
         InputError: no strategy can slice the sub-volume; one line.
     """
     chosen = sampling or Sampling()
-    rows = tuple(_row(mesh, body, replace(parameters, strategy=s), chosen) for s, body in bodies.items())
+    rows = tuple(
+        _row(
+            mesh, body, replace(parameters, strategy=s), chosen, beads or BeadParameters(), (ends or {}).get(s, NO_ENDS)
+        )
+        for s, body in bodies.items()
+    )
     if all(row.indices is None for row in rows):
         raise InputError(str(rows[0].problem))
     return Comparison(mesh.name, rows, parameters, chosen)
 
 
-def _row(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, sampling: Sampling) -> Row:
+def _row(
+    mesh: Mesh,
+    body: RoundBody,
+    parameters: SlicingParameters,
+    sampling: Sampling,
+    beads: BeadParameters,
+    body_z_mm: tuple[float, float],
+) -> Row:
     try:
-        sliced = slice_sub_volume(mesh, body, parameters)
+        sliced = slice_sub_volume(mesh, body, parameters, body_z_mm)
     except PartError as error:
         return Row(parameters.strategy, None, str(error))
-    targets = sample_targets([sliced], sampling.chord_tolerance_mm, sampling.min_segment_mm)
+    laid = lay_beads([sliced], beads)
+    targets = sample_beads(laid, sampling.chord_tolerance_mm, sampling.min_segment_mm)
     thin = sum(layer.thickness_mm[0] < parameters.h_min_mm - 1e-6 for layer in sliced.layers)
-    return Row(parameters.strategy, indices(sliced, targets), None, thin)
+    found = indices(sliced, targets)
+    return Row(parameters.strategy, found, None, thin, worst_angle(laid[0].overhangs), share_of(laid[0].metal))
 
 
 @stage("comparing")
@@ -142,7 +173,8 @@ def compare_case(case: Case) -> list[Comparison]:
         bodies = {strategy: of[k] for strategy, of in part.others.items() if fits(strategy, of[k])}
         if bodies["planar"].kind == "cylinder":
             bodies.pop("revolved", None)  # offsets of a cylinder are what "cylindrical" gives
-        found.append(compare_mesh(mesh, bodies, parameters, case.sampling))
+        ends = {strategy: ends_of(part, body) for strategy, body in bodies.items()}
+        found.append(compare_mesh(mesh, bodies, parameters, case.sampling, bead_parameters(case), ends))
     return found
 
 
@@ -267,6 +299,8 @@ def _sub_volume(one: Comparison) -> dict[str, Any]:
         },
         **_figures(one.rows),
         "thin_layers": {row.strategy: row.thin_layers for row in one.rows if row.indices is not None},
+        "overhang_deg": {row.strategy: row.overhang_deg for row in one.rows if row.indices is not None},
+        "metal_share": {row.strategy: row.metal_share for row in one.rows if row.indices is not None},
         "problems": {row.strategy: row.problem for row in one.rows if row.problem is not None},
     }
     if one.paper is not None:
@@ -314,6 +348,7 @@ CRITERIA = (
     ("top R rad", "R_rad", 2),
     *((f"score {key}", key, 2) for key in ("I1", "I2", "I3", "I4", "F")),
 )
+FIGURES = (("overhang deg", "overhang_deg", "{:.0f}"), ("metal of the layers'", "metal_share", "{:.0%}"))
 
 
 def _table(one: Comparison) -> RenderableType:
@@ -334,6 +369,9 @@ def _table(one: Comparison) -> RenderableType:
             text += "" if theirs is None else f" ({theirs:.{digits}f})"
             cells.append(Text(text, style="bold green" if key == "F" and row.strategy == best else ""))
         table.add_row(title, *cells)
+    for title, key, form in FIGURES:
+        values = [getattr(row, key) for row in one.rows]
+        table.add_row(title, *("-" if value is None else form.format(value) for value in values))
     return table
 
 

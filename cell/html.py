@@ -57,7 +57,7 @@ def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
         "reasons": words.reasons(),
         "facts": words.facts(),
         "warnings": words.warnings(),
-        "no_warnings": "" if result.job.warnings else "hidden",
+        "no_warnings": "" if result.warnings else "hidden",
         "help": words.help(),
         "no_help": "" if remedies else "hidden",
         "settings": words.settings(),

@@ -29,6 +29,7 @@ REASON_WORDS = {
     "no_path": "without a way to them",
     "speed": "too fast for a joint",
     "gravity": "too far off upright",
+    "overhang": "over nothing",
 }
 
 
@@ -108,6 +109,9 @@ class Words:
             yield "Singularity margin", f"{kind} {s['margin']:.4g}{unit}, at {_jump(s['target'])}{extra}"
         g = d["gravity_deg"]
         yield "Deposition direction", f"{g['min']:.0f}° to {g['max']:.0f}° off straight up"
+        if d["metal"] is not None:
+            m = d["metal"]
+            yield "Metal", f"{m['mass_g']:.0f} g, {m['wire_m']:.1f} m of wire, {m['share']:.0%} of what the layers take"
         yield "Roll about the wire", _roll(d["roll"])
 
     def _pose(self) -> str:
@@ -161,6 +165,8 @@ class Words:
         else:
             margins = f"smallest singular value {k.sigma:g}"
         yield "Singularity margins needed", margins
+        out = "half a bead, only told of" if k.overhang_mm is None else f"at most {k.overhang_mm:g} mm"
+        yield "Overhang", out
         yield "Gravity angle", "not limited" if k.gravity_max_deg is None else f"at most {k.gravity_max_deg:g}°"
         yield "Speeds", f"deposition {p.deposition_speed_mm_s:g} mm/s, retracting {p.travel_speed_mm_s:g} mm/s"
         yield "Retract", f"{p.retract_mm:g} mm"

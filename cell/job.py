@@ -17,7 +17,9 @@ from ik.candidates import Solver
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
 from slicing.beads import BeadParameters, SeamPlace
+from slicing.bodies import RoundBody
 from slicing.body import slice_body
+from slicing.ends import NO_ENDS, body_ends
 from slicing.layers import SlicedSubVolume, SlicingParameters
 from slicing.laying import LaidSubVolume, lay_beads
 from slicing.part import PartError
@@ -48,6 +50,7 @@ class Job:
         targets: in the order of deposition, part frame, mm.
         scene: the composed cell.
         warnings: one line each.
+        beads: the sub-volumes' beads, with their metal and what lies over nothing; empty where they are not known.
     """
 
     case: Case
@@ -56,6 +59,7 @@ class Job:
     targets: Targets
     scene: Scene
     warnings: tuple[str, ...]
+    beads: tuple[LaidSubVolume, ...] = ()
 
     @cached_property
     def solver(self) -> Solver:
@@ -133,17 +137,37 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
         if part.body_solid is not None and part.round_body is not None:
             first = (slice_body(part.body_solid, part.round_body, parameters),)
         return first + tuple(
-            slice_sub_volume(mesh, body, parameters) for mesh, body in zip(part.meshes, part.bodies, strict=True)
+            slice_sub_volume(mesh, body, parameters, ends_of(part, body))
+            for mesh, body in zip(part.meshes, part.bodies, strict=True)
         )
     except PartError as error:
         hints = "".join(f"; {line}" for mesh in part.meshes for line in mesh.warnings)
         raise InputError(f"{error}{hints}") from None
 
 
+def ends_of(part: PartInput, body: RoundBody) -> tuple[float, float]:
+    """Where the body that is there ends along the part's axis, as a sub-volume sees it.
+
+    Args:
+        part: from ``cell.parts.read_part``.
+        body: what the sub-volume stands on.
+
+    Returns:
+        Lower and upper end, mm; infinite where nothing says so.
+    """
+    if part.profile is not None:
+        return body_ends(part.profile, body)
+    if part.body_mesh is not None:
+        low, high = part.body_mesh.bounds[:, 2].tolist()
+        return float(low), float(high)
+    return NO_ENDS
+
+
 def bead_parameters(case: Case) -> BeadParameters:
     """How a case's layers become beads."""
     given = case.beads.model_dump()
-    return BeadParameters(**{**given, "seams": tuple(SeamPlace(**place) for place in given["seams"])})
+    seams = tuple(SeamPlace(**place) for place in given["seams"])
+    return BeadParameters(**{**given, "seams": seams}, overhang_mm=case.checks.overhang_mm)
 
 
 def sample_part(
@@ -220,6 +244,6 @@ def prepare(case: Case) -> Job:
     shape = part_shape(sliced, part.body_mesh, part.profile, beyond, there)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
     scene = compose(case, shape)
-    job = Job(case, sliced, shape, targets, scene, (*warnings, *scene.warnings))
+    job = Job(case, sliced, shape, targets, scene, (*warnings, *scene.warnings), laid)
     _ = job.drives  # what is wrong with them is to be said before any search
     return job

@@ -27,6 +27,7 @@ from .motion_hits import collisions, stages, stretches_of
 from .motion_order import Finding, order_findings, skips
 from .pace import Pace
 from .place import METRES_PER_MM
+from .unsupported import past_horizontal, unsupported_targets
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
 SPEED_SLACK = 1.001
@@ -53,6 +54,7 @@ class MotionResult:
         askew: greatest angle of the wire off its direction, rad, and the row.
         use: greatest share of its speed, and of its acceleration, that any axis needs, (2, j + 2).
         pace: how far the deposition speed is held.
+        warnings: one line each, the job's first.
     """
 
     job: Job
@@ -67,6 +69,7 @@ class MotionResult:
     askew: tuple[float, int]
     use: Floats
     pace: Pace
+    warnings: tuple[str, ...] = ()
 
     @property
     def feasible(self) -> bool:
@@ -104,6 +107,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
         *order.findings,
         *skips(fine, on, motion.bead[fine.row]),
         *_gravity_findings(job, fine, on),
+        *_hanging_findings(job, motion),
     ]
     findings.sort(key=lambda f: (f.row, f.reason))
     return MotionResult(
@@ -119,6 +123,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
         askew=_most(on.askew, fine, read),
         use=np.nanmax(use, axis=1),
         pace=order.pace,
+        warnings=(*job.warnings, *_past_horizontal(job, motion, fine, on)),
     )
 
 
@@ -256,15 +261,36 @@ def _changes(job: Job, way: Way) -> list[Finding]:
     return found
 
 
+def _off_upright(job: Job, way: Way, on: OnBead) -> Floats:
+    """Angle (n,) between the deposition direction and up, rad."""
+    normal = (job.scene.T_world_base()[:3, :3] @ way.T_base_part[:, :3, :3] @ on.normal[:, :, None])[:, :, 0]
+    return np.asarray(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)))
+
+
+def _past_horizontal(job: Job, motion: Motion, fine: Way, on: OnBead) -> tuple[str, ...]:
+    steepest = np.zeros(len(job.targets))
+    np.maximum.at(steepest, motion.target[fine.row], _off_upright(job, fine, on))
+    return past_horizontal(job.case, steepest)
+
+
 def _gravity_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
     steepest = job.case.checks.gravity_max_deg
     if steepest is None:
         return []
-    normal = (job.scene.T_world_base()[:3, :3] @ way.T_base_part[:, :3, :3] @ on.normal[:, :, None])[:, :, 0]
-    angle = np.rad2deg(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)))
+    angle = np.rad2deg(_off_upright(job, way, on))
     return [
         Finding("gravity", a, b, {"angle_deg": round(float(angle[k]), 3), "limit_deg": steepest})
         for a, b, k in stretches_of(angle > steepest + 1e-6, way.row, angle)
+    ]
+
+
+def _hanging_findings(job: Job, motion: Motion) -> list[Finding]:
+    """Rows on which what is welded lies over nothing, by the case's limit."""
+    found, row = unsupported_targets(job), np.arange(len(motion.t_s))
+    over = np.isin(motion.target, list(found)) & (np.asarray(motion.arc) == 1)
+    return [
+        Finding("overhang", a, b, found[int(motion.target[a])])
+        for a, b, _ in stretches_of(over, row, np.ones(len(row)))
     ]
 
 

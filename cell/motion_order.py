@@ -33,6 +33,7 @@ REASONS = (
     "order",
     "not_welded",
     "gravity",
+    "overhang",
 )
 NEAR = 1e-6  # m beyond the limit off the bead
 FASTEST_SHARE = 1.05  # of the deposition speed: a bead laid faster is too thin

@@ -18,6 +18,7 @@ from .motion_check import UNITS, MotionResult
 from .motion_order import REASONS, Finding
 from .pace import pace_document
 from .place import METRES_PER_MM
+from .report import overhang_in_words
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -64,8 +65,8 @@ def motion_document(result: MotionResult, path: str) -> dict[str, Any]:
         },
         "speed": pace_document(result.pace, t.path),
         "repaired": list(result.read.repaired),
-        "warnings": [str(line) for line in result.job.warnings],
-        "typed_warnings": [typed(line).document() for line in result.job.warnings],
+        "warnings": [str(line) for line in result.warnings],
+        "typed_warnings": [typed(line).document() for line in result.warnings],
         "findings": [
             {"reason": f.reason, "row": f.row, "to_row": f.to_row, "t_s": round(at[f.row], 6), "detail": f.detail}
             for f in result.findings
@@ -100,6 +101,8 @@ def finding_in_words(f: Finding) -> str:
         return f"{where}{' - '.join(d['pair'])}{near}, needs {d['required_mm']:g}"
     if f.reason == "singular":
         return f"{d['singularity']} at {d['margin']:g} {d['unit']}, needs {d['limit']:g}"
+    if f.reason == "overhang":
+        return overhang_in_words(d)
     if f.reason == "gravity":
         return f"{d['angle_deg']:.1f} deg off up, limit {d['limit_deg']:g}"
     if f.reason == "no_path":

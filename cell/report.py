@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ik.chain import Floats
+from slicing.deposition import metal_document, share_of
+from slicing.overhang import worst_angle
 from slicing.warning import typed
 
 from .check import Result, Row
@@ -26,11 +28,14 @@ if TYPE_CHECKING:
 
     from slicing.indices import Indices
     from slicing.layers import SlicedSubVolume
+    from slicing.laying import LaidSubVolume
 
+    from .job import Job
     from .remedies import Remedy
+    from .sections import Process
 
 WORST = 8  # infeasible targets shown on the terminal
-GRAVEST_FIRST = ("unreachable", "joint_limit", "collision", "singular", "no_path", "speed", "gravity")
+GRAVEST_FIRST = ("unreachable", "joint_limit", "collision", "singular", "no_path", "speed", "gravity", "overhang")
 
 
 def tcp_in_flange(result: Result) -> Floats:
@@ -111,8 +116,9 @@ def report_document(
             "speed": None if result.motion.pace is None else pace_document(result.motion.pace, t.path),
             "home_s": None if result.motion.home_s is None else round(result.motion.home_s, 3),
         },
-        "warnings": [str(line) for line in job.warnings],
-        "typed_warnings": [typed(line).document() for line in job.warnings],
+        "metal": metal_of(job) if job.beads else None,
+        "warnings": [str(line) for line in result.warnings],
+        "typed_warnings": [typed(line).document() for line in result.warnings],
         "rows": rows,
         "help": [remedy.document() for remedy in remedies],
     }
@@ -166,11 +172,34 @@ def in_words(row: Row) -> str:
         return margin_in_words(d)
     if row.reason == "gravity":
         return f"{d['angle_deg']:.1f} deg off up, limit {d['limit_deg']:g}"
+    if row.reason == "overhang":
+        return overhang_in_words(d)
     if row.reason == "speed" and "share" in d:
         why = f"; {d['axis']}'s {d['by']}" if d["axis"] else ""
         held = f"{100 * d['share']:.0f} % of the speed held, needs {100 * d['limit']:.0f} %"
         return f"from target {d['from_target']}: {held}{why}"
     return way_in_words(d)
+
+
+def overhang_in_words(d: dict[str, Any]) -> str:
+    """How far a layer stands out over what lies below it."""
+    out = "with nothing below anywhere" if d["out_mm"] is None else f"up to {d['out_mm']:.1f} mm"
+    return f"{d['area_mm2']:.1f} mm2 stand out over what lies below, {out}, limit {d['limit_mm']:g}"
+
+
+def metal_of(job: Job) -> dict[str, float]:
+    """The metal of all beads of a job, see `slicing.deposition.metal_document`."""
+    process = job.case.process
+    metal = [m for one in job.beads for m in one.metal]
+    return metal_document(metal, process.density_g_cm3, process.wire_diameter_mm)
+
+
+def metal_in_words(d: dict[str, Any]) -> str:
+    """Metal of `metal_document` in a few words."""
+    return (
+        f"{d['mass_g']:.0f} g, {d['wire_m']:.1f} m of wire; {d['laid_mm3']:.0f} mm3 laid, {d['share']:.0%} of the"
+        f" {d['wanted_mm3']:.0f} mm3 that the layers take"
+    )
 
 
 def _unit(unit: str) -> str:
@@ -243,7 +272,9 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         )
         if motion.pace is not None:
             yield "speed", speed_in_words(pace_document(motion.pace, job.targets.path))
-    for line in job.warnings:
+    if job.beads:
+        yield "metal", metal_in_words(metal_of(job))
+    for line in result.warnings:
         yield "warning", line
 
 
@@ -308,7 +339,12 @@ def severity(row: Row) -> float:
 
 
 def slice_lines(
-    sliced: Sequence[SlicedSubVolume], found: Sequence[Indices], warnings: Sequence[str], told: Sequence[str] = ()
+    sliced: Sequence[SlicedSubVolume],
+    found: Sequence[Indices],
+    warnings: Sequence[str],
+    told: Sequence[str] = (),
+    laid: Sequence[LaidSubVolume] = (),
+    process: Process | None = None,
 ) -> Iterator[RenderableType]:
     """The terminal report of a slicing: the paper's indices by sub-volume.
 
@@ -317,6 +353,8 @@ def slice_lines(
         found: their indices.
         warnings: of the part as a whole, one line each.
         told: of its beads, one line each.
+        laid: its beads, for their metal and overhangs.
+        process: density and wire, for mass and length.
 
     Yields:
         rich renderables.
@@ -326,9 +364,10 @@ def slice_lines(
     table = Table(box=None, pad_edge=False, header_style="dim")
     for name in ("sub-volume", "strategy"):
         table.add_column(name)
-    for name in ("layers NL", "adhesion A mm2", "targets NV", "top R rad", "thickness mm", "volume mm3"):
+    more = ("overhang deg", "metal") if laid else ()
+    for name in ("layers NL", "adhesion A mm2", "targets NV", "top R rad", "thickness mm", "volume mm3", *more):
         table.add_column(name, justify="right")
-    for s, i in zip(sliced, found, strict=True):
+    for k, (s, i) in enumerate(zip(sliced, found, strict=True)):
         low, high = min(x.thickness_mm[0] for x in s.layers), max(x.thickness_mm[1] for x in s.layers)
         thickness = f"{low:.2f} .. {high:.2f}"
         numbers = (
@@ -339,7 +378,16 @@ def slice_lines(
             thickness,
             f"{s.mesh.volume:.1f}",
         )
-        table.add_row(s.name, s.strategy, *numbers)
+        table.add_row(s.name, s.strategy, *numbers, *(_bead_figures(laid[k]) if laid else ()))
     yield table
+    if laid and process is not None:
+        metal = metal_document([m for one in laid for m in one.metal], process.density_g_cm3, process.wire_diameter_mm)
+        yield f"metal: {metal_in_words(metal)}"
     for line in (*warnings, *(line for s in sliced for line in s.warnings), *told):
         yield f"warning: {line}"
+
+
+def _bead_figures(laid: LaidSubVolume) -> tuple[str, str]:
+    """Greatest overhang angle, and metal laid as a share of what the layers take."""
+    angle = worst_angle(laid.overhangs)
+    return "-" if angle is None else f"{angle:.0f}", f"{share_of(laid.metal):.0%}"

@@ -16,7 +16,7 @@ from pydantic import Field, field_validator, model_validator
 from .seam_section import SeamPlace
 from .section import NotNegative, Positive, RightAngle, Section, Values, Vec2, Vec3
 
-REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity")
+REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity", "overhang")
 
 
 class Body(Section):
@@ -121,10 +121,18 @@ class Beads(Section):
     border: Literal["centre", "edge"] | None = Field(
         None, description="a layer's border is its outer bead's centre line or edge; contour: centre, others: edge"
     )
+    thin_walls: Literal["middle", "border"] = Field(
+        "middle",
+        description="contour: where a wall is thinner than 1.5 pitches one bead in its middle, or its borders as ever",
+    )
     contours: Annotated[int, Field(ge=0)] = Field(1, description="rounds along the border before zigzag lines")
     contours_first: bool = Field(True, description="borders before what is within them, or after it")
     angle_deg: float = Field(0.0, description="of zigzag lines, against the way round the body (planes: across z)")
     angle_step_deg: float = Field(90.0, description="added to it from layer to layer")
+    metal_share: tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(ge=1)]] | None = Field(
+        None,
+        description="least and greatest metal for its length that a bead may carry, as a share, by its speed; none: 1",
+    )
     seam: Literal["aligned", "spread", "chosen"] = Field(
         "aligned", description="closed beads start near the seam below, far from it, or at a chosen place"
     )
@@ -260,6 +268,9 @@ class Checks(Section):
     gravity_max_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null does not limit it"
     )
+    overhang_mm: NotNegative | None = Field(
+        None, description="how far a layer may stand out over what lies below it; null: half a bead, and only a warning"
+    )
 
 
 class Ik(Section):
@@ -288,6 +299,8 @@ class Process(Section):
     travel_attempts: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
         3000, description="configurations tried for a way between two beads where the simple ones are not free"
     )
+    density_g_cm3: Positive = Field(7.85, description="of the metal, for its mass")
+    wire_diameter_mm: Positive = Field(1.2, description="of the wire, for its length")
     speed_by_thickness: list[tuple[NotNegative, Positive]] | None = Field(
         None,
         description="rows [thickness_mm, speed_mm_s], thickness growing, interpolated; for one deposition speed",

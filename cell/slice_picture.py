@@ -1,10 +1,11 @@
 """The layers of a part as a picture to print: light background, beads in colour, a bar that says what colours mean.
 
-    png = slice_picture(sliced, body_mesh, title="support", colour="thickness")
+    png = slice_picture(sliced, body_mesh, title="support", colour="thickness", laid=laid)
     Path("support.png").write_bytes(png)
 
 Drawn by ``cell.raster``, parallel projection, so that lengths can be compared; needs neither OpenGL nor a display. Part
-frame, mm. A curve of a layer is drawn as the bead that follows it, as thick as its layer is there.
+frame, mm. Drawn are the beads that are laid, as thick as they are; where they are not given, the layers' borders. What
+lies over nothing has a colour of its own.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ import numpy as np
 
 from ik.chain import Floats
 from slicing.layers import SlicedSubVolume
-from slicing.part import Mesh
+from slicing.laying import LaidSubVolume
+from slicing.overhang import Overhang
+from slicing.part import Bools, Mesh
 
 from .colours import DEPTH, HEAT, ramp
 from .errors import InputError
@@ -33,6 +36,8 @@ if TYPE_CHECKING:
 By = Literal["thickness", "layer"]
 BODY = (0.93, 0.94, 0.95)
 THIN, THICK = (0.80, 0.10, 0.32), (0.98, 0.50, 0.10)  # outside of what the process allows
+IN_THE_AIR = (0.05, 0.35, 0.95)  # over nothing
+FINE_MM = 1.0  # spacing of points of beads that lie over nothing
 SAME = 5e-3  # mm
 INK, PALE = (40, 42, 46), (120, 124, 130)
 FINER = 2  # drawn that much larger and scaled down, against jagged edges
@@ -52,6 +57,7 @@ class _Scale:
     label: str
     below: bool = False  # whether there are such numbers
     above: bool = False
+    hanging: bool = False  # whether some of it lies over nothing
 
     def colours(self, values: Floats) -> Floats:
         rgb = ramp(np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0), self.stops)
@@ -67,7 +73,7 @@ class _Scale:
         if self.label == "layer":
             step = max(1.0, float(np.ceil(step)))
         first = np.ceil(self.low / step - 1e-9)
-        return [float(k * step) for k in np.arange(first, np.floor(self.high / step + 1e-9) + 1)]
+        return [float(k * step) + 0.0 for k in np.arange(first, np.floor(self.high / step + 1e-9) + 1)]
 
 
 @stage("drawing")
@@ -79,6 +85,7 @@ def slice_picture(
     colour: By = "thickness",
     width: int = 1400,
     height: int = 1000,
+    laid: Sequence[LaidSubVolume] = (),
 ) -> bytes:
     """Draw the layers of a part.
 
@@ -89,6 +96,7 @@ def slice_picture(
         colour: what colours mean: the thickness along every bead, or the number of the layer.
         width: pixels.
         height: pixels.
+        laid: the sub-volumes' beads, in the same order; their layers' borders are drawn where left out.
 
     Returns:
         A PNG.
@@ -101,7 +109,7 @@ def slice_picture(
     for name, value in (("width", width), ("height", height)):
         if not LEAST <= value <= MOST:
             raise InputError(f"{name} {value}: {LEAST} .. {MOST} pixels are allowed")
-    beads = [_beads(s) for s in sliced]
+    beads = [_laid_beads(one) for one in laid] if laid else [_beads(s) for s in sliced]
     scale = _scale(sliced, beads, colour)
     picture = Raster(FINER * width, FINER * height)
     zoom = _draw(picture, sliced, beads, body_mesh, scale, colour)
@@ -124,31 +132,70 @@ def body_of(part: PartInput) -> Mesh | None:
     return turned(part.bodies[0].axis_xy_mm, part.profile)
 
 
-def _beads(s: SlicedSubVolume) -> list[tuple[int, Floats, Floats]]:
-    """Layer, middles (k, 3) and thicknesses (k,) of the beads of a sub-volume, mm."""
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """A bead to be drawn: layer, middles (k, 3) and thicknesses (k,), mm, and where it lies over nothing (k,)."""
+
+    layer: int
+    points: Floats
+    thickness: Floats
+    hanging: Bools
+
+
+def _beads(s: SlicedSubVolume) -> list[_Line]:
+    """The borders of a sub-volume's layers as beads."""
+    return [
+        _line(s, layer.index, np.concatenate([curve.points, curve.points[:1]]) if curve.closed else curve.points)
+        for layer in s.layers
+        for curve in layer.curves
+    ]
+
+
+def _laid_beads(laid: LaidSubVolume) -> list[_Line]:
+    """The beads of a sub-volume."""
     found = []
-    for layer in s.layers:
-        for curve in layer.curves:
-            points = np.concatenate([curve.points, curve.points[:1]]) if curve.closed else curve.points
-            thickness = np.maximum(s.thickness_at(layer.index, points), 0.0)
-            found.append((layer.index, points + layer.surface.normals(points) * thickness[:, None] / 2, thickness))
+    for bead in laid.beads:
+        rows = [*range(len(bead.points)), 0] if bead.closed else list(range(len(bead.points)))
+        points, gained = bead.points[rows], bead.gained_mm[rows]
+        over = laid.overhangs[bead.layer] if laid.overhangs else None
+        if over is not None and over.area_mm2 > 0.0:  # so fine that it is seen where it begins
+            points, gained = _finer(points, gained)
+        found.append(_line(laid.sliced, bead.layer, points, gained, over))
     return found
 
 
-def _scale(sliced: Sequence[SlicedSubVolume], beads: Sequence[list[tuple[int, Floats, Floats]]], colour: By) -> _Scale:
+def _finer(points: Floats, gained: Floats) -> tuple[Floats, Floats]:
+    """A line with points at most FINE_MM apart."""
+    length = np.append(0.0, np.cumsum(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))))
+    at = np.unique(np.concatenate([length, np.arange(0.0, length[-1], FINE_MM)]))
+    return np.stack([np.interp(at, length, p) for p in points.T], axis=1), np.interp(at, length, gained)
+
+
+def _line(
+    s: SlicedSubVolume, layer: int, points: Floats, gained: Floats | float = 0.0, over: Overhang | None = None
+) -> _Line:
+    thickness = np.maximum(s.thickness_at(layer, points) + gained, 0.0)
+    hanging = np.zeros(len(points), dtype=bool) if over is None else over.holds(points)
+    middles = points + s.layers[layer].surface.normals(points) * thickness[:, None] / 2
+    return _Line(layer, middles, thickness, hanging)
+
+
+def _scale(sliced: Sequence[SlicedSubVolume], beads: Sequence[list[_Line]], colour: By) -> _Scale:
+    hanging = any(bool(line.hanging.any()) for some in beads for line in some)
     if colour == "layer":
-        return _Scale(0.0, float(max(1, *(len(s.layers) - 1 for s in sliced))), HEAT, "layer")
-    values = np.concatenate([t for some in beads for _, _, t in some])
+        last = float(max(1, *(len(s.layers) - 1 for s in sliced)))
+        return _Scale(0.0, last, HEAT, "layer", hanging=hanging)
+    values = np.concatenate([line.thickness for some in beads for line in some])
     # the bar is what the process allows: pictures of several strategies can be held side by side
     low, high = (f(getattr(s.parameters, key) for s in sliced) for f, key in ((min, "h_min_mm"), (max, "h_max_mm")))
     below, above = bool((values < low - SAME).any()), bool((values > high + SAME).any())
-    return _Scale(low, high if high > low else low + 0.1, DEPTH, "thickness, mm", below, above)
+    return _Scale(low, high if high > low else low + 0.1, DEPTH, "thickness, mm", below, above, hanging)
 
 
 def _draw(
     picture: Raster,
     sliced: Sequence[SlicedSubVolume],
-    beads: Sequence[list[tuple[int, Floats, Floats]]],
+    beads: Sequence[list[_Line]],
     body_mesh: Mesh | None,
     scale: _Scale,
     colour: By,
@@ -156,7 +203,7 @@ def _draw(
     """Draw body and beads; gives pixels a mm."""
     looks = _looks(sliced)
     every = np.concatenate(
-        [p for some in beads for _, p, _ in some] + ([] if body_mesh is None else [body_mesh.vertices])
+        [line.points for some in beads for line in some] + ([] if body_mesh is None else [body_mesh.vertices])
     )
     seen = every @ looks[:2].T
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -172,9 +219,11 @@ def _draw(
     if body_mesh is not None:
         picture.triangles(pixels(body_mesh.vertices[body_mesh.faces]), BODY)
     for some in beads:
-        for layer, points, thickness in some:
-            value = thickness if colour == "thickness" else np.full(len(points), float(layer))
-            picture.tube(pixels(points), thickness / 2 * zoom, scale.colours(value))
+        for line in some:
+            value = line.thickness if colour == "thickness" else np.full(len(line.points), float(line.layer))
+            rgb = scale.colours(value)
+            rgb[line.hanging] = IN_THE_AIR
+            picture.tube(pixels(line.points), line.thickness / 2 * zoom, rgb)
     return zoom
 
 
@@ -244,6 +293,7 @@ def _bar(image: Image.Image, draw: ImageDraw.ImageDraw, scale: _Scale, width: in
     for there, y, colour, said in (
         (scale.below, bottom + 14 * size, THIN, f"< {scale.low:.2f}"),
         (scale.above, top - 14 * size - wide, THICK, f"> {scale.high:.2f}"),
+        (scale.hanging, bottom + 54 * size, IN_THE_AIR, "over nothing"),
     ):
         if there:
             draw.rectangle([x, y, x + wide, y + wide], fill=tuple(round(255 * v) for v in colour), outline=PALE)

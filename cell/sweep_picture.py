@@ -37,6 +37,7 @@ REASON_COLOUR: dict[str, Colour] = {
     "no_path": (230, 179, 0),
     "speed": (150, 225, 235),
     "gravity": (146, 110, 60),
+    "overhang": (75, 54, 33),
 }
 PALEST = 0.6  # strength of a reason's colour where a single target is concerned
 SCALE = 2  # pixels a unit: the sizes below are those of a small picture

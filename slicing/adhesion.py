@@ -27,17 +27,24 @@ SECTION_MM = 1e-3  # how true the sampled section of a body is
 SLACK_MM = 1e-4  # layer 0 is cut a nudge outside the body
 
 
-def area_near_body(layer: Layer, body: RoundBody, within_mm: float) -> float:
+def area_near_body(
+    layer: Layer, body: RoundBody, within_mm: float, z_mm: tuple[float, float] = (-math.inf, math.inf)
+) -> float:
     """Area of a layer's region whose distance to the body is at most within_mm.
 
     Args:
         layer: on an offset of the body, on a cylinder, or on a plane parallel to z.
         body: the body.
         within_mm: the distance.
+        z_mm: where the body ends along z; counts for planes.
 
     Returns:
         mm².
     """
+    if isinstance(layer.surface, Plane):
+        heights = np.concatenate([curve.points[:, 2] for curve in layer.curves])
+        if heights.min() < z_mm[0] - SLACK_MM or heights.max() > z_mm[1] + SLACK_MM:
+            return _near_between(layer, body, within_mm, z_mm)
     if not isinstance(body, Body):
         return _near_revolved(layer, body, within_mm)
     assert isinstance(layer.surface, Cylinder | Plane)
@@ -54,6 +61,26 @@ def area_near_body(layer: Layer, body: RoundBody, within_mm: float) -> float:
             return 0.0
     bands = _bands(layer.surface, body, within_mm)
     return max(sum(_area_in_bands(layer, k, bands) for k in range(len(layer.curves))), 0.0)
+
+
+def _near_between(layer: Layer, body: RoundBody, within_mm: float, z_mm: tuple[float, float]) -> float:
+    """The same on a plane that reaches beyond the body's ends."""
+    import shapely
+
+    assert isinstance(layer.surface, Plane)
+    loops = [layer.surface.unrolled(curve.points) for curve in layer.curves]
+    (low_u, low_v), (high_u, high_v) = (f(np.concatenate(loops), axis=0) for f in (np.min, np.max))
+    # the second axis of a plane beside the axis is z
+    low_v, high_v = (float(np.clip(z - layer.surface.point[2], low_v, high_v)) for z in z_mm)
+    if high_v <= low_v:
+        return 0.0
+    if isinstance(body, Body):
+        bands = _bands(layer.surface, body, within_mm)
+        near = shapely.union_all([shapely.box(a, low_v, b, high_v) for a, b in bands])
+    else:
+        near = body_section(layer.surface, body.surface.offset(within_mm), low_v, high_v, SECTION_MM)
+        near = near.intersection(shapely.box(low_u, low_v, high_u, high_v))
+    return float(region_of(loops).intersection(near).area)
 
 
 def _near_revolved(layer: Layer, body: ConicalBody | RevolvedBody, within_mm: float) -> float:

@@ -20,6 +20,7 @@ PATTERNS = ("contour", "contour_parallel", "zigzag")
 SEAMS = ("aligned", "spread", "chosen")
 ORDERS = ("given", "short")
 BORDERS = ("centre", "edge")
+THIN_WALLS = ("middle", "border")
 
 
 @dataclass(frozen=True)
@@ -58,10 +59,15 @@ class BeadParameters:
         overlap: of neighbouring beads, as a share of the width.
         border: whether a layer's border is the centre line of its outermost bead or that bead's edge; None:
             centre for pattern contour, edge for those that fill.
+        thin_walls: pattern contour with the border as centre line: what is laid where a wall is thinner than one and a
+            half pitches: middle (one bead along its middle) or border (its two borders, one beside the other, as the
+            paper's propeller blade).
         contours: rounds along the border before zigzag lines fill the rest (0: none).
         contours_first: whether borders are laid before what is within them.
         angle_deg: of zigzag lines, against the way round the body (on planes: across z).
         angle_step_deg: added to the angle from layer to layer.
+        metal_share: least and greatest metal that a bead may carry for its length, as a share of the nominal, by going
+            more slowly or faster; None: all carry the nominal (`slicing.deposition`).
         seam: where closed beads start: aligned (near the seam below), spread (far from it) or chosen.
         seam_angle_deg: chosen place, the angle about the body's axis, or
         seam_xyz_mm: a point of the part frame.
@@ -69,6 +75,8 @@ class BeadParameters:
         alternate: whether every other layer runs the other way round.
         order: of the beads in a layer: given (as found), or short (little travel); None: given for pattern
             contour, short for those that fill.
+        overhang_mm: how far a layer may stand out over what lies below it before a warning tells of it; None: half a
+            bead (`slicing.overhang`).
         lead_in_mm: how far before its start an arc begins (see `slicing.leads`).
         lead_out_mm: how far it runs on past its end.
     """
@@ -77,21 +85,25 @@ class BeadParameters:
     width_mm: float = 5.0
     overlap: float = 0.25
     border: str | None = None
+    thin_walls: str = "border"
     contours: int = 1
     contours_first: bool = True
     angle_deg: float = 0.0
     angle_step_deg: float = 90.0
+    metal_share: tuple[float, float] | None = None
     seam: str = "aligned"
     seam_angle_deg: float | None = None
     seam_xyz_mm: tuple[float, float, float] | None = None
     seams: tuple[SeamPlace, ...] = ()
     alternate: bool = False
     order: str | None = None
+    overhang_mm: float | None = None
     lead_in_mm: float = 0.0
     lead_out_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        named = (("pattern", PATTERNS), ("seam", SEAMS), ("order", (*ORDERS, None)), ("border", (*BORDERS, None)))
+        named: list[tuple[str, tuple[str | None, ...]]] = [("pattern", PATTERNS), ("seam", SEAMS)]
+        named += [("order", (*ORDERS, None)), ("border", (*BORDERS, None)), ("thin_walls", THIN_WALLS)]
         for key, allowed in named:
             if getattr(self, key) not in allowed:
                 names = ", ".join(name for name in allowed if name)
@@ -105,6 +117,8 @@ class BeadParameters:
             raise PartError(f"overlap: {self.overlap} is not allowed; a share of the width within 0 .. 0.9 is needed")
         if self.contours < 0 or min(self.lead_in_mm, self.lead_out_mm) < 0:
             raise PartError("contours, lead_in_mm, lead_out_mm: must not be below 0")
+        if self.metal_share is not None and not 0.0 < self.metal_share[0] <= 1.0 <= self.metal_share[1] < math.inf:
+            raise PartError(f"metal_share: {list(self.metal_share)} is not allowed; needs 0 < least <= 1 <= greatest")
         places = (self.seam_angle_deg is not None) + (self.seam_xyz_mm is not None)
         if places != (self.seam == "chosen"):
             raise PartError("seam: chosen needs one of seam_angle_deg, seam_xyz_mm; they go with chosen alone")
@@ -142,6 +156,7 @@ class Bead:
         close_mm: length on which the beads beside it lie less than `slicing.laying.CROWDED` of their pitch away, where
             the layer does not unroll.
         least_spacing: least distance of the beads beside it as a share of their pitch.
+        metal: what it carries for its length, as a share of the nominal; its speed is the nominal by this.
     """
 
     points: Floats
@@ -154,6 +169,7 @@ class Bead:
     thin: bool = False
     close_mm: float = 0.0
     least_spacing: float = 1.0
+    metal: float = 1.0
 
     def __post_init__(self) -> None:
         if len(self.gained_mm) != len(self.points):

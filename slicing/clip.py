@@ -14,6 +14,7 @@ tolerance, which is taken away with shapely.
 from __future__ import annotations
 
 import itertools
+import math
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,13 @@ from slicing.surfaces import Cone, Cylinder, Plane, Revolved
 LEAST_AREA_MM2 = 1e-6  # what is left of a region that only touches the body's side
 
 
-def outside_body(curves: list[Curve], plane: Plane, body: RoundBody, tolerance_mm: float = 0.01) -> list[Curve]:
+def outside_body(
+    curves: list[Curve],
+    plane: Plane,
+    body: RoundBody,
+    tolerance_mm: float = 0.01,
+    z_mm: tuple[float, float] = (-math.inf, math.inf),
+) -> list[Curve]:
     """Cut a planar layer where the body begins.
 
     Args:
@@ -35,13 +42,14 @@ def outside_body(curves: list[Curve], plane: Plane, body: RoundBody, tolerance_m
         plane: parallel to z.
         body: the body.
         tolerance_mm: of the sampled border of a body that is no cylinder.
+        z_mm: where the body ends along its axis.
 
     Returns:
         The loops of the region outside the body; the same ones if the plane passes the body by, or none goes
         inside.
     """
-    if not isinstance(body.surface, Cylinder):
-        return _outside_section(curves, plane, body.surface, tolerance_mm)
+    if not isinstance(body.surface, Cylinder) or math.isfinite(z_mm[0]) or math.isfinite(z_mm[1]):
+        return _outside_section(curves, plane, body.surface, tolerance_mm, z_mm)
     axis = np.append(body.surface.axis_point, 0.0)
     height = -float(plane.distance(axis[None])[0])
     half = body.surface.radius**2 - height**2
@@ -65,15 +73,25 @@ def outside_body(curves: list[Curve], plane: Plane, body: RoundBody, tolerance_m
     return kept
 
 
-def _outside_section(curves: list[Curve], plane: Plane, surface: Cone | Revolved, tolerance_mm: float) -> list[Curve]:
-    """The region outside a body of revolution that is no cylinder."""
+def _outside_section(
+    curves: list[Curve],
+    plane: Plane,
+    surface: Cylinder | Cone | Revolved,
+    tolerance_mm: float,
+    z_mm: tuple[float, float],
+) -> list[Curve]:
+    """The region outside a body of revolution, which may end along its axis."""
     import shapely
 
     if not curves:
         return curves
     loops = [plane.unrolled(curve.points) for curve in curves]
     low, high = (float(f([f(loop[:, 1]) for loop in loops])) for f in (np.min, np.max))
-    body = body_section(plane, surface, low - 1.0, high + 1.0, tolerance_mm)
+    # the second coordinate of a plane beside the axis is z
+    low, high = (max(low - 1.0, z_mm[0] - plane.point[2]), min(high + 1.0, z_mm[1] - plane.point[2]))
+    if high <= low:
+        return curves
+    body = body_section(plane, surface, low, high, tolerance_mm)
     region = region_of(loops)
     if not body.intersection(region).area > LEAST_AREA_MM2:
         return curves
@@ -113,7 +131,9 @@ def region_of(loops: list[Floats]) -> Any:
     return region
 
 
-def body_section(plane: Plane, surface: Cone | Revolved, low: float, high: float, tolerance_mm: float) -> Any:
+def body_section(
+    plane: Plane, surface: Cylinder | Cone | Revolved, low: float, high: float, tolerance_mm: float
+) -> Any:
     """Where a plane parallel to z cuts a body of revolution.
 
     Args:
@@ -128,10 +148,13 @@ def body_section(plane: Plane, surface: Cone | Revolved, low: float, high: float
     """
     import shapely
 
-    bands = Bands.of(surface.chain(0.05 * tolerance_mm))
     axis = np.append(surface.axis_point, 0.0)
     centre = plane.unrolled(axis[None])[0]
     height = abs(float(plane.distance(axis[None])[0]))
+    if isinstance(surface, Cylinder):
+        half = math.sqrt(max(surface.radius**2 - height**2, 0.0))
+        return shapely.box(centre[0] - half, low, centre[0] + half, high) if half > 0.0 else shapely.Polygon()
+    bands = Bands.of(surface.chain(0.05 * tolerance_mm))
     border = np.concatenate([[low - centre[1]], bands.z, [high - centre[1]]])
     border = np.clip(border, low - centre[1], high - centre[1])
     parts = []

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from slicing.beads import Bead
+from slicing.deposition import metal_document
 from slicing.indices import Indices
 from slicing.layers import Layer, SlicedSubVolume
 from slicing.laying import LaidSubVolume
@@ -30,6 +31,8 @@ def slices_document(
     found: Sequence[Indices],
     warnings: Sequence[str] = (),
     laid: Sequence[LaidSubVolume] = (),
+    density_g_cm3: float = 7.85,
+    wire_diameter_mm: float = 1.2,
 ) -> dict[str, Any]:
     """The document that `rbam slice --json` writes.
 
@@ -38,6 +41,8 @@ def slices_document(
         found: their indices, in the same order.
         warnings: further warnings, put before those of the sub-volumes.
         laid: their beads, in the same order; left out of the document where there are none.
+        density_g_cm3: of the metal.
+        wire_diameter_mm: of the wire.
 
     Returns:
         Plain lists, dicts, strings and numbers, mm (see docs/formats.md).
@@ -59,7 +64,7 @@ def slices_document(
                 "volume_mm3": _known(one.volume_mm3),
                 "laid_volume_mm3": _known(one.laid_volume_mm3),
                 "end_mm": _known(one.end_mm),
-                **(_beads(laid[k]) if laid else {}),
+                **(_beads(laid[k], density_g_cm3, wire_diameter_mm) if laid else {}),
             }
             for k, (one, some) in enumerate(zip(sliced, found, strict=True))
         ],
@@ -68,8 +73,13 @@ def slices_document(
     }
 
 
-def _beads(laid: LaidSubVolume) -> dict[str, Any]:
+def _beads(laid: LaidSubVolume, density_g_cm3: float, wire_diameter_mm: float) -> dict[str, Any]:
     return {
+        "metal": {
+            **metal_document(laid.metal, density_g_cm3, wire_diameter_mm),
+            "layers": [one.to_dict() for one in laid.metal],
+        },
+        "overhangs": [one.to_dict() for one in laid.overhangs],
         "beads": [_bead(bead) for bead in laid.beads],
         "thickness_policy": {
             "policy": laid.sliced.parameters.thickness,
@@ -85,6 +95,7 @@ def _bead(bead: Bead) -> dict[str, Any]:
         "closed": bead.closed,
         "hole": bead.hole,
         "length_mm": bead.length_mm,
+        "metal": float(bead.metal),
     }
 
 

@@ -3,9 +3,10 @@
     indices(sliced, targets)          # Indices(NL=21, A_mm2=25.4, NV=242, R_rad=0.42)
 
 NL     number of layers, the one on the body included.
-A_mm2  adhesion area: of every layer's region the part within half a layer (h_layer / 2) of the body, summed.
-       For a first layer on the body that is the footprint. Of the body itself, where it is printed as well: its
-       footprint on the plate.
+A_mm2  adhesion area. Where the first layer lies on the body: its region, the footprint, and nothing above it, which
+       would count the same area of the body again. Of planes: of every layer's region the part within half a layer
+       (h_layer / 2) of the body, summed; the parts of two planes lie beside one another. Of the body itself, where
+       it is printed as well: its footprint on the plate. A body that ends is there between its ends alone.
 NV     number of robot targets, as the robot visits them: the target that closes a bead counts again.
 R_rad  mean angle, along the last layer's curves, between the direction of deposition and the normal of the
        top surface: the nearest face of the mesh that looks within 60 degrees of the direction of deposition.
@@ -23,6 +24,7 @@ from slicing.adhesion import area_near_body
 from slicing.layers import SlicedSubVolume
 from slicing.nearest import closest_on_triangles
 from slicing.part import Floats, Ints, Mesh
+from slicing.surfaces import Plane
 from slicing.targets import Targets
 
 TOP_COSINE = 0.5  # a face belongs to the top if it looks within 60 degrees of the direction of deposition
@@ -61,12 +63,22 @@ def indices(sliced: SlicedSubVolume, targets: Targets | int) -> Indices:
         number = int((targets.sub_volume_index == targets.sub_volume.index(sliced.name)).sum())
     else:
         number = int(targets)
+    return Indices(len(sliced.layers), adhesion_area(sliced), number, top_angle(sliced))
+
+
+def adhesion_area(sliced: SlicedSubVolume) -> float:
+    """A: area of the body that the layers adhere to, mm².
+
+    Args:
+        sliced: the sub-volume.
+
+    Returns:
+        mm².
+    """
+    if sliced.stands_on_plate or not isinstance(sliced.layers[0].surface, Plane):
+        return float(sliced.layers[0].area_mm2)
     within = 0.5 * sliced.parameters.h_layer_mm
-    if sliced.stands_on_plate:
-        area = sliced.layers[0].area_mm2
-    else:
-        area = sum(area_near_body(layer, sliced.body, within) for layer in sliced.layers)
-    return Indices(len(sliced.layers), float(area), number, top_angle(sliced))
+    return float(sum(area_near_body(layer, sliced.body, within, sliced.body_z_mm) for layer in sliced.layers))
 
 
 def top_angle(sliced: SlicedSubVolume) -> float:
@@ -80,7 +92,10 @@ def top_angle(sliced: SlicedSubVolume) -> float:
         edge), the face that looks most along it is taken.
     """
     last = sliced.layers[-1]
-    points = np.concatenate([_evenly(curve.points, TOP_POINTS // len(last.curves) + 1) for curve in last.curves])
+    lengths = np.array([_length(curve.points) for curve in last.curves])
+    counts = np.ceil(TOP_POINTS * lengths / lengths.sum()).astype(np.int64) + 1
+    points = np.concatenate([_evenly(curve.points, int(n)) for curve, n in zip(last.curves, counts, strict=True)])
+    weights = np.repeat(lengths / counts, counts)  # of a point: the length it stands for
     directions = last.surface.normals(points)
     unit = sliced.mesh.normals
     size = np.sqrt((unit**2).sum(axis=1))
@@ -97,7 +112,8 @@ def top_angle(sliced: SlicedSubVolume) -> float:
     share = max(AT_ONCE // len(faces), 1)  # of the points: what is compared at once stays within memory
     parts = [slice(k, k + share) for k in range(0, len(points), share)]
     angles = [_angles(points[p], directions[p], looking, sliced.mesh, faces) for p in parts]
-    return float(np.concatenate(angles).mean())
+    angle = np.concatenate(angles)
+    return float(angle.mean() if len(last.curves) == 1 else np.average(angle, weights=weights))
 
 
 def _angles(points: Floats, directions: Floats, unit: Floats, mesh: Mesh, faces: Ints) -> Floats:
@@ -109,6 +125,11 @@ def _angles(points: Floats, directions: Floats, unit: Floats, mesh: Mesh, faces:
     allowed[np.arange(len(points)), best] |= ~allowed.any(axis=1)
     nearest = _nearest_face(points, mesh.vertices[mesh.faces[faces]], centres[faces], radii[faces], allowed)
     return np.arccos(np.clip(cosine[np.arange(len(points)), nearest], -1.0, 1.0))
+
+
+def _length(points: Floats) -> float:
+    """Length of a closed polyline, mm."""
+    return float(np.sqrt(((np.roll(points, -1, axis=0) - points) ** 2).sum(axis=1)).sum())
 
 
 def _evenly(points: Floats, count: int) -> Floats:

@@ -5,12 +5,15 @@
 The border of the region is the edge of the material ("edge") or the centre line of the outermost bead ("centre"):
 the first round runs half a width inside it, or on it, and every further one a pitch = width * (1 - overlap) inside the
 one before. `contour_parallel` goes on so until nothing is left; where a core wider than what the last round covers
-remains, one more round is laid half a pitch inside it. `zigzag` lays its lines inside the given number of rounds,
-spread evenly at no more than a pitch, and joins the end of each to the next: straight where that stays within the
-lines' region, else along its border; where that is too long a way, a new bead begins.
+remains, one more round is laid half a pitch inside it, and a bead along its middle where it is long and narrow.
+`zigzag` lays its lines inside the given number of rounds, spread evenly at no more than a pitch, and joins the end of
+each to the next: straight where that stays within the lines' region, else along its border; where that is too long a
+way, a new bead begins.
 
-Where the region is narrower than a bead, one bead runs along its middle and stands out by what is missing; a place too
-small even for that gets the border itself as a bead. Both are marked `thin`.
+Where the region is thinner than one and a half pitches, one bead runs along its middle: two would lie on one another
+and lay more metal too much than one lays too little. Where it is narrower than a bead that bead stands out by what is
+missing; a place too small even for that gets the border itself as a bead. Both are marked `thin`. In walls of some
+beads the rounds' distance is fitted to the wall (`fitted_pitch`).
 
 Rings are filled without a seam: rounds close round the body; lines at an angle are spread so that they meet themselves
 after a turn, and lines along the way round (angles whose rise on a turn is less than a pitch count as such) close.
@@ -19,7 +22,7 @@ after a turn, and lines along the way round (angles whose rise on a turn is less
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -36,6 +39,13 @@ NUDGE = 1e-3  # outermost lines run this share of a width inside the border
 LONGEST_JOINT = 3.0  # times the pitch
 OVER = 0.1  # lines run this share of a width further into the rounds about them than they must
 NARROW = 0.2  # short places with less room than this share of a width are left
+ONE_BEAD = 1.5  # walls thinner than so many pitches get one bead along the middle: two would lay more metal too much
+SHORT = 1.0  # places shorter than so many widths do not count as walls
+MOST_FITTED = 12  # beads across up to which their distance is fitted to the wall
+FITTED = 1e-3  # share of a width to which a wall's width is found
+SLIVER = 0.02  # share of a width: half of what is no round's region any more
+LEAST_FITTED = 0.5  # share of the pitch that a fitted distance keeps
+THIN_MM = 0.02  # nearer to a border than half a width by more than this, a bead stands out
 LEAST_GAP = 0.02  # uncovered areas below this share of width² are left as they are
 
 
@@ -73,23 +83,107 @@ def contour_rounds(
         pitch_mm: distance of the next from it.
         width_mm: of the beads.
         rounds: how many; None fills the whole island.
-        fills: whether what the rounds leave uncovered of each other, or of what fills the rest a pitch inside the last
-            one, gets a round of its own.
+        fills: whether what the rounds leave between each other, or between them and what fills the rest a pitch
+            inside the last one, gets beads of its own.
 
     Yields:
         The outermost round as contours, the others as infill (all as contours where rounds is given).
     """
     x0, y0, x1, y1 = island.region.bounds
     island = island.repeated(0.5 * min(x1 - x0, y1 - y0) + _beyond(island, width_mm))
-    inset, k = _inset(island.region, first_mm), 0
+    inset, k = wide_part(island.region, first_mm, pitch_mm, width_mm), 0
     while not inset.is_empty and (rounds is None or k < rounds):
         kind = "contour" if k == 0 or rounds is not None else "infill"
         yield from _loops(inset, island, kind)
         k += 1
         after = _inset(island.region, first_mm + k * pitch_mm)
         if fills:
-            yield from _core(island, inset, after, pitch_mm, width_mm)
+            after = _rooms(_without_narrow(after, 0.5 * pitch_mm, width_mm), 0.5 * pitch_mm, width_mm)
+            between = list(_between_rounds(island, inset, after, pitch_mm, width_mm))
+            yield from between
+            yield from _core(island, inset, after, pitch_mm, width_mm, between)
         inset = after
+
+
+def wide_part(region: Any, first_mm: float, pitch_mm: float, width_mm: float) -> Any:
+    """Where the first round of a region runs: not where one bead along the middle lays the metal better than two.
+
+    Args:
+        region: shapely, mm.
+        first_mm: how far inside the border the first round runs.
+        pitch_mm: what a bead fills of a wall's thickness.
+        width_mm: of the beads.
+
+    Returns:
+        The region inset by first_mm, without places where the region is thinner than ONE_BEAD pitches.
+    """
+    return _without_narrow(_inset(region, first_mm), ONE_BEAD * pitch_mm - 2.0 * first_mm, width_mm)
+
+
+def _without_narrow(inset: Any, least_mm: float, width_mm: float) -> Any:
+    """A region without its places thinner than least_mm, unless they are short; what is left stays as it is."""
+    import shapely
+
+    if least_mm <= 0.0 or inset.is_empty:
+        return inset
+    opened = inset.buffer(-0.5 * least_mm).buffer(0.5 * least_mm + 1e-3, join_style="mitre")
+    narrow = [part for part in shapely.get_parts(inset.difference(opened)) if part.geom_type == "Polygon"]
+    narrow = [part for part in narrow if 0.5 * part.length > SHORT * width_mm]
+    if not narrow:
+        return inset
+    return _areas(inset.difference(shapely.union_all(narrow).buffer(1e-3)))
+
+
+def _greatest_width(region: Any, most_mm: float, width_mm: float) -> float:
+    """Width of a region at its widest place, mm; most_mm where it is wider than that."""
+    region = region.simplify(FITTED * width_mm)
+    low, high = 0.0, most_mm
+    if not region.buffer(-0.5 * high, quad_segs=4).is_empty:
+        return most_mm
+    while high - low > FITTED * width_mm:
+        middle = 0.5 * (low + high)
+        if region.buffer(-0.5 * middle, quad_segs=4).is_empty:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)
+
+
+def _rooms(region: Any, least_mm: float, width_mm: float) -> Any:
+    """The polygons of a region that are wider than least_mm somewhere, or compact and no mere slivers."""
+    import shapely
+
+    parts = shapely.get_parts(region)
+    wide = ~shapely.is_empty(shapely.buffer(parts, -0.5 * least_mm))
+    short = 0.5 * shapely.length(parts) <= SHORT * width_mm
+    dots = short & ~shapely.is_empty(shapely.buffer(parts, -SLIVER * width_mm))
+    return region if wide.all() else shapely.union_all(parts[wide | dots])
+
+
+def fitted_pitch(island: Island, first_mm: float, pitch_mm: float, width_mm: float) -> tuple[float, int]:
+    """The distance of rounds at which a whole number of beads fits an island, where that is a wall.
+
+    As many beads go across its widest place as lay the metal nearest to what fills it, at most a width apart.
+
+    Args:
+        island: what to fill.
+        first_mm: how far inside the border the first round runs.
+        pitch_mm: what a bead fills.
+        width_mm: of the beads.
+
+    Returns:
+        The distance, mm, and the number of beads across the widest place.
+    """
+    _, y0, _, y1 = island.region.bounds
+    most = (MOST_FITTED + 1) * pitch_mm
+    across = _greatest_width(island.repeated(min(y1 - y0, most)).region, most, width_mm)
+    if across < ONE_BEAD * pitch_mm:
+        return pitch_mm, 1
+    room = across - 2.0 * first_mm
+    count = max(round(across / pitch_mm), math.ceil(room / width_mm - 1e-6) + 1, 2)
+    if count > MOST_FITTED:
+        return pitch_mm, count
+    return max(room / (count - 1), LEAST_FITTED * pitch_mm), count
 
 
 def _beyond(island: Island, width_mm: float) -> float:
@@ -117,18 +211,35 @@ def _areas(geometry: Any) -> Any:
     return shapely.union_all([part for part in parts if part.geom_type == "Polygon" and part.area > 1e-9])
 
 
-def _core(island: Island, inset: Any, after: Any, pitch_mm: float, width_mm: float) -> Iterator[Stroke]:
-    """What a round and the next leave uncovered: half a pitch inside the round, one more."""
+def _between_rounds(island: Island, inset: Any, after: Any, pitch_mm: float, width_mm: float) -> Iterator[Stroke]:
+    """What a round and the next leave between them, where it is long and wide enough for a bead of its own."""
+    import shapely
+
+    rest = _inset(inset, 0.5 * pitch_mm).difference(after.buffer(0.5 * pitch_mm * (1 + 1e-3) + 1e-3))
+    for part in shapely.get_parts(rest):
+        if part.geom_type != "Polygon" or part.buffer(-0.25 * pitch_mm).is_empty:
+            continue
+        strokes = list(_along_middle(part, island, width_mm, "infill"))
+        if sum(_whole(stroke).length for stroke in strokes) > width_mm:
+            yield from strokes
+
+
+def _core(
+    island: Island, inset: Any, after: Any, pitch_mm: float, width_mm: float, laid: Sequence[Stroke]
+) -> Iterator[Stroke]:
+    """What a round, the next and what is laid between them leave uncovered: half a pitch inside the round, one more."""
     import shapely
 
     bare = _inset(inset, 0.5 * width_mm).difference(after.buffer(0.5 * width_mm))
+    if laid and not bare.is_empty:
+        lines = [_whole(stroke, k * (island.chart.period or 0.0)) for stroke in laid for k in _periods(island)]
+        bare = bare.difference(shapely.union_all(lines).buffer(0.5 * width_mm))
     bare = [part for part in shapely.get_parts(bare) if part.area > LEAST_GAP * width_mm**2]
     if not bare:
         return
     near = shapely.union_all(bare).buffer(0.5 * width_mm)
     for stroke in _loops(_inset(inset, 0.5 * pitch_mm), island, "infill"):
-        loop = np.concatenate([stroke.line, stroke.line[:1] + stroke.shift])
-        line = shapely.LineString(loop)
+        line = _whole(stroke)
         if near.covers(line):
             yield stroke
             continue
@@ -137,6 +248,20 @@ def _core(island: Island, inset: Any, after: Any, pitch_mm: float, width_mm: flo
         for part in shapely.get_parts(shapely.line_merge(shapely.MultiLineString(pieces))):
             if part.length > 0.25 * width_mm:
                 yield Stroke(np.asarray(part.coords), False, False, "infill")
+
+
+def _periods(island: Island) -> range:
+    """Numbers of the periods that a ring's region has; of others the one."""
+    half = island.periods // 2
+    return range(-half, half + 1)
+
+
+def _whole(stroke: Stroke, by_mm: float = 0.0) -> Any:
+    """A stroke as a line, with the way back to its start where it is closed."""
+    import shapely
+
+    loop = np.concatenate([stroke.line, stroke.line[:1] + stroke.shift]) if stroke.closed else stroke.line
+    return shapely.LineString(loop + np.array([by_mm, 0.0]))
 
 
 def _loops(region: Any, island: Island, kind: str) -> list[Stroke]:
@@ -353,13 +478,14 @@ def _right_round(region: Any, levels: Floats, period: float, pitch_mm: float) ->
     yield from _joined(region, rows, pitch_mm)
 
 
-def narrow_places(island: Island, first_mm: float, width_mm: float) -> Iterator[Stroke]:
-    """One bead along the middle of every place that the first round is too wide for.
+def narrow_places(island: Island, first_mm: float, width_mm: float, pitch_mm: float) -> Iterator[Stroke]:
+    """One bead along the middle of every place that the first round leaves out: too thin for it, or for two beads.
 
     Args:
         island: what to fill.
         first_mm: how far inside the border the first round runs.
         width_mm: of the beads.
+        pitch_mm: what a bead fills.
 
     Yields:
         Strokes; where the island has no room for any bead and no middle line, its border.
@@ -367,9 +493,8 @@ def narrow_places(island: Island, first_mm: float, width_mm: float) -> Iterator[
     import shapely
 
     island = island.repeated(_beyond(island, width_mm))
-    wide = _inset(island.region, first_mm)
+    wide = wide_part(island.region, first_mm, pitch_mm, width_mm)
     rest = island.region.difference(wide.buffer(first_mm * (1 + 1e-3) + 1e-3, quad_segs=32))
-    period = island.chart.period
     for part in shapely.get_parts(rest):
         if part.geom_type != "Polygon":
             continue
@@ -377,15 +502,34 @@ def narrow_places(island: Island, first_mm: float, width_mm: float) -> Iterator[
             continue
         if not wide.is_empty and part.length < 4 * width_mm and part.buffer(-NARROW * width_mm).is_empty:
             continue  # what a round bead leaves in a corner
-        around = period is not None and part.bounds[2] - part.bounds[0] > 1.5 * period
-        if period is not None and not around and not -0.5 * period <= part.bounds[0] < 0.5 * period:
-            continue
-        lines = middle_lines(part, width_mm)
-        for line, closed in lines:
-            length = float(np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1)).sum())
-            if around and period is not None and not closed:
-                yield replace(_one_turn(line, "contour", period), thin=True)
-            elif length > 0.5 * width_mm or wide.is_empty:
-                yield Stroke(line, closed, False, "contour", thin=True)
-        if not lines and wide.is_empty:
+        lines = list(_along_middle(part, island, width_mm, "contour"))
+        for stroke in lines:
+            if stroke.closed or wide.is_empty or _whole(stroke).length > 0.5 * width_mm:
+                yield stroke
+        if not lines and wide.is_empty and _in_one_period(part, island):
             yield from (replace(s, thin=True) for s in _loops(part, island, "contour"))
+
+
+def _in_one_period(part: Any, island: Island) -> bool:
+    """Whether a part of a ring's repeated region is the one of it that counts; others always are."""
+    period = island.chart.period
+    around = period is not None and part.bounds[2] - part.bounds[0] > 1.5 * period
+    return period is None or around or -0.5 * period <= part.bounds[0] < 0.5 * period
+
+
+def _along_middle(part: Any, island: Island, width_mm: float, kind: str) -> Iterator[Stroke]:
+    """Strokes along the middle of a part of an island's region; closed ones all run the same way round."""
+    import shapely
+
+    if not _in_one_period(part, island):
+        return
+    period, border = island.chart.period, island.region.boundary
+    around = period is not None and part.bounds[2] - part.bounds[0] > 1.5 * period
+    for line, closed in middle_lines(part, width_mm):
+        thin = bool(shapely.distance(shapely.points(line), border).min() < 0.5 * width_mm - THIN_MM)
+        if around and period is not None and not closed:
+            ahead = line if line[-1, 0] > line[0, 0] else line[::-1]
+            yield replace(_one_turn(ahead, kind, period), thin=thin)
+            continue
+        back = not shapely.LinearRing(line).is_ccw if closed else tuple(line[-1]) < tuple(line[0])
+        yield Stroke(line[::-1] if back else line, closed, False, kind, thin=thin)

@@ -110,6 +110,7 @@ class SlicedSubVolume:
         volume_mm3: of the sub-volume outside its body; NaN where it was not held against its layers.
         laid_volume_mm3: area times thickness over all layers (see `slicing.volume`).
         end_mm: how far the last layer stands out above the sub-volume's top; below 0 what is left above it.
+        body_z_mm: where the body ends along z; infinite where it does not within the sub-volume.
     """
 
     name: str
@@ -123,6 +124,7 @@ class SlicedSubVolume:
     volume_mm3: float = math.nan
     laid_volume_mm3: float = math.nan
     end_mm: float = math.nan
+    body_z_mm: tuple[float, float] = (-math.inf, math.inf)
 
     def thickness_at(self, layer: int, points: Floats) -> Floats:
         """Thickness (n,) of the bead at points (n, 3) of a layer, mm. See `slicing.thickness`."""

@@ -19,11 +19,13 @@ import numpy as np
 from slicing.beads import Bead, BeadParameters
 from slicing.chains import SAME_POINT_MM
 from slicing.charts import Chart
-from slicing.infill import OVER, Stroke, contour_rounds, narrow_places, zigzag
+from slicing.deposition import LayerMetal, layer_metal, metal_lines, with_metal
+from slicing.infill import OVER, Stroke, contour_rounds, fitted_pitch, narrow_places, wide_part, zigzag
 from slicing.islands import Island, Joint, islands
 from slicing.layers import Layer, SlicedSubVolume
 from slicing.leads import with_leads
 from slicing.order import ordered
+from slicing.overhang import ALLOWED, Overhang, overhang_lines, overhangs
 from slicing.part import Bools, Floats, PartError
 from slicing.policy import Place, policy_lines, with_policy
 from slicing.seams import with_seams
@@ -41,12 +43,16 @@ class LaidSubVolume:
         beads: layer by layer.
         places: where the thickness leaves its limits, and what was done there (`slicing.policy.Place`).
         warnings: one line each.
+        metal: by layer what the beads lay and what it takes; empty where it was not asked for.
+        overhangs: by layer what lies over nothing; empty where it was not asked for.
     """
 
     sliced: SlicedSubVolume
     beads: tuple[Bead, ...]
     places: tuple[Place, ...]
     warnings: tuple[str, ...]
+    metal: tuple[LayerMetal, ...] = ()
+    overhangs: tuple[Overhang, ...] = ()
 
 
 def lay_beads(
@@ -57,7 +63,8 @@ def lay_beads(
     Args:
         sliced: the sub-volumes in the order of deposition.
         parameters: how; the paper's beads where left out.
-        locate: whether places outside the limits are looked for even where they are only reported.
+        locate: whether places outside the limits are looked for even where they are only reported, and metal and
+            overhangs as well.
 
     Returns:
         Their beads.
@@ -84,6 +91,7 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> 
     layers = with_seams(sliced, layers, parameters)
     layers = ordered(layers, parameters)
     beads = tuple(with_leads(sliced, bead, parameters) for some in layers for bead in some)
+    beads = with_metal(sliced, beads, parameters)
     lines = policy_lines(sliced, places)
     thin = sum(bead.length_mm for bead in beads if bead.thin)
     if thin:
@@ -98,7 +106,13 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> 
             f"{sliced.name}: {close:.1f} mm of beads lie closer together than asked, down to {least:.0%} of"
             f" {parameters.pitch_mm:g} mm, where the layers cannot be unrolled: more is laid there than fills them"
         )
-    return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
+    if not locate:
+        return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
+    allowed = ALLOWED * parameters.width_mm if parameters.overhang_mm is None else parameters.overhang_mm
+    metal, hanging = layer_metal(sliced, beads, parameters.pitch_mm), overhangs(sliced, allowed)
+    lines += overhang_lines(sliced.name, hanging, allowed)
+    lines += metal_lines(sliced.name, metal, parameters)
+    return LaidSubVolume(sliced, beads, tuple(places), tuple(lines), metal, hanging)
 
 
 def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 0.01) -> list[Bead]:
@@ -115,7 +129,7 @@ def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 
     Raises:
         PartError: the layer cannot be unrolled.
     """
-    if parameters.pattern == "contour" and parameters.first_mm == 0.0:
+    if parameters.pattern == "contour" and parameters.first_mm == 0.0 and not _has_thin_walls(layer, parameters):
         return [Bead(c.points, c.closed, "contour", layer.index, c.hole) for c in layer.curves]
 
     # the outermost beads of pieces that meet run first_mm within them, and are to be neighbours
@@ -128,22 +142,38 @@ def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 
     return sorted(beads, key=lambda bead: (bead.kind == "infill") == parameters.contours_first)
 
 
+def _has_thin_walls(layer: Layer, p: BeadParameters) -> bool:
+    """Whether a layer has walls in which one bead is to be laid along the middle, not two along the borders."""
+    if p.thin_walls == "border":
+        return False
+    try:
+        found = islands(layer)
+    except PartError:
+        return False  # a layer that cannot be unrolled has its borders alone
+    for island in found:
+        wide = wide_part(island.region, 0.0, p.pitch_mm, p.width_mm)
+        if wide.is_empty or island.region.area - wide.area > 1e-3 * island.region.area:
+            return True
+    return False
+
+
 def _strokes(island: Island, p: BeadParameters, layer: int) -> list[Stroke]:
     """A pattern's strokes on an island."""
     found: list[Stroke] = []
-    if p.pattern == "zigzag":
+    if p.pattern == "contour":
+        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, 1, fills=False)
+        return found + list(narrow_places(island, p.first_mm, p.width_mm, p.pitch_mm))
+    pitch, across = fitted_pitch(island, p.first_mm, p.pitch_mm, p.width_mm)
+    if p.pattern == "zigzag" and across > 2 * p.contours + 1:
         angle = p.angle_deg + layer * p.angle_step_deg
-        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, p.contours)
+        found += contour_rounds(island, p.first_mm, pitch, p.width_mm, p.contours)
         # so far that between the round ends of two lines the round about them covers
-        over = p.pitch_mm - (0.5 - OVER) * p.width_mm if p.contours else 0.0
-        over = min(max(over, 0.0), p.pitch_mm)
-        found += zigzag(island, p.first_mm + p.contours * p.pitch_mm, over, p.pitch_mm, p.width_mm, angle)
-    else:
-        rounds = 1 if p.pattern == "contour" else None
-        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, rounds, fills=rounds is None)
-    if p.first_mm > 0.0:
-        found += narrow_places(island, p.first_mm, p.width_mm)
-    return found
+        over = pitch - (0.5 - OVER) * p.width_mm if p.contours else 0.0
+        over = min(max(over, 0.0), pitch)
+        found += zigzag(island, p.first_mm + p.contours * pitch, over, p.pitch_mm, p.width_mm, angle)
+    else:  # across a wall of few beads no lines fit within the rounds
+        found += contour_rounds(island, p.first_mm, pitch, p.width_mm, None)
+    return found + list(narrow_places(island, p.first_mm, p.width_mm, p.pitch_mm))
 
 
 def bead_of(stroke: Stroke, island: Island, layer: int, tolerance_mm: float) -> Bead:

@@ -17,6 +17,7 @@ import numpy as np
 
 from slicing.clip import outside_body
 from slicing.cylindrical import span
+from slicing.ends import NO_ENDS
 from slicing.intersect import Curve, intersect_offsets
 from slicing.layers import Layer, RoundBody, SlicingParameters, make_layer
 from slicing.part import Floats, Mesh, PartError
@@ -47,7 +48,13 @@ def build_direction(root: list[Curve], body: RoundBody, name: str = "sub-volume"
     return np.array([np.cos(middle), np.sin(middle), 0.0])
 
 
-def planar_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
+def planar_layers(
+    mesh: Mesh,
+    body: RoundBody,
+    parameters: SlicingParameters,
+    root: list[Curve],
+    body_z_mm: tuple[float, float] = NO_ENDS,
+) -> list[Layer]:
     """Slice by planes across the build direction.
 
     Args:
@@ -55,6 +62,7 @@ def planar_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, ro
         body: what it stands on.
         parameters: h_layer_mm and tolerance_mm count.
         root: the curves of its footprint on the body.
+        body_z_mm: where the body ends along its axis; beyond, planes reach within its surface.
 
     Returns:
         The layers, lowest first. The planes' points lie on the line through the axis along the build
@@ -68,11 +76,16 @@ def planar_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, ro
     lowest = min(float(((curve.points - axis) @ direction).min()) for curve in root)
     start = axis + lowest * direction
     base = Plane((float(start[0]), float(start[1]), 0.0), (float(direction[0]), float(direction[1]), 0.0))
-    return planes_from(mesh, body, parameters, base, [])
+    return planes_from(mesh, body, parameters, base, [], body_z_mm)
 
 
 def planes_from(
-    mesh: Mesh, body: RoundBody, parameters: SlicingParameters, base: Plane, layers: list[Layer]
+    mesh: Mesh,
+    body: RoundBody,
+    parameters: SlicingParameters,
+    base: Plane,
+    layers: list[Layer],
+    body_z_mm: tuple[float, float] = NO_ENDS,
 ) -> list[Layer]:
     """Planes at h_layer above a base, onto the layers that are there already.
 
@@ -82,6 +95,7 @@ def planes_from(
         parameters: h_layer_mm and tolerance_mm count.
         base: the plane that the stack stands on; not sliced itself.
         layers: what lies below (its last surface is what the first new plane is measured to).
+        body_z_mm: where the body ends along its axis.
 
     Returns:
         `layers` and the new ones.
@@ -91,7 +105,7 @@ def planes_from(
     found = intersect_offsets(mesh, base, heights, parameters.tolerance_mm)
     for height, meeting in zip(heights.tolist(), found, strict=True):
         surface = base.offset(height)
-        curves = outside_body(meeting, surface, body, parameters.tolerance_mm)
+        curves = outside_body(meeting, surface, body, parameters.tolerance_mm, body_z_mm)
         if curves:
             below = layers[-1].surface if layers else None
             layers.append(make_layer(len(layers), surface, curves, below, body, step))

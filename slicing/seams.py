@@ -67,7 +67,10 @@ def _started(sliced: SlicedSubVolume, bead: Bead, below: Floats, p: BeadParamete
         away = ((bead.points[:, None] - below[None]) ** 2).sum(axis=2).min(axis=1)
         return bead.rolled(int(np.argmin(away)))
     if p.seam == "spread":
-        return _split(sliced, bead, *_further(bead.points, _lowest(bead, surface), (bead.layer * GOLDEN) % 1.0))
+        share = (bead.layer * GOLDEN) % 1.0
+        if p.alternate and bead.layer % 2:  # it runs the other way: the same place is the rest of the way on
+            share = -share % 1.0
+        return _split(sliced, bead, *_further(bead.points, _lowest(bead, surface), share))
     return _placed(sliced, bead, p.seam_angle_deg, p.seam_xyz_mm)
 
 

@@ -25,27 +25,32 @@ import numpy as np
 
 from slicing.bodies import require_fit
 from slicing.cylindrical import cylindrical_layers, span
+from slicing.ends import NO_ENDS, between, closed_over, over_ends_mm3, reach_beyond, without_body
 from slicing.intersect import NUDGE_MM, Curve, intersect
-from slicing.layers import Body, Layer, RoundBody, SlicedSubVolume, SlicingParameters, require_layers
+from slicing.layers import Body, Layer, RevolvedBody, RoundBody, SlicedSubVolume, SlicingParameters, require_layers
 from slicing.nonuniform import nonuniform_layers
 from slicing.part import Floats, Mesh, PartError
 from slicing.planar import planar_layers
 from slicing.surfaces import Plane, Surface
 from slicing.thickness import resampled
 from slicing.volume import hold_volume
+from slicing.warning import Code, Warning
 
 THIN_SPACING_MM = 0.25  # at which beads are looked at for thin places
 GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it
 LEAST_SPHERE_MM, MOST_SPHERES = 0.02, 4000  # of the search for the least distance to a body
 
 
-def slice_sub_volume(mesh: Mesh, body: RoundBody, parameters: SlicingParameters) -> SlicedSubVolume:
+def slice_sub_volume(
+    mesh: Mesh, body: RoundBody, parameters: SlicingParameters, body_z_mm: tuple[float, float] = NO_ENDS
+) -> SlicedSubVolume:
     """Slice a sub-volume that stands on a round body.
 
     Args:
         mesh: the sub-volume, part frame, mm. Its root may lie on the body or reach into it.
         body: the body.
         parameters: strategy and thicknesses.
+        body_z_mm: where the body ends along its axis (`slicing.ends`).
 
     Returns:
         Its layers.
@@ -60,10 +65,19 @@ def slice_sub_volume(mesh: Mesh, body: RoundBody, parameters: SlicingParameters)
     require_fit(parameters.strategy, body)
     require_layers(mesh, parameters.h_layer_mm)
     root, warnings = footprint(mesh, body, parameters.tolerance_mm)
-    layers = tuple(_layers(mesh, body, parameters, root))
+    over = reach_beyond(np.concatenate([curve.points[:, 2] for curve in root]), body_z_mm)
+    if over and isinstance(body, RevolvedBody):
+        body, body_z_mm = closed_over(mesh, body, body_z_mm), NO_ENDS
+        root, warnings = footprint(mesh, body, parameters.tolerance_mm)
+    elif over:
+        root, more = footprint(_on_body(mesh, body, body_z_mm), body, parameters.tolerance_mm)
+        warnings = [*more, *_over_ends(mesh, body, body_z_mm)]
+    else:
+        body_z_mm = NO_ENDS
+    layers = tuple(_layers(mesh, body, parameters, root, body_z_mm))
     if not layers:
         raise PartError(f"{mesh.name}: thinner than one layer ({parameters.h_layer_mm} mm) outside the body")
-    sliced = SlicedSubVolume(mesh.name, parameters.strategy, mesh, body, layers, (), parameters)
+    sliced = SlicedSubVolume(mesh.name, parameters.strategy, mesh, body, layers, (), parameters, body_z_mm=body_z_mm)
     # where thin beads are dealt with, `slicing.policy` tells of them
     thin = _thin_beads(sliced) if parameters.thickness == "report" else []
     held = hold_volume(sliced)
@@ -76,9 +90,40 @@ def slice_sub_volume(mesh: Mesh, body: RoundBody, parameters: SlicingParameters)
     )
 
 
-def _layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
+def _on_body(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> Mesh:
+    """The part of a sub-volume that has the body below it."""
+    part = between(mesh, z_mm)
+    if len(part.faces) == 0:
+        raise PartError(
+            f"{mesh.name}: lies over the ends of the body ({body}, z {_rounded(z_mm)} mm), nowhere on its side"
+        )
+    return part
+
+
+def _rounded(z_mm: tuple[float, float]) -> str:
+    return " .. ".join(f"{round(z, 4) + 0.0:g}" for z in z_mm)
+
+
+def _over_ends(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> list[str]:
+    """A line about what lies within the body's surface beyond its ends."""
+    over, whole = over_ends_mm3(mesh, body, z_mm), without_body(mesh, body, z_mm).volume
+    what = f"{over:.1f} mm³ of it ({100 * over / whole:.1f} %) lie over the ends, within the body's surface: no layer"
+    text = (
+        f"{mesh.name}: reaches over the body's ends (z {_rounded(z_mm)} mm); layer 0 ends there. {what} holds"
+        " them but planes; strategy revolved lays round the ends"
+    )
+    return [Warning(Code.BODY_END, text, sub_volume=mesh.name, layer=0)]
+
+
+def _layers(
+    mesh: Mesh,
+    body: RoundBody,
+    parameters: SlicingParameters,
+    root: list[Curve],
+    body_z_mm: tuple[float, float],
+) -> list[Layer]:
     if parameters.strategy == "planar":
-        return planar_layers(mesh, body, parameters, root)
+        return planar_layers(mesh, body, parameters, root, body_z_mm)
     if parameters.strategy == "nonuniform":
         assert isinstance(body, Body)  # by require_fit
         return nonuniform_layers(mesh, body, parameters, root)

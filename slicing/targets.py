@@ -146,7 +146,7 @@ def sample_beads(
         rows("tangent"),
         thickness,
         np.array([some.bead.closed for _, some in found], dtype=bool),
-        (speed or BeadSpeed()).at(thickness),
+        (speed or BeadSpeed()).at(thickness) / np.repeat([some.bead.metal for _, some in found], size),
     )
 
 

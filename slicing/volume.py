@@ -34,6 +34,7 @@ import numpy as np
 from slicing.bodies import RoundBody
 from slicing.borders import hold_borders
 from slicing.clip import region_of
+from slicing.ends import NO_ENDS, over_ends_mm3, without_body
 from slicing.families import radius_at
 from slicing.islands import poles
 from slicing.layers import Layer, SlicedSubVolume
@@ -87,10 +88,17 @@ def hold_volume(sliced: SlicedSubVolume) -> Held:
     layers, body, h = sliced.layers, sliced.body, sliced.parameters.h_layer_mm
     mesh = sliced.mesh
     skin = Skin.of(mesh)
-    if skin.deepest(body.surface, -REACH_MM) < -REACH_MM:
+    over_ends, ends_count = 0.0, sliced.body_z_mm != NO_ENDS
+    if ends_count and isinstance(layers[0].surface, Plane):
+        mesh = without_body(mesh, body, sliced.body_z_mm)
+        skin = Skin.of(mesh)
+    elif skin.deepest(body.surface, -REACH_MM) < -REACH_MM:
+        over_ends = over_ends_mm3(mesh, body, sliced.body_z_mm) if ends_count else 0.0
         mesh = _outside(mesh, body)
         skin = Skin.of(mesh)
     area = _areas_by_solid(skin, layers)
+    if ends_count and not isinstance(layers[0].surface, Plane):
+        area[0] = np.nan  # it ends with the body, the solid's section there does not
     laid = [laid_volume(layer, layers[k - 1].surface if k else None, body, h) for k, layer in enumerate(layers)]
     last = layers[-1]
     rest = skin.volume_beyond(last.surface)
@@ -104,7 +112,7 @@ def hold_volume(sliced: SlicedSubVolume) -> Held:
         odd = [odd[i] for i in _odd(skin, again, area[odd], FINER)]
     lines = tuple(_area_line(sliced.name, layers[k], float(area[k])) for k in odd)
     lines += hold_borders(sliced.name, mesh, layers, [_cut_at(layer) for layer in layers])
-    held = Held(mesh.volume, float(sum(laid)), end, end_mm, area, lines)
+    held = Held(mesh.volume + over_ends, float(sum(laid)), end, end_mm, area, lines)
     missing = held.laid_mm3 - end - held.volume_mm3
     off = min(abs(missing), abs(missing + _evened(layers, laid)))
     return held if off <= MOST * held.volume_mm3 and not odd else _with_volume_line(held, sliced)
@@ -143,6 +151,8 @@ def _with_volume_line(held: Held, sliced: SlicedSubVolume) -> Held:
     wrong = {line.layer for line in held.lines if line.code in WRONG_LAYER}
     if wrong:
         why.append(f"{len(wrong)} layers are wrong")
+    elif sliced.body_z_mm != NO_ENDS:
+        why.append("some of it lies over the body's ends")
     elif sliced.strategy == "planar":
         why.append("the first planes run into the body")
     else:

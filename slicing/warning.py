@@ -16,6 +16,8 @@ class Code(StrEnum):
     """What a warning is about. In alphabetical order."""
 
     CONCAVE_FIXTURE = "concave_fixture"
+    BODY_END = "body_end"
+    DEPOSIT_SHARE = "deposit_share"
     LAYER_AREA = "layer_area"
     LINK_WITHOUT_SHAPES = "link_without_shapes"
     MODEL_ELEMENT_LEFT_OUT = "model_element_left_out"
@@ -39,6 +41,8 @@ class Code(StrEnum):
 WRONG_LAYER = frozenset(
     {Code.LAYER_AREA, Code.LAYER_LENGTH, Code.LAYER_LOOPS}
 )  # what makes a layer unfit for a verdict
+    OVERHANG = "overhang"
+    PAST_HORIZONTAL = "past_horizontal"
 
 
 class Warning(str):

@@ -4,7 +4,7 @@ import { clamp } from "./math.js";
 import { figure } from "./charts.js";
 
 // feasible first, then the reasons in the order of cell/html_words.py; report.css has the same as --verdict-N
-const VERDICTS = ["#12906e", "#c62828", "#e8710a", "#c2185b", "#7e57c2", "#1976d2", "#00838f", "#8d6e3a"];
+const VERDICTS = ["#12906e", "#c62828", "#e8710a", "#c2185b", "#7e57c2", "#1976d2", "#00838f", "#8d6e3a", "#4e342e"];
 const LAYERS = ["#3b1f6b", "#a12d7c", "#e8663d", "#f9d14a"]; // first to last
 const THICKNESSES = ["#1d4e89", "#3aa6a0", "#e9d66b"]; // thin to thick
 
