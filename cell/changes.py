@@ -21,6 +21,7 @@ from ik.roll import RollWindow, apply_roll
 
 from .collision import Ints
 from .config import with_changes
+from .errors import InputError
 from .job import Job
 from .place import METRES_PER_MM, frames, place
 from .scene import compose, table_angles
@@ -105,7 +106,11 @@ class Start:
         return e1, e2
 
     def has(self, knob: Knob, size: float) -> bool:
-        """Whether the cell has such a change at all: an axis its range, the stick-out its length."""
+        """Whether the cell has such a change at all: an axis its range, a key its allowed values."""
+        try:
+            changed_case(self.job.case, knob, size)
+        except InputError:
+            return False
         e1, e2 = self.angles(knob, size)
         for value, (low, high), turn in zip((e1, e2), np.rad2deg(self.job.scene.table_range), (0, 360), strict=True):
             if not any(low - 1e-9 <= v <= high + 1e-9 for v in (value, value - turn, value + turn)):

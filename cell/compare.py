@@ -318,6 +318,7 @@ CRITERIA = (
 
 def _table(one: Comparison) -> RenderableType:
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column(one.name, style="dim", min_width=16)
@@ -331,7 +332,7 @@ def _table(one: Comparison) -> RenderableType:
             value, theirs = ours[row.strategy].get(key), paper.get(row.strategy, {}).get(key)
             text = "-" if value is None else f"{value:.{digits}f}"
             text += "" if theirs is None else f" ({theirs:.{digits}f})"
-            cells.append(f"[bold green]{text}[/]" if key == "F" and row.strategy == best else text)
+            cells.append(Text(text, "bold green" if key == "F" and row.strategy == best else ""))
         table.add_row(title, *cells)
     return table
 
