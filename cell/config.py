@@ -70,7 +70,8 @@ def _read(path: Path, read: list[Path]) -> object:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f", line {mark.line + 1}" if mark else ""
-        raise InputError(f"{path}{where}: not YAML ({getattr(error, 'problem', None) or error})") from None
+        problem = getattr(error, "problem", None) or str(error).split("\n")[0]
+        raise InputError(f"{path}{where}: not YAML ({problem})") from None
     if not isinstance(content, dict) or "extends" not in content:
         return content
     try:

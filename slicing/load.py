@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from slicing.file_bounds import require_bounded
 from slicing.part import UNITS_MM, Floats, Ints, Mesh, PartError, mesh_from_arrays, noise_of, require_near, require_size
 from slicing.repair_shells import one_solid
 
@@ -36,6 +37,7 @@ READ_ERRORS = (
     EOFError,
     ImportError,
     LookupError,
+    MemoryError,
     OSError,
     RuntimeError,
     SyntaxError,
@@ -130,6 +132,7 @@ def _read(file: Path, units: str) -> tuple[Floats, Ints]:
     if file.stat().st_size == 0:
         raise PartError(f"{file}: the file is empty")
     _require_reader(file, trimesh.available_formats())
+    require_bounded(file)
     require_size(str(file), _stated_faces(file))
     try:
         loaded = trimesh.load(str(file), process=False, force="mesh")
