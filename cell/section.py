@@ -31,6 +31,7 @@ Distance = Annotated[float, within(0, 1000)]  # mm
 Tolerance = Annotated[float, within(1e-4, 100)]  # mm
 Speed = Annotated[float, within(0.01, 1e5)]  # mm/s
 AxisRate = Annotated[float, within(0.001, 1e6)]  # deg/s, deg/s2
+Count = Annotated[int, within(0, 1_000_000_000)]
 Seconds = Annotated[float, within(0, 86_400)]
 RightAngle = Annotated[float, within(0, 90)]  # an angle from a line: more than 90 would exclude everything
 Vec2 = tuple[Coordinate, Coordinate]

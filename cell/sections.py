@@ -24,6 +24,7 @@ from .section import (
     BeadWidth,
     Coordinate,
     Coordinates,
+    Count,
     Distance,
     FileName,
     LayerHeight,
@@ -363,10 +364,10 @@ class Expect(Section):
     """What a case is expected to give, for pytest."""
 
     verdict: Literal["feasible", "infeasible"]
-    infeasible: Annotated[int, within(0, 1_000_000_000)] | None = Field(
+    infeasible: Count | None = Field(
         None, description="number of infeasible targets"
     )
-    reasons: dict[str, int] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
+    reasons: dict[str, Count] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
 
     @field_validator("reasons")
     @classmethod

@@ -243,7 +243,9 @@ def _grid(s: Floats, zone: float, corners: Floats) -> Floats:
     edges = edges[(edges > 0) & (edges < s[-1])]
     fine = np.concatenate([grid, grid[1] * halves, s[-1] - (s[-1] - grid[-2]) * halves, edges])
     fine.sort()
-    return fine[np.concatenate([[True], np.diff(fine) > FLAT * s[-1]])]
+    kept = fine[np.concatenate([[True], np.diff(fine) > FLAT * s[-1]])]
+    kept[-1] = s[-1]
+    return kept
 
 
 def _graded(length: float, zone: float) -> Floats:
