@@ -17,6 +17,7 @@ import numpy as np
 from .check import CLEARANCE_REACH, Result, settings_of
 from .collision import Checker
 from .nodes import Nodes, evaluate
+from .plain import plain
 from .setup import Setup
 
 ORDER = ("unreachable", "joint_limit", "singular", "collision", "free")
@@ -74,7 +75,9 @@ def _of_target(setup: Setup, nodes: Nodes, i: int, stage: int) -> list[dict[str,
         roll = round(float(np.rad2deg(nodes.rolls[at[best, 0]])), 3)
         measures["collision"] = {**setup.describe(found, best), "roll_deg": roll}
     return [
-        {"reason": reason, "candidates": n, **measures[reason]} for reason, n in zip(ORDER, count, strict=True) if n
+        plain({"reason": reason, "candidates": n, **measures[reason]})
+        for reason, n in zip(ORDER, count, strict=True)
+        if n
     ]
 
 

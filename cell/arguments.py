@@ -33,7 +33,8 @@ EXAMPLES = """examples:
   rbam scene my.case.yaml                        what always touches, what does not collide, what is not planned
   rbam scene my.case.yaml --xml cell.xml         the cell as one MJCF for plain MuJoCo
 
-exit codes: 0 feasible or done, 1 infeasible, 2 bad input (one line says what and what is allowed)"""
+exit codes: 0 feasible or done, 1 infeasible, 2 bad input (one line says what and what is allowed),
+70 an error of the program itself (one line; RBAM_TRACEBACK=1 or --verbose says more), 130 interrupted"""
 
 
 class Parser(argparse.ArgumentParser):

@@ -23,6 +23,7 @@ from .collision import Clearances, Ints
 from .examine import Bead, Stretch, examine
 from .leaving import true_edges, why_none_leads_on
 from .nodes import Nodes, near_cost
+from .plain import plain
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 PATIENCE = 3  # ways that are free, but near something, before one is taken
@@ -45,6 +46,11 @@ class Missing:
     detail: dict[str, Any]
     attempt: Floats | None
     exhaustive: bool
+
+    def __post_init__(self) -> None:
+        """Keep plain values only: the record goes into documents."""
+        object.__setattr__(self, "detail", plain(self.detail))
+        object.__setattr__(self, "exhaustive", bool(self.exhaustive))
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ from .lockout import with_lockouts
 from .motion import Motion, assemble, corners
 from .pace import speeds, too_slow
 from .place import METRES_PER_MM, Placed, place
+from .plain import plain
 from .plan import PartPlan, plan_part
 from .refine import refined
 from .scene import table_angles
@@ -59,6 +60,11 @@ class Row:
     proved: bool
     q: Floats | None
     attempt: Floats | None = None
+
+    def __post_init__(self) -> None:
+        """Keep plain values only: the record goes into documents."""
+        object.__setattr__(self, "detail", plain(self.detail))
+        object.__setattr__(self, "proved", bool(self.proved))
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,10 @@
     rbam check                                  # the shipped propeller
     rbam check blade.case.yaml --e1 -45 --e2 0 --json report.json
 
-Exit codes: 0 feasible or done, 1 infeasible, 2 bad input or usage (one line on stderr). Documents go to files or, with
-``-``, to stdout; the report to stdout; progress and errors to stderr.
+Exit codes: 0 feasible or done, 1 infeasible, 2 bad input or usage (one line on stderr), 70 an error of the program
+itself (one line; with ``--verbose`` or ``RBAM_TRACEBACK=1`` a traceback before it), 130 interrupted, 128 + n ended by
+signal n. Documents go to files or, with ``-``, to stdout; the report to stdout; progress and errors to stderr. The exit
+code is the verdict, whoever reads the report and however far.
 """
 
 from __future__ import annotations
@@ -18,7 +20,11 @@ from typing import IO, TYPE_CHECKING, Any
 
 from .arguments import BAD_INPUT, build_parser
 from .errors import InputError
+from .files import STDOUT, check_outputs, discard_unfinished, write_bytes, write_csv, write_json, write_text
+from .printable import ERASED, printable
+from .streams import standard_streams
 from .terminal import is_quiet, speaking
+from .termination import Terminated, terminable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,7 +33,9 @@ if TYPE_CHECKING:
     from .remedies import Remedy
     from .sections import Case
 
-FEASIBLE, INFEASIBLE, INTERRUPTED = 0, 1, 130
+FEASIBLE, INFEASIBLE, INTERRUPTED, ENDED_BY_SIGNAL = 0, 1, 130, 128
+PROGRAM_ERROR = 70  # EX_SOFTWARE of sysexits.h: never a verdict
+TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are told with a traceback
 # of processor time that the search for remedies may take unless it is asked for, and that of so many whole checks
 HELP_SECONDS, HELP_CHECKS = 10.0, 2
 
@@ -41,20 +49,53 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    args = build_parser().parse_args(_joined_negatives(sys.argv[1:] if argv is None else argv))
-    try:
-        with speaking(args.quiet, args.verbose, sys.stderr):
-            return COMMANDS[args.command](args)
-    except InputError as error:
-        print(f"rbam: {error}", file=sys.stderr)  # noqa: T201 (the one place that speaks)
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        print("rbam: interrupted", file=sys.stderr)  # noqa: T201
-        return INTERRUPTED
-    except BrokenPipeError:
-        # the reader has gone; Python would complain once more when it closes stdout
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FEASIBLE
+    argv = sys.argv[1:] if argv is None else argv
+    with standard_streams():
+        try:
+            with terminable():
+                code = _run(argv)
+                sys.stdout.flush()
+                return code
+        except InputError as error:
+            return _told(BAD_INPUT, printable(error))
+        except KeyboardInterrupt:
+            return _told(INTERRUPTED, "interrupted")
+        except Terminated as ended:
+            return _told(ENDED_BY_SIGNAL + ended.number, "terminated")
+        except Exception as error:  # noqa: BLE001 (the one place: an error of the program is never a verdict)
+            return _program_error(error, argv)
+        finally:
+            discard_unfinished()
+            sys.stderr.flush()
+
+
+def _run(argv: Sequence[str]) -> int:
+    args = build_parser().parse_args(_joined_negatives(argv))
+    with speaking(args.quiet, args.verbose, sys.stderr):
+        return COMMANDS[args.command](args)
+
+
+def _told(code: int, line: str) -> int:
+    sys.stderr.write(f"rbam: {line}\n")
+    return code
+
+
+def _program_error(error: Exception, argv: Sequence[str]) -> int:
+    """Tell an error that no input should cause."""
+    import traceback
+
+    asked = os.environ.get(TRACEBACK, "") not in ("", "0") or not {"-v", "--verbose"}.isdisjoint(argv)
+    if asked:
+        sys.stderr.write("".join(traceback.format_exception(error)))
+    if isinstance(error, MemoryError):
+        return _told(PROGRAM_ERROR, "out of memory: no verdict (a coarser case needs less)")
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    what = printable(f"{type(error).__name__}: {error}")[:300]
+    place = f"{os.path.basename(os.path.dirname(where.filename))}/{os.path.basename(where.filename)}:{where.lineno}"
+    how = "the traceback above" if asked else f"what {TRACEBACK}=1 or --verbose prints"
+    return _told(
+        PROGRAM_ERROR, f"no verdict: an error of the program itself ({what}; at {place}); please report it with {how}"
+    )
 
 
 def _joined_negatives(argv: Sequence[str]) -> list[str]:
@@ -100,7 +141,7 @@ def _console(stream: IO[str]) -> Console:
 
     # in a pipe lines keep their length: whoever reads them breaks them as it likes
     width = None if stream.isatty() else 200
-    # names are printed as they are: brackets and colons in them are no markup
+    # names are printed as they are: brackets are no markup, colons no emoji
     return Console(file=stream, highlight=False, markup=False, emoji=False, width=width, soft_wrap=not stream.isatty())
 
 
@@ -109,42 +150,42 @@ def _say(lines: Any, to: IO[str]) -> None:
         return
     console = _console(to)
     for line in lines:
-        console.print(line)
+        console.print(line.translate(ERASED) if isinstance(line, str) else line)
 
 
 def _put_json(where: str, document: dict[str, Any]) -> None:
-    if where == "-":
+    if where == STDOUT:
         import json
 
         sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
         return
-    from .files import write_json
-
     write_json(where, document)
 
 
-def _outputs(*paths: str | None) -> None:
-    """Refuse output paths before the work rather than after it."""
-    from .files import check_writable
+def _outputs(args: argparse.Namespace, case: Case | None, *names: str, reads: Sequence[str | None] = ()) -> None:
+    """Refuse outputs before the work rather than after it, and those that are inputs of the run."""
+    outputs = {f"--{name.replace('_', '-')}": getattr(args, name) for name in names}
+    if not any(path not in (None, STDOUT) for path in outputs.values()):
+        return
+    from .case_files import case_files
 
-    for path in paths:
-        if path not in (None, "-"):
-            check_writable(str(path))
+    inputs = () if case is None else case_files(case)
+    check_outputs(outputs, [*inputs, *(path for path in reads if path is not None)])
 
 
 def _check(args: argparse.Namespace) -> int:
     if args.motion_in:
         return _check_motion(args)
-    _outputs(args.json, args.motion, args.html)
     if args.motion:
         from .motion_file import check_suffix
 
         check_suffix(args.motion)
+    case = _load(args)
+    _outputs(args, case, "json", "motion", "html")
     from .check import check
     from .job import prepare
     from .report import report_document, report_lines
 
-    case = _load(args)
     result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, sys.stderr)
     if args.motion:
         if result.motion is None:
@@ -153,7 +194,7 @@ def _check(args: argparse.Namespace) -> int:
             from .motion_file import write_motion
 
             write_motion(args.motion, result.motion)
-    to = sys.stderr if args.json == "-" else sys.stdout
+    to = sys.stderr if args.json == STDOUT else sys.stdout
     _say(report_lines(result), to)
     reasons = None
     if args.all_reasons:
@@ -165,10 +206,9 @@ def _check(args: argparse.Namespace) -> int:
     unheard = is_quiet() and not (args.json or args.html)
     remedies = [] if unheard else _what_would_help(result, args.remedies, to)
     if args.html:
-        from .files import write_bytes
         from .html import html_report
 
-        write_bytes(args.html, html_report(result, remedies).encode())
+        write_text(args.html, html_report(result, remedies))
     if args.json:
         _put_json(args.json, report_document(result, remedies, reasons))
     return FEASIBLE if result.feasible else INFEASIBLE
@@ -198,23 +238,23 @@ def _check_motion(args: argparse.Namespace) -> int:
     for name, value in (("--motion", args.motion), ("--html", args.html), ("--e1", args.e1), ("--e2", args.e2)):
         if value is not None:
             raise InputError(f"{name}: does not go with --motion-in, which checks a motion as it is")
-    _outputs(args.json)
+    case = _load(args)
+    _outputs(args, case, "json", reads=[args.motion_in])
     from .job import prepare
     from .motion_check import check_motion
     from .motion_file import check_suffix, read_motion
     from .motion_report import motion_document, motion_lines
 
     check_suffix(args.motion_in)
-    job = prepare(_load(args))
+    job = prepare(case)
     result = check_motion(job, read_motion(args.motion_in, job))
     if args.json:
         _put_json(args.json, motion_document(result, args.motion_in))
-    _say(motion_lines(result, args.motion_in), sys.stderr if args.json == "-" else sys.stdout)
+    _say(motion_lines(result, args.motion_in), sys.stderr if args.json == STDOUT else sys.stdout)
     return FEASIBLE if result.feasible else INFEASIBLE
 
 
 def _slice(args: argparse.Namespace) -> int:
-    _outputs(args.json, args.targets, args.picture)
     from slicing.document import slices_document, targets_rows
     from slicing.indices import indices
     from slicing.travels import travels
@@ -224,6 +264,7 @@ def _slice(args: argparse.Namespace) -> int:
     from .report import slice_lines
 
     case = _slice_input(args)
+    _outputs(args, case, "json", "targets", "picture", reads=[args.input])
     part = read_part(case)
     sliced = slice_part(case, part)
     laid, targets, told = sample_part(case, sliced)
@@ -232,18 +273,15 @@ def _slice(args: argparse.Namespace) -> int:
     if args.json:
         _put_json(args.json, slices_document(sliced, found, part.warnings, laid, *metal))
     if args.targets:
-        from .files import write_csv
-
         ways = travels(targets, case.process.retract_mm, sliced[0].body.surface.axis_point)
         write_csv(args.targets, *targets_rows(targets, ways, case.process.travel_speed_mm_s))
     if args.picture:
-        from .files import write_bytes
         from .slice_picture import body_of, slice_picture
 
         png = slice_picture(sliced, body_of(part), title=case.title, colour=args.colour, laid=laid)
         write_bytes(args.picture, png)
     lines = slice_lines(sliced, found, part.warnings, told, laid, case.process)
-    _say(lines, sys.stderr if args.json == "-" else sys.stdout)
+    _say(lines, sys.stderr if args.json == STDOUT else sys.stdout)
     return FEASIBLE
 
 
@@ -278,29 +316,28 @@ def _slice_input(args: argparse.Namespace) -> Case:
 
 
 def _compare(args: argparse.Namespace) -> int:
-    _outputs(args.json, args.html)
     from .compare import compare_case, compare_document, compare_lines, compare_paper
 
     if args.paper and args.case:
         raise InputError("--paper compares the paper's own parts: give either it or a case")
     if args.paper:
+        _outputs(args, None, "json", "html")
         title, found = "the paper's parts", compare_paper()
     else:
         case = _load(args)
+        _outputs(args, case, "json", "html")
         title, found = case.title, compare_case(case)
     if args.json:
         _put_json(args.json, compare_document(title, found))
     if args.html:
-        from .files import write_bytes
         from .html_compare import html_compare
 
-        write_bytes(args.html, html_compare(compare_document(title, found)).encode())
-    _say(compare_lines(title, found), sys.stderr if args.json == "-" else sys.stdout)
+        write_text(args.html, html_compare(compare_document(title, found)))
+    _say(compare_lines(title, found), sys.stderr if args.json == STDOUT else sys.stdout)
     return FEASIBLE
 
 
 def _sweep(args: argparse.Namespace) -> int:
-    _outputs(args.json, args.out, args.csv, args.picture, args.html)
     from .config import with_changes
     from .sweep import sweep
     from .sweep_grid import grid
@@ -308,6 +345,7 @@ def _sweep(args: argparse.Namespace) -> int:
     from .sweep_rank import sweep_document
 
     case = _load(args)
+    _outputs(args, case, "json", "out", "csv", "picture", "html")
     rolls = list(dict.fromkeys(args.rolls or ()))
     if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one
         case = with_changes(case, roll=parse_roll(rolls.pop()))
@@ -321,7 +359,7 @@ def _sweep(args: argparse.Namespace) -> int:
         found = sweep(case, poses, workers=args.workers, log=args.out, progress=sys.stderr, executor=executor)
     document = sweep_document(case, found)
     _put_sweep(args, case, document)
-    _say(sweep_lines(document), sys.stderr if args.json == "-" else sys.stdout)
+    _say(sweep_lines(document), sys.stderr if args.json == STDOUT else sys.stdout)
     return FEASIBLE if document["best"] else INFEASIBLE
 
 
@@ -336,8 +374,6 @@ def _executor(dask: str | None) -> Any:
 
 
 def _put_sweep(args: argparse.Namespace, case: Case, document: dict[str, Any]) -> None:
-    from .files import write_bytes, write_csv
-
     if args.json:
         _put_json(args.json, document)
     if args.csv:
@@ -351,7 +387,7 @@ def _put_sweep(args: argparse.Namespace, case: Case, document: dict[str, Any]) -
     if args.html:
         from .html_sweep import html_sweep
 
-        write_bytes(args.html, html_sweep(case, document).encode())
+        write_text(args.html, html_sweep(case, document))
 
 
 def _replay(args: argparse.Namespace) -> int:
@@ -362,16 +398,15 @@ def _replay(args: argparse.Namespace) -> int:
 
 
 def _scene(args: argparse.Namespace) -> int:
-    _outputs(args.xml)
-    from .files import write_bytes
+    case = _load(args)
+    _outputs(args, case, "xml")
     from .job import prepare
     from .scene import standalone_xml, table_angles
     from .scene_probe import probe_lines, probe_scene
 
-    case = _load(args)
     scene = prepare(case).scene
     if args.xml:
-        write_bytes(args.xml, standalone_xml(scene).encode())
+        write_text(args.xml, standalone_xml(scene))
         return FEASIBLE
     _say(probe_lines(probe_scene(scene, table_angles(scene, case.table.E1_deg, case.table.E2_deg))), sys.stdout)
     return FEASIBLE

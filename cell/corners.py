@@ -19,7 +19,7 @@ from ik.chain import Floats
 from .between import Sees, unproved
 from .collision import Clearances, Ints
 from .swept import joint_way
-from .timing import rounded
+from .timing import kept_zone, rounded
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
@@ -69,7 +69,7 @@ def pieces(path: Path, radius: Floats) -> Pieces:
     """
     s = path.s - path.s[0]
     end = s[-1]
-    zone = min(path.zone, end / 2)
+    zone = kept_zone(path.zone, end)
     # a parabola ends where either end of the average's window passes a row, or its mirror image beyond an end
     far = np.concatenate([-s[1:], s, 2 * end - s[:-1]])
     grid = np.concatenate([s, far - zone, far + zone])

@@ -1,4 +1,11 @@
-"""Writing results: beside the target first, renamed when whole, so that nothing is ever half-written."""
+"""Writing results: beside the target first, renamed when whole, so that nothing is ever half-written.
+
+    check_outputs({"--json": args.json, "--html": args.html}, case_files(case))      # before the work
+    write_json(args.json, document)
+
+No output replaces what the run reads, nor another output, nor anything that is no ordinary file. A symbolic link is
+followed: the file it leads to is written, and the link stays.
+"""
 
 from __future__ import annotations
 
@@ -6,27 +13,100 @@ import csv
 import io
 import json
 import os
-import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+import secrets
+import stat
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from .errors import InputError
+from .streams import reason
+
+NO_FILES = ("/dev/", "/proc/")  # of the system: devices, and links to what is open
+STEM = 60  # characters of a name that an unfinished file carries
+STDOUT = "-"
+
+_unfinished: set[str] = set()  # files that are being written
 
 
 def check_writable(path: str | Path) -> Path:
     """Refuse an output path before the work is done rather than after.
 
+    Args:
+        path: where an output is to go.
+
+    Returns:
+        The file that is meant, symbolic links followed.
+
     Raises:
-        InputError: its folder is missing, or it is a folder.
+        InputError: its folder is missing or not to be written to, or it is a folder, a device or anything else that is
+            no ordinary file.
     """
-    path = Path(path)
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; the name of a file is needed")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist")
-    return path
+    shown = Path(path)
+    try:
+        if os.path.abspath(path).startswith(NO_FILES):
+            raise InputError(f"{shown}: is a device; the name of a file is needed (- writes to standard output)")
+        target = Path(os.path.realpath(path))
+        mode = target.stat().st_mode if target.exists() else None
+        if mode is not None and stat.S_ISDIR(mode):
+            raise InputError(f"{shown}: is a folder; the name of a file is needed")
+        if mode is not None and not stat.S_ISREG(mode):
+            raise InputError(
+                f"{shown}: is no ordinary file; the name of a file is needed (- writes to standard output)"
+            )
+        if not target.parent.is_dir():
+            raise InputError(f"{shown}: the folder {target.parent} does not exist")
+        if os.path.islink(target):
+            raise InputError(f"{shown}: is a symbolic link that leads in a circle")
+        if not os.access(target.parent, os.W_OK) or (mode is not None and not os.access(target, os.W_OK)):
+            raise InputError(f"{shown}: cannot be written (Permission denied)")
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{shown}: cannot be written ({reason(error)})") from None
+    return target
+
+
+def check_outputs(outputs: Mapping[str, str | None], inputs: Iterable[str | Path] = ()) -> None:
+    """Refuse outputs that would destroy something.
+
+    Args:
+        outputs: paths by the option that names them; None and - are no files.
+        inputs: files that the run reads.
+
+    Raises:
+        InputError: an output is no place to write to, is one of the inputs or names the same file as another output,
+            by whatever name or link; one line.
+    """
+    taken: dict[object, str] = {}
+    for option, path in outputs.items():
+        if path in (None, STDOUT):
+            continue
+        key = _identity(check_writable(str(path)))
+        if key in taken:
+            raise InputError(f"{option}: {path} is the file of {taken[key]} as well; each needs one of its own")
+        taken[key] = option
+    for path in inputs if taken else ():
+        option = taken.get(_identity(path))
+        if option is not None:
+            raise InputError(f"{option}: {outputs[option]} is read by this run ({path}); name another file")
+
+
+def _identity(path: str | Path) -> object:
+    """Equal for two names of one file."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return os.path.normcase(os.path.realpath(path)) if "\0" not in str(path) else path
+    return found.st_dev, found.st_ino
+
+
+def discard_unfinished() -> None:
+    """Remove what was being written when the program was ended."""
+    for name in list(_unfinished):
+        Path(name).unlink(missing_ok=True)
+        _unfinished.discard(name)
 
 
 @contextmanager
@@ -42,20 +122,20 @@ def beside(path: str | Path) -> Iterator[Path]:
     Raises:
         InputError: the place cannot be written to.
     """
-    path = check_writable(path)
+    target = check_writable(path)
+    name = str(target.with_name(f".{target.stem[:STEM]}.{secrets.token_hex(4)}{target.suffix}"))
+    _unfinished.add(name)  # first, so that whatever ends the program here leaves nothing
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.", suffix=path.suffix)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-    os.close(handle)
-    try:
+        mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~_umask()
+        os.close(os.open(name, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
         yield Path(name)
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
+        os.chmod(name, mode)
+        os.replace(name, target)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+        raise InputError(f"{path}: cannot be written ({reason(error)})") from None
     finally:
         Path(name).unlink(missing_ok=True)
+        _unfinished.discard(name)
 
 
 def write_bytes(path: str | Path, content: bytes) -> None:
@@ -64,19 +144,13 @@ def write_bytes(path: str | Path, content: bytes) -> None:
     Raises:
         InputError: the place cannot be written to.
     """
-    path = check_writable(path)
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
-            os.chmod(name, 0o666 & ~_umask())
-            os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    with beside(path) as name:
+        name.write_bytes(content)
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text as UTF-8; of a file name what is none is written as a question mark."""
+    write_bytes(path, text.encode("utf-8", "replace"))
 
 
 def _umask() -> int:
@@ -96,4 +170,4 @@ def write_csv(path: str | Path, header: Sequence[str], rows: Iterable[Sequence[A
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
     writer.writerows(rows)
-    write_bytes(path, text.getvalue().encode())
+    write_text(path, text.getvalue())

@@ -29,7 +29,10 @@ def script_of(names: Sequence[str]) -> str:
 def policy(script: str) -> str:
     """Content policy: nothing is loaded, and no script runs but the page's own."""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data: blob:"
+    return (
+        f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data: blob:; "
+        "base-uri 'none'; form-action 'none'"
+    )
 
 
 def page(name: str, script: str, fill: Mapping[str, str]) -> str:

@@ -25,6 +25,9 @@ MOST_FACES = 30_000  # of one mesh; finer ones are coarsened
 AROUND = 32  # sides of a round shape
 GRID = 32767
 CREASE = np.cos(np.deg2rad(35.0))  # faces that meet at more are an edge
+CROWDED = 64  # corners at one place, from which on those of like direction are taken together
+LIKE = 8  # steps of a unit vector's component that count as one direction: about 7 deg
+PAIRS = 1_000_000  # of corners at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,23 +101,62 @@ def _creased(vertices: Floats, faces: Ints) -> Triangles:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     weighted = np.cross(b - a, c - a)
     flat = weighted / np.maximum(np.linalg.norm(weighted, axis=1), 1e-30)[:, None]
-    # every corner against every corner at the same place: MuJoCo may keep a place more than once
+    # MuJoCo may keep a place more than once
     _, place = np.unique(vertices, axis=0, return_inverse=True)
     corner = place.ravel()[faces].ravel()
-    order = np.argsort(corner, kind="stable")
-    count = np.bincount(corner)
-    start = np.concatenate([[0], np.cumsum(count)[:-1]])
-    mates = count[corner]
-    mine = np.repeat(np.arange(len(corner)), mates)
-    step = np.arange(len(mine)) - np.repeat(np.cumsum(mates) - mates, mates)
-    other = order[np.repeat(start[corner], mates) + step]
-    smooth = np.einsum("ij,ij->i", flat[mine // 3], flat[other // 3]) > CREASE
-    sums = [np.bincount(mine, np.where(smooth, weighted[other // 3, k], 0.0)) for k in range(3)]
-    normals = np.stack(sums, axis=1).astype(np.float64)
-    normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
+    unit, at, weight = _units(corner, np.repeat(weighted, 3, axis=0), np.repeat(flat, 3, axis=0))
+    sums = _smooth_sums(at, weight)[unit]
+    normals = sums / np.maximum(np.linalg.norm(sums, axis=1), 1e-30)[:, None]
     key = np.column_stack([corner, np.rint(normals * 100).astype(np.int64)])
     _, first, index = np.unique(key, axis=0, return_index=True, return_inverse=True)
     return Triangles(vertices[faces.ravel()[first]], normals[first], index.reshape(-1, 3))
+
+
+def _units(corner: Ints, weighted: Floats, flat: Floats) -> tuple[Ints, Ints, Floats]:
+    """Faces' corners, each by itself; where many meet, as about a cap's middle, those of like direction as one.
+
+    Args:
+        corner: place of each corner, (c,).
+        weighted: normal of its face, as long as twice its area, (c, 3).
+        flat: the same of length 1, (c, 3).
+
+    Returns:
+        The unit of each corner, (c,), and of each unit its place, (u,), and the sum of its normals, (u, 3).
+    """
+    crowded = np.bincount(corner)[corner] > CROWDED
+    like = np.where(crowded[:, None], np.rint(flat * LIKE).astype(np.int64), 0)
+    own = np.where(crowded, -1, np.arange(len(corner)))
+    key, first, unit = np.unique(np.column_stack([corner, own, like]), axis=0, return_index=True, return_inverse=True)
+    sums = np.stack([np.bincount(unit.ravel(), weighted[:, k], len(key)) for k in range(3)], axis=1)
+    return unit.ravel(), corner[first], sums
+
+
+def _smooth_sums(at: Ints, weight: Floats) -> Floats:
+    """Of each unit the sum over those at its place that meet it at less than a sharp edge, (u, 3).
+
+    Args:
+        at: place of each unit, (u,), ascending.
+        weight: sum of its normals, (u, 3).
+    """
+    direction = weight / np.maximum(np.linalg.norm(weight, axis=1), 1e-30)[:, None]
+    count = np.bincount(at)
+    end = np.cumsum(count)
+    sums = np.empty_like(weight)
+    pairs = np.cumsum(count**2)
+    first = 0
+    while first < len(count):  # a few places at a time: memory in proportion to the faces
+        last = max(int(np.searchsorted(pairs, (pairs[first - 1] if first else 0) + PAIRS, side="right")), first + 1)
+        low, high = int(end[first] - count[first]), int(end[last - 1])
+        mates = count[at[low:high]]
+        mine = np.repeat(np.arange(low, high), mates)
+        step = np.arange(len(mine)) - np.repeat(np.cumsum(mates) - mates, mates)
+        other = (end - count)[at[mine]] + step
+        smooth = np.einsum("ij,ij->i", direction[mine], direction[other]) > CREASE
+        sums[low:high] = np.stack(
+            [np.bincount(mine - low, np.where(smooth, weight[other, k], 0.0), high - low) for k in range(3)], axis=1
+        )
+        first = last
+    return sums
 
 
 def _box(size: Floats) -> Triangles:

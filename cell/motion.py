@@ -23,13 +23,15 @@ from .as_run import STANDING, bead_corners, bead_path, travel_corners, travel_pa
 from .collision import Clearances, Ints
 from .pace import HELD, Pace, note_stretches, over_stretches, speeds
 from .place import METRES_PER_MM
-from .timing import time_path, time_travel
+from .timing import time_path, time_stops, time_travel
 
 if TYPE_CHECKING:
     from .examine import Stretch
     from .home import HomeWays
     from .job import Job
     from .setup import Setup
+
+EXACT = 1e-5  # m: a controller that rounds corners over less stops in them
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,9 +205,12 @@ def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
         s = path.s
         edge, cap = stretch.edge[:-1], speeds(job)
         limits = job.drives.arm_speed, job.drives.arm_acceleration
-        law = time_path(q, s, *limits, cap=cap[edge], zone=path.zone)
-        dt = np.append(dt, np.diff(law.t))
         at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
+        if path.zone < EXACT:
+            law = time_stops(q, s, *limits, cap=cap[edge], stops=at)
+        else:
+            law = time_path(q, s, *limits, cap=cap[edge], zone=path.zone)
+        dt = np.append(dt, np.diff(law.t))
         asked = np.concatenate([[0.0], np.cumsum(np.diff(s) / cap[edge])])
         note_stretches(pace, np.append(edge[at[:-1]], edge[-1]), s[at], over_stretches(s, law.t, asked))
         for a, b in pairwise(at.tolist()):

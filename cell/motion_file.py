@@ -13,8 +13,10 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import zipfile
 import zlib
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -153,6 +155,7 @@ def _csv(path: str | Path) -> dict[str, list[str]]:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as text ({error})") from None
+    _check_form(path, text)
     try:
         rows = [row for row in csv.reader(io.StringIO(text)) if row]
     except csv.Error as error:
@@ -160,13 +163,45 @@ def _csv(path: str | Path) -> dict[str, list[str]]:
     if not rows:
         raise InputError(f"{path}: is empty; a motion has a line of column names and a row a moment")
     header = [name.strip() for name in rows[0]]
-    for name in header:
-        if header.count(name) > 1:
-            raise InputError(f"{path}: has the column {name} twice")
+    again = next((name for name, count in Counter(header).items() if count > 1), None)
+    if again is not None:
+        raise InputError(f"{path}: has the column {again} twice")
     for i, row in enumerate(rows[1:]):
         if len(row) != len(header):
-            raise InputError(f"{path}: row {i + 1}: has {len(row)} values for {len(header)} columns")
+            comma = "; a decimal comma?" if len(row) > len(header) else ""
+            raise InputError(f"{path}: row {i + 1}: has {len(row)} values for {len(header)} columns{comma}; {FORM}")
     return {name: [row[k] for row in rows[1:]] for k, name in enumerate(header)}
+
+
+FORM = "columns are parted by commas, numbers have points, the first line holds the columns' names"
+
+
+def _check_form(path: str | Path, text: str) -> None:
+    """Refuse what other programs and languages write as CSV, by what is unusual in it.
+
+    Raises:
+        InputError: another character parts the columns, the first line holds no names, or a line is a comment.
+    """
+    lines = text.splitlines()
+    for number, line in enumerate(lines, 1):
+        if line.lstrip().startswith(("#", "//", "%")):
+            raise InputError(f"{path}: line {number} is a comment ({line.strip()[:40]!r}), which no CSV has; {FORM}")
+    first = next((line for line in lines if line.strip()), "")
+    for mark, name in ((";", "semicolons"), ("\t", "tabs"), ("|", "bars")):
+        if mark in first and "," not in first:
+            raise InputError(f"{path}: its columns are parted by {name}; {FORM}")
+    if first and "," not in first and len(first.split()) > 1:
+        raise InputError(f"{path}: its columns are parted by spaces; {FORM}")
+    if first and all(_is_number(value) for value in first.split(",")):
+        raise InputError(f"{path}: has no line of names (begins with {first[:40]!r}); {FORM}")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _npz(path: str | Path) -> dict[str, Floats]:
@@ -174,7 +209,10 @@ def _npz(path: str | Path) -> dict[str, Floats]:
     try:
         # np.load takes other files as well, by what they begin with
         with zipfile.ZipFile(path) as archive:
-            _check_bytes(path, sum(entry.file_size for entry in archive.infolist()))
+            entries = archive.infolist()
+            _check_bytes(path, sum(entry.file_size for entry in entries))
+            for entry in entries:
+                _check_array(path, archive, entry)
         with np.load(path, allow_pickle=False) as file:
             table = {name: np.asarray(file[name]) for name in file.files}
     except (OSError, ValueError, EOFError, MemoryError, *_ZIP) as error:
@@ -187,6 +225,19 @@ def _npz(path: str | Path) -> dict[str, Floats]:
         shown = ", ".join(f"{name} {values.shape}" for name, values in table.items())
         raise InputError(f"{path}: its arrays must be of one dimension and equally long (are {shown[:200]})")
     return table
+
+
+def _check_array(path: str | Path, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
+    """Refuse an array whose header says that it is larger than what is there: room for all of it would be made."""
+    with archive.open(entry) as file:
+        version = np.lib.format.read_magic(file)
+        read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}.get(version)
+        if read is None:
+            raise ValueError(f"{entry.filename}: arrays of format {version} are not read")
+        shape, _, kind = read(file)
+        held = entry.file_size - file.tell()
+        if any(n < 0 for n in shape) or math.prod(shape) * max(kind.itemsize, 1) > held:
+            raise ValueError(f"{entry.filename}: says it has {shape} values, and holds {held} bytes")
 
 
 def _numbers(path: str | Path, name: str, values: list[str] | Floats) -> Floats:

@@ -22,6 +22,7 @@ from .motion import Motion
 from .motion_bead import OnBead, Way, along_beads
 from .pace import Pace, note_stretches, over_stretches, speeds, too_slow
 from .place import METRES_PER_MM
+from .plain import plain
 
 REASONS = (
     "joint_limit",
@@ -58,6 +59,12 @@ class Finding:
     row: int
     to_row: int
     detail: dict[str, Any]
+
+    def __post_init__(self) -> None:
+        """Keep plain values only: the record goes into documents."""
+        object.__setattr__(self, "detail", plain(self.detail))
+        object.__setattr__(self, "row", int(self.row))
+        object.__setattr__(self, "to_row", int(self.to_row))
 
 
 @dataclass(frozen=True, eq=False)

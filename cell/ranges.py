@@ -27,15 +27,24 @@ def values_of(text: object) -> list[float]:
         ValueError: it is nothing of that, or more than 100,000 numbers.
     """
     if isinstance(text, (list, tuple)):
-        found = [value for item in text for value in values_of(item)]
+        found: list[float] = []
+        for item in text:
+            found += _few(item)
+            if len(found) > MOST_VALUES:
+                raise ValueError(f"has more than {MOST_VALUES} values at once")
         if not found:
             raise ValueError(f"is not {FORMS}")
         return found
+    return _few(text)
+
+
+def _few(text: object) -> list[float]:
+    """The numbers of one text or number."""
     if isinstance(text, bool) or not isinstance(text, (int, float, str)):
         raise ValueError(f"is not {FORMS}")
     try:
         numbers = [float(v) for v in str(text).split(":")]
-    except ValueError:
+    except (ValueError, OverflowError):  # a whole number may be larger than any other
         numbers = []
     if not all(map(math.isfinite, numbers)):
         numbers = []
@@ -44,6 +53,7 @@ def values_of(text: object) -> list[float]:
     if len(numbers) != 3 or not numbers[0] <= numbers[1] or not numbers[2] > 0:
         raise ValueError(f"is not {FORMS}")
     low, high, step = numbers
-    if (high - low) / step > MOST_VALUES:
-        raise ValueError(f"has {(high - low) / step:.3g} values; at most {MOST_VALUES} at once")
-    return [low + i * step for i in range(math.floor((high - low) / step + 1e-9) + 1)]
+    count = (high - low) / step  # infinite where the step is next to nothing
+    if not count <= MOST_VALUES:
+        raise ValueError(f"has {count:.3g} values; at most {MOST_VALUES} at once")
+    return [low + i * step for i in range(math.floor(count + 1e-9) + 1)]

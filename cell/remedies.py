@@ -25,6 +25,7 @@ from .check import Result, check
 from .collision import Ints
 from .groups import Group, groups
 from .job import Job
+from .plain import plain
 from .probe import lost_on
 from .progress import Bar
 from .screening import Screening, between
@@ -69,7 +70,7 @@ class Remedy:
         return {
             "targets": [int(i) for i in self.targets],
             "reason": self.reason,
-            "change": self.change,
+            "change": plain(self.change),
             "checked": self.checked,
             "infeasible_left": self.left,
             "sentence": self.sentence,

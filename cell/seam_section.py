@@ -9,17 +9,17 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from .section import Section, Vec3
+from .section import Angle, Name, Section, Vec3, within
 
-LayerNumber = Annotated[int, Field(ge=0)]
+LayerNumber = Annotated[int, within(0, 1_000_000)]
 
 
 class SeamPlace(Section):
     """A place for the seams of some closed beads; the last entry that fits a bead goes."""
 
-    sub_volume: str | None = Field(None, description="whose beads; all sub-volumes' where left out")
+    sub_volume: Name | None = Field(None, description="whose beads; all sub-volumes' where left out")
     layers: tuple[LayerNumber, LayerNumber] | None = Field(None, description="first and last; all where left out")
-    angle_deg: float | None = Field(None, description="angle about the body's axis, or")
+    angle_deg: Angle | None = Field(None, description="angle about the body's axis, or")
     xyz_mm: Vec3 | None = Field(None, description="a point of the part")
 
     @model_validator(mode="after")

@@ -13,8 +13,33 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from .printable import printable
 from .seam_section import SeamPlace
-from .section import NotNegative, Positive, RightAngle, Section, Values, Vec2, Vec3
+from .section import (
+    MOST_LIST,
+    Angle,
+    Angles,
+    Angles3,
+    AxisRate,
+    BeadWidth,
+    Coordinate,
+    Coordinates,
+    Count,
+    Distance,
+    FileName,
+    LayerHeight,
+    Length,
+    Name,
+    RightAngle,
+    Seconds,
+    Section,
+    Speed,
+    Title,
+    Tolerance,
+    Vec2,
+    Vec3,
+    within,
+)
 
 REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity", "overhang")
 
@@ -22,14 +47,16 @@ REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "sp
 class Body(Section):
     """The central body the sub-volumes stand on, its axis along the part's z: a cylinder, a cone or a profile."""
 
-    radius_mm: float | None = Field(None, description="of the cylinder, or of the cone at z = 0")
-    half_angle_deg: Annotated[float, Field(gt=-90, lt=90)] | None = Field(
+    radius_mm: Coordinate | None = Field(None, description="of the cylinder, or of the cone at z = 0")
+    half_angle_deg: Annotated[float, within(-89, 89)] | None = Field(
         None, description="of the cone, between axis and rulings; above 0 it widens upwards"
     )
-    profile_mm: list[Vec2] | None = Field(None, description="(r, z) points of a body of revolution, for a radius")
+    profile_mm: Annotated[list[Vec2], Field(max_length=MOST_LIST)] | None = Field(
+        None, description="(r, z) points of a body of revolution, for a radius"
+    )
     axis_xy_mm: Vec2 = (0.0, 0.0)
     z_mm: Vec2 | None = Field(None, description="lower and upper end of the cylinder or cone along the part's z axis")
-    mesh: str | None = Field(None, description="the body's own shape; a cylinder where it is left out")
+    mesh: FileName | None = Field(None, description="the body's own shape; a cylinder where it is left out")
 
     @field_validator("z_mm")
     @classmethod
@@ -52,9 +79,9 @@ class Body(Section):
 class Part(Section):
     """The part: its sub-volumes, its body, and where it stands on the table."""
 
-    mesh: str | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
-    sub_volumes: list[str] = Field(default_factory=list, description="one closed mesh each, on the body below")
-    take: list[str] = Field(
+    mesh: FileName | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
+    sub_volumes: list[FileName] = Field(default_factory=list, description="one closed mesh each, on the body below")
+    take: list[Name] = Field(
         default_factory=list,
         description="names of the sub-volumes to build (SV1, ..; BODY: the body alone); empty: all",
     )
@@ -65,14 +92,14 @@ class Part(Section):
     body: Body | None = None
     units: Literal["mm", "cm", "m", "inch"] = "mm"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
-    rotation_deg: float = Field(0.0, description="turn of the part about the table's normal")
+    rotation_deg: Angle = Field(0.0, description="turn of the part about the table's normal")
 
 
 class Support(Section):
     """A cylinder between the faceplate and the part."""
 
-    radius_mm: Positive
-    height_mm: Positive
+    radius_mm: Length
+    height_mm: Length
 
 
 class Slicing(Section):
@@ -85,10 +112,10 @@ class Slicing(Section):
     body: Literal["planar"] | None = Field(
         None, description="planar: the body is printed as well, first, as BODY, in planar layers along its axis"
     )
-    h_layer_mm: Positive = 1.73
-    h_min_mm: Positive = 1.39
-    h_max_mm: Positive = 2.2
-    tolerance_mm: Positive = Field(0.01, description="largest distance of a layer's chords from its exact curve")
+    h_layer_mm: LayerHeight = 1.73
+    h_min_mm: LayerHeight = 1.39
+    h_max_mm: LayerHeight = 2.2
+    tolerance_mm: Tolerance = Field(0.01, description="largest distance of a layer's chords from its exact curve")
     thickness: Literal["report", "trim", "merge"] = Field(
         "report",
         description="what becomes of beads outside h_min .. h_max: they stay, end there, or the layer above lays them",
@@ -104,8 +131,8 @@ class Slicing(Section):
 class Sampling(Section):
     """How the layers' curves become targets."""
 
-    chord_tolerance_mm: Positive = 0.3
-    min_segment_mm: Positive = 3.0
+    chord_tolerance_mm: Tolerance = 0.3
+    min_segment_mm: Annotated[float, within(0.01, 1e5)] = 3.0
 
 
 class Beads(Section):
@@ -114,7 +141,7 @@ class Beads(Section):
     pattern: Literal["contour", "contour_parallel", "zigzag"] = Field(
         "contour", description="the layers' borders alone (as in the paper), or what fills them too"
     )
-    width_mm: Positive = Field(5.0, description="of a bead")
+    width_mm: BeadWidth = Field(5.0, description="of a bead")
     overlap: Annotated[float, Field(ge=0, le=0.9)] = Field(
         0.25, description="of neighbouring beads, as a share of the width"
     )
@@ -125,26 +152,26 @@ class Beads(Section):
         "middle",
         description="contour: where a wall is thinner than 1.5 pitches one bead in its middle, or its borders as ever",
     )
-    contours: Annotated[int, Field(ge=0)] = Field(1, description="rounds along the border before zigzag lines")
+    contours: Annotated[int, within(0, 1000)] = Field(1, description="rounds along the border before zigzag lines")
     contours_first: bool = Field(True, description="borders before what is within them, or after it")
-    angle_deg: float = Field(0.0, description="of zigzag lines, against the way round the body (planes: across z)")
-    angle_step_deg: float = Field(90.0, description="added to it from layer to layer")
-    metal_share: tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(ge=1)]] | None = Field(
+    angle_deg: Angle = Field(0.0, description="of zigzag lines, against the way round the body (planes: across z)")
+    angle_step_deg: Angle = Field(90.0, description="added to it from layer to layer")
+    metal_share: tuple[Annotated[float, within(0.01, 1)], Annotated[float, within(1, 100)]] | None = Field(
         None,
         description="least and greatest metal for its length that a bead may carry, as a share, by its speed; none: 1",
     )
     seam: Literal["aligned", "spread", "chosen"] = Field(
         "aligned", description="closed beads start near the seam below, far from it, or at a chosen place"
     )
-    seam_angle_deg: float | None = Field(None, description="chosen place: angle about the body's axis, or")
+    seam_angle_deg: Angle | None = Field(None, description="chosen place: angle about the body's axis, or")
     seam_xyz_mm: Vec3 | None = Field(None, description="a point of the part")
     seams: list[SeamPlace] = Field(default_factory=list, description="places of some sub-volumes' or layers' own")
     alternate: bool = Field(False, description="every other layer runs the other way round")
     order: Literal["given", "short"] | None = Field(
         None, description="of a layer's beads: as found, or with little travel; contour: given, others: short"
     )
-    lead_in_mm: NotNegative = Field(0.0, description="the arc starts so far before the seam (open beads: run back)")
-    lead_out_mm: NotNegative = Field(0.0, description="and runs on so far past it")
+    lead_in_mm: Distance = Field(0.0, description="the arc starts so far before the seam (open beads: run back)")
+    lead_out_mm: Distance = Field(0.0, description="and runs on so far past it")
 
     @model_validator(mode="after")
     def _place_of_seam(self) -> Beads:
@@ -159,8 +186,8 @@ class Beads(Section):
 class Roll(Section):
     """Angles allowed about the wire."""
 
-    fixed_deg: float | None = None
-    range_deg: Vec2 | None = None
+    fixed_deg: Angle | None = None
+    range_deg: tuple[Angle, Angle] | None = None
 
     @model_validator(mode="after")
     def _one_of(self) -> Roll:
@@ -174,24 +201,24 @@ class Roll(Section):
 class Table(Section):
     """Angles of the positioner."""
 
-    E1_deg: float = 0.0
-    E2_deg: float = 0.0
+    E1_deg: Angle = 0.0
+    E2_deg: Angle = 0.0
 
 
 class Robot(Section):
     """The arm: a shipped model's name or an MJCF file, where it stands, and what its joints are called."""
 
-    model: str = "kr70_r2100"
+    model: FileName = "kr70_r2100"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
-    rotation_deg: Vec3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
-    joints: Annotated[list[str], Field(min_length=1)] = Field(["A1", "A2", "A3", "A4", "A5", "A6"])
-    flange: str = "flange"
-    base: str = Field("base_link", description="body whose frame the report's base_* columns are given in")
-    home_deg: list[float] | None = Field(
+    rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
+    joints: Annotated[list[Name], Field(min_length=1, max_length=50)] = Field(["A1", "A2", "A3", "A4", "A5", "A6"])
+    flange: Name = "flange"
+    base: Name = Field("base_link", description="body whose frame the report's base_* columns are given in")
+    home_deg: list[Angle] | None = Field(
         None, description="where the program starts and ends; the MJCF's key home where left out, if it has one"
     )
-    max_speed_deg_s: list[Positive] | None = Field(None, description="where the MJCF does not carry them")
-    max_acceleration_deg_s2: list[Positive] | None = Field(
+    max_speed_deg_s: list[AxisRate] | None = Field(None, description="where the MJCF does not carry them")
+    max_acceleration_deg_s2: list[AxisRate] | None = Field(
         None, description="instead of the MJCF's; where that has none, full speed in half a second"
     )
 
@@ -199,24 +226,24 @@ class Robot(Section):
 class Torch(Section):
     """The tool: a shipped model's name or an MJCF file; for cmt_torch its dimensions."""
 
-    model: str = "cmt_torch"
-    tcp: str = "tcp"
-    wire: list[str] = Field(["torch_wire"], description="geoms that may touch the part")
-    dimensions: dict[str, float] = Field(default_factory=dict, description="of cmt_torch, see its README")
+    model: FileName = "cmt_torch"
+    tcp: Name = "tcp"
+    wire: list[Name] = Field(["torch_wire"], description="geoms that may touch the part")
+    dimensions: dict[str, Coordinate] = Field(default_factory=dict, description="of cmt_torch, see its README")
 
 
 class Positioner(Section):
     """The table: a shipped model's name or an MJCF file, where it stands, and what its joints are called."""
 
-    model: str = "kp2_hv500"
+    model: FileName = "kp2_hv500"
     position_mm: Vec3 = (1500.0, 0.0, 0.0)
-    rotation_deg: Vec3 = (0.0, 0.0, 0.0)
-    joints: tuple[str, str] = ("E1", "E2")
-    table: str = "table"
-    max_speed_deg_s: tuple[Positive, Positive] | None = Field(
+    rotation_deg: Angles3 = (0.0, 0.0, 0.0)
+    joints: tuple[Name, Name] = ("E1", "E2")
+    table: Name = "table"
+    max_speed_deg_s: tuple[AxisRate, AxisRate] | None = Field(
         None, description="instead of the MJCF's, for motions from outside that move the table; none known: no limit"
     )
-    max_acceleration_deg_s2: tuple[Positive, Positive] | None = Field(
+    max_acceleration_deg_s2: tuple[AxisRate, AxisRate] | None = Field(
         None, description="instead of the MJCF's; where that has none, full speed in half a second"
     )
 
@@ -224,26 +251,26 @@ class Positioner(Section):
 class Box(Section):
     """A box fixture."""
 
-    size_mm: tuple[Positive, Positive, Positive]
+    size_mm: tuple[Length, Length, Length]
 
 
 class Cylinder(Section):
     """An upright cylinder fixture."""
 
-    radius_mm: Positive
-    height_mm: Positive
+    radius_mm: Length
+    height_mm: Length
 
 
 class Fixture(Section):
     """Something that stands in the cell: one of box, cylinder or mesh, given by its centre."""
 
-    name: str
+    name: Name
     box: Box | None = None
     cylinder: Cylinder | None = None
-    mesh: str | None = None
+    mesh: FileName | None = None
     units: Literal["mm", "cm", "m", "inch"] = "mm"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
-    rotation_deg: Vec3 = (0.0, 0.0, 0.0)
+    rotation_deg: Angles3 = (0.0, 0.0, 0.0)
     on: Literal["floor", "table"] = Field("floor", description="frame it is given in and moves with")
 
     @model_validator(mode="after")
@@ -256,16 +283,18 @@ class Fixture(Section):
 class Checks(Section):
     """What a target has to keep."""
 
-    clearance_mm: NotNegative = 5.0
+    clearance_mm: Distance = 5.0
     wrist_deg: RightAngle = 5.0
     elbow_deg: RightAngle = 5.0
-    shoulder_mm: NotNegative = 50.0
-    sigma: NotNegative = Field(0.02, description="smallest singular value; arms without a spherical wrist only")
-    off_bead_mm: NotNegative = Field(
-        0.05, description="largest distance of the TCP from the bead, of motions from files"
+    shoulder_mm: Annotated[float, within(0, 1e4)] = 50.0
+    sigma: Annotated[float, within(0, 10)] = Field(
+        0.02, description="smallest singular value; arms without a spherical wrist only"
     )
-    off_wire_deg: NotNegative = Field(0.05, description="largest turn of the wire off its direction, likewise")
-    gravity_max_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
+    off_bead_mm: Distance = Field(0.05, description="largest distance of the TCP from the bead, of motions from files")
+    off_wire_deg: Annotated[float, within(0, 180)] = Field(
+        0.05, description="largest turn of the wire off its direction, likewise"
+    )
+    gravity_max_deg: Annotated[float, within(0, 180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null does not limit it"
     )
     overhang_mm: NotNegative | None = Field(
@@ -277,31 +306,33 @@ class Ik(Section):
     """How configurations are searched."""
 
     solver: Literal["auto", "closed_form", "dls"] = "auto"
-    roll_step_deg: Annotated[float, Field(gt=0, le=90)] = 15.0
-    seeds: Annotated[int, Field(ge=1, le=256)] = 16
+    roll_step_deg: Annotated[float, within(0.5, 90)] = 15.0
+    seeds: Annotated[int, within(1, 256)] = 16
 
 
 class Process(Section):
     """Speeds and moves of the deposition."""
 
-    deposition_speed_mm_s: Positive = 8.0
-    travel_speed_mm_s: Positive = 100.0
-    retract_mm: Positive = 30.0
-    blend_mm: Positive = Field(
-        1.0, description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS)"
+    deposition_speed_mm_s: Speed = 8.0
+    travel_speed_mm_s: Speed = 100.0
+    retract_mm: Annotated[float, within(0.01, 1e4)] = 30.0
+    blend_mm: Annotated[float, within(0, 1000)] = Field(
+        1.0,
+        description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS); below 0.01: "
+        "it stops in them",
     )
-    least_speed_share: Annotated[float, Field(ge=0, le=1)] = Field(
+    least_speed_share: Annotated[float, within(0, 1)] = Field(
         0.5, description="of the deposition speed, to be held over every 5 mm of a bead; below it is infeasible"
     )
-    dwell_s: NotNegative = Field(0.0, description="wait between the layers of a sub-volume, retracted")
-    arc_on_s: NotNegative = Field(0.0, description="wait at the start of a bead while the arc is struck")
-    arc_off_s: NotNegative = Field(0.0, description="wait at the end of a bead while the crater is filled")
-    travel_attempts: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
+    dwell_s: Seconds = Field(0.0, description="wait between the layers of a sub-volume, retracted")
+    arc_on_s: Seconds = Field(0.0, description="wait at the start of a bead while the arc is struck")
+    arc_off_s: Seconds = Field(0.0, description="wait at the end of a bead while the crater is filled")
+    travel_attempts: Annotated[int, within(1, 1_000_000)] = Field(
         3000, description="configurations tried for a way between two beads where the simple ones are not free"
     )
-    density_g_cm3: Positive = Field(7.85, description="of the metal, for its mass")
-    wire_diameter_mm: Positive = Field(1.2, description="of the wire, for its length")
-    speed_by_thickness: list[tuple[NotNegative, Positive]] | None = Field(
+    density_g_cm3: Annotated[float, within(0.01, 100)] = Field(7.85, description="of the metal, for its mass")
+    wire_diameter_mm: Annotated[float, within(0.01, 100)] = Field(1.2, description="of the wire, for its length")
+    speed_by_thickness: list[tuple[Distance, Speed]] | None = Field(
         None,
         description="rows [thickness_mm, speed_mm_s], thickness growing, interpolated; for one deposition speed",
     )
@@ -319,28 +350,30 @@ class Process(Section):
 class Placements(Section):
     """A grid of places of the positioner; what is left out stays as the case has it."""
 
-    x_mm: Values | None = None
-    y_mm: Values | None = None
-    z_mm: Values | None = None
-    rz_deg: Values | None = Field(None, description="turn about the world's z axis")
+    x_mm: Coordinates | None = None
+    y_mm: Coordinates | None = None
+    z_mm: Coordinates | None = None
+    rz_deg: Angles | None = Field(None, description="turn about the world's z axis")
 
 
 class Mark(Section):
     """A table pose to point out on a map."""
 
-    E1_deg: float
-    E2_deg: float
-    label: str
+    E1_deg: Angle
+    E2_deg: Angle
+    label: Title
 
 
 class Sweep(Section):
     """What `rbam sweep` tries: each a number, a list, or a text LO:HI:STEP; its options go before this."""
 
-    E1_deg: Values | None = Field(None, description="tilts; the axis' range by 45 where left out")
-    E2_deg: Values | None = Field(None, description="turns; the axis' range by 45 where left out")
+    E1_deg: Angles | None = Field(None, description="tilts; the axis' range by 45 where left out")
+    E2_deg: Angles | None = Field(None, description="turns; the axis' range by 45 where left out")
     roll: list[Literal["free"] | Roll] = Field(default_factory=list, description="rolls to try instead of the case's")
     positioner: Placements | None = None
-    height_mm: Values | None = Field(None, description="of the support, or of the part over the faceplate without one")
+    height_mm: Coordinates | None = Field(
+        None, description="of the support, or of the part over the faceplate without one"
+    )
     marks: list[Mark] = Field(default_factory=list, description="poses to point out on maps")
 
 
@@ -348,8 +381,8 @@ class Expect(Section):
     """What a case is expected to give, for pytest."""
 
     verdict: Literal["feasible", "infeasible"]
-    infeasible: int | None = Field(None, description="number of infeasible targets")
-    reasons: dict[str, int] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
+    infeasible: Count | None = Field(None, description="number of infeasible targets")
+    reasons: dict[str, Count] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
 
     @field_validator("reasons")
     @classmethod
@@ -363,10 +396,10 @@ class Expect(Section):
 class Case(Section):
     """A whole case; see the module's docstring."""
 
-    extends: str | None = Field(
+    extends: FileName | None = Field(
         None, description="another case this one changes; name, description, expect stay its own"
     )
-    name: str | None = None
+    name: Title | None = None
     description: str | None = None
     part: Part
     support: Support | None = None
@@ -387,6 +420,7 @@ class Case(Section):
     expect: Expect | None = None
 
     _path: Path = Path("case.yaml")
+    _read_from: tuple[Path, ...] = ()
 
     @field_validator("expect", mode="before")
     @classmethod
@@ -399,9 +433,14 @@ class Case(Section):
         return self._path
 
     @property
+    def read_from(self) -> tuple[Path, ...]:
+        """The case files it was read from: its own, then those it extends; empty where it was made from data."""
+        return self._read_from
+
+    @property
     def title(self) -> str:
         """The case's name, or its file's."""
-        return self.name or self._path.name.removesuffix(".yaml").removesuffix(".case")
+        return self.name or printable(self._path.name.removesuffix(".yaml").removesuffix(".case"))
 
     def path_of(self, name: str) -> Path:
         """A file that the case names, relative to the case file."""

@@ -35,6 +35,11 @@ def show(args: argparse.Namespace, case: Case) -> None:
         raise InputError(f"--speed: {args.speed} is not a number above 0")
     if args.motion is not None:
         _motion_alone(args)
+    from .case_files import case_files
+    from .files import check_outputs
+
+    outputs = {"--picture": args.picture, "--video": args.video}
+    check_outputs(outputs, [*case_files(case), *(path for path in (args.motion, args.sweep) if path is not None)])
     case = _at_pose(args, case)
     if args.picture:
         _picture(args, case)
@@ -111,11 +116,10 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
 
 def _picture(args: argparse.Namespace, case: Case) -> None:
     _needs(args, "--fps", "--host", "--port", "--loop", "--speed")
-    from .files import check_writable, write_bytes
+    from .files import write_bytes
     from .picture import View, picture, require_gl
     from .video import parse_size
 
-    check_writable(args.picture)
     width, height = parse_size(args.size) if args.size else (1600, 1000)
     require_gl()
     view: View = args.view or "cell"

@@ -28,6 +28,7 @@ from .check import Result, check
 from .errors import InputError
 from .job import Job, prepare
 from .place import METRES_PER_MM
+from .plain import plain
 from .progress import Bar
 from .scene import compose
 from .sections import REASONS, Case
@@ -38,6 +39,7 @@ from .sweep_pool import completed, processes
 from .sweep_rank import SCHEMA as SCHEMA
 from .sweep_rank import sweep_document as sweep_document
 from .sweep_screen import screen
+from .terminal import is_quiet
 
 MOST_JOBS = 8  # cells a worker keeps ready
 Rows = Generator[dict[str, Any], None, None]
@@ -72,6 +74,8 @@ def _job(unit: Unit) -> Job:
     if key not in jobs:
         whole = unit.mark, None
         if whole not in jobs:
+            if fingerprint(unit.case) != unit.mark:
+                raise InputError(f"{unit.case.path}: a file of the case or the program changed while the sweep ran")
             jobs[whole] = prepare(unit.case)
         jobs[key] = variant_of(jobs[whole], unit.pose)
         jobs.move_to_end(whole)
@@ -121,15 +125,18 @@ def pose_outcome(job: Job, pose: Pose) -> dict[str, Any]:
             "looked_at": hopeless.looked_at,
         }
     result = check(job, *angles)
-    return {
-        **pose.columns(),
-        "verdict": "feasible" if result.feasible else "infeasible",
-        "infeasible": result.infeasible,
-        "reasons": result.reasons,
-        "searched": True,
-        "looked_at": len(result.rows),
-        **_measures(result),
-    }
+    row: dict[str, Any] = plain(
+        {
+            **pose.columns(),
+            "verdict": "feasible" if result.feasible else "infeasible",
+            "infeasible": result.infeasible,
+            "reasons": result.reasons,
+            "searched": True,
+            "looked_at": len(result.rows),
+            **_measures(result),
+        }
+    )
+    return row
 
 
 def _measures(result: Result) -> dict[str, Any]:
@@ -184,6 +191,8 @@ def sweep(
     asked = [Pose(*pose) for pose in poses]
     mark = fingerprint(case)
     with Log(log, mark) as book:
+        if book.damaged and progress is not None and not is_quiet():
+            progress.write(f"rbam: {log}: {book.damaged} damaged line(s) left out; their poses are computed again\n")
         todo = [pose for pose in dict.fromkeys(asked) if pose not in book.done]
         units = [Unit(mark, case, pose) for pose in todo]
         with Bar(progress, "table poses", len(asked), len(asked) - len(todo)) as bar:

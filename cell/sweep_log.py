@@ -4,28 +4,37 @@
         log.done                       # poses that need not be computed again
         log.add(row)
 
-The first line names what the results depend on: the case, the files it names, and this program's version.
+The first line names what the results depend on: the case, all files it reads, this program's code and the libraries
+that compute. Each further line ends with a checksum of itself; one that does not hold what was written is told and
+computed again.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import re
-from collections.abc import Iterator
+import os
+import platform
+import zlib
+from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
-from .config import is_path
+from .case_files import content_files
 from .errors import InputError
 from .files import check_writable, write_bytes
 from .sections import Case
+from .streams import reason
 from .sweep_grid import Pose
 
 SCHEMA = "rbam-sweep-log/1"
-ROWS = 2  # raised when rows of an older program would lack something
+SUM = "crc32"  # key of a line's checksum, its last
 NO_MATTER = {"table", "expect", "name", "description", "extends", "sweep"}  # a row says its own pose
+PACKAGES = ("cell", "ik", "slicing")
+LIBRARIES = ("mujoco", "numpy", "scipy", "trimesh", "manifold3d", "shapely", "py-opw-kinematics")
+DAMAGED = "does not hold what was written (a damaged line)"
 
 
 def fingerprint(case: Case) -> str:
@@ -36,35 +45,112 @@ def fingerprint(case: Case) -> str:
 
     Returns:
         16 hexadecimal digits.
+
+    Raises:
+        InputError: a file of the case cannot be read.
     """
-    try:
-        program = version("rbam-cell")
-    except PackageNotFoundError:
-        program = "not installed"
-    digest = hashlib.sha256(f"{program} {ROWS} {case.model_dump_json(exclude=NO_MATTER)}".encode())
-    for path in _files(case):
-        digest.update(path.read_bytes() if path.is_file() else b"")
+    digest = hashlib.sha256(f"{_program()} {case.model_dump_json(exclude=NO_MATTER)}".encode())
+    for path in content_files(case):
+        digest.update(_content(path))
     return digest.hexdigest()[:16]
 
 
-def _files(case: Case) -> Iterator[Path]:
-    body = case.part.body.mesh if case.part.body else None
-    for name in (case.part.mesh, *case.part.sub_volumes, body, *(f.mesh for f in case.fixtures)):
-        if name:
-            yield case.path_of(name)
-    for model in (case.robot.model, case.tool.model, case.positioner.model):
-        if not is_path(model):
-            continue  # a shipped one changes with the program
-        path = case.path_of(model)
-        yield path
-        if path.is_file():
-            named = re.findall(r'file="([^"]+)"', path.read_text(encoding="utf-8", errors="replace"))
-            for name in sorted({Path(name).name for name in named}):
-                yield from sorted(path.parent.rglob(name))
+def _content(path: Path) -> bytes:
+    """The hash of a file's content; of a missing one nothing."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").digest()
+    except FileNotFoundError:
+        return b""
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+
+
+@cache
+def _program() -> str:
+    """The program's own code and the libraries that compute, as a hash."""
+    root = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256(platform.machine().encode())
+    for path in sorted(path for package in PACKAGES for path in (root / package).rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + _content(path))
+    for name in LIBRARIES:
+        try:
+            digest.update(f"{name} {version(name)}".encode())
+        except PackageNotFoundError:
+            continue  # an extra, or part of another package
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True, eq=False)
+class ReadLog:
+    """A log as it was found.
+
+    Attributes:
+        case: fingerprint of the case it is of.
+        rows: those that hold what was written, in the order of the file.
+        damaged: numbers of the lines that do not, from 1; a last line that was cut off is none of them.
+    """
+
+    case: str
+    rows: list[dict[str, Any]]
+    damaged: list[int]
+
+
+def read_log(file: str, content: bytes) -> ReadLog:
+    """Take a log apart.
+
+    Args:
+        file: its name, for messages.
+        content: its bytes.
+
+    Returns:
+        What holds.
+
+    Raises:
+        InputError: it is no log of a sweep, or its first line is damaged.
+    """
+    lines = content.split(b"\n")
+    head = _json(lines[0])
+    if not isinstance(head, dict) or head.get("schema") != SCHEMA or not isinstance(head.get("case"), str):
+        raise InputError(f"{file}: is not the log of a sweep; name a new file")
+    last = len(lines) - 1  # empty, or the line that was being written when a sweep was cut off
+    found = [(number, line_row(line)) for number, line in enumerate(lines) if 0 < number < last]
+    rows = [row for _, row in found if row is not None]
+    return ReadLog(head["case"], rows, [number + 1 for number, row in found if row is None])
+
+
+def row_line(row: dict[str, Any]) -> bytes:
+    """A row as a line of the log, without its end."""
+    text = json.dumps(row, allow_nan=False)
+    return f'{text[:-1]}, "{SUM}": "{zlib.crc32(text.encode()):08x}"}}'.encode()
+
+
+def line_row(line: bytes) -> dict[str, Any] | None:
+    """The row that :func:`row_line` wrote; None where the line is not that any more."""
+    row = _json(line)
+    if not isinstance(row, dict) or SUM not in row:
+        return None
+    row.pop(SUM)
+    try:
+        return row if row_line(row) == line else None
+    except ValueError:
+        return None  # a number that is none
+
+
+def _json(line: bytes) -> Any:
+    try:
+        return json.loads(line)
+    except (ValueError, RecursionError):
+        return None
 
 
 class Log:
-    """An open log; without a file it only remembers."""
+    """An open log; without a file it only remembers.
+
+    Attributes:
+        done: finished poses and their rows.
+        damaged: how many lines of the file did not hold what was written; their poses are not among those done.
+    """
 
     def __init__(self, file: str | None, case_hash: str) -> None:
         """Read what is there and make ready to add to it.
@@ -74,59 +160,52 @@ class Log:
             case_hash: from :func:`fingerprint`.
 
         Raises:
-            InputError: it cannot be written, is something else, or belongs to another case.
+            InputError: it cannot be read or written, is something else, or belongs to another case.
         """
         self.done: dict[Pose, dict[str, Any]] = {}
-        self._file: IO[str] | None = None
+        self.damaged = 0
+        self._name, self._file = file, -1
         if file is None:
             return
         path = check_writable(file)
-        head = {"schema": SCHEMA, "case": case_hash}
         try:
-            lines = path.read_text(encoding="utf-8").split("\n") if path.exists() else []
-        except (OSError, UnicodeDecodeError):
-            lines = ["?"]
-        if any(lines):
-            _check_head(file, lines[0], head)
-        rows = [row for row in map(_row, lines[1:]) if row is not None]
-        self.done = {Pose.of(row): row for row in rows}
-        # whole or not at all: what an earlier run has found is not to be lost while the line it broke off in goes
-        write_bytes(path, "".join(json.dumps(line) + "\n" for line in (head, *self.done.values())).encode())
-        try:
-            self._file = path.open("a", encoding="utf-8")
+            content = path.read_bytes() if path.exists() else b""
         except OSError as error:
-            raise InputError(f"{file}: cannot be written ({error.strerror or error})") from None
+            raise InputError(f"{file}: cannot be read ({reason(error)})") from None
+        if content:
+            found = read_log(file, content)
+            if found.case != case_hash:
+                raise InputError(
+                    f"{file}: belongs to another case or version, or the case has changed since; name a new file"
+                )
+            self.done, self.damaged = {Pose.of(row): row for row in found.rows}, len(found.damaged)
+        # whole or not at all: what an earlier run has found is not to be lost while damaged lines go
+        head = json.dumps({"schema": SCHEMA, "case": case_hash}).encode()
+        write_bytes(path, b"".join(line + b"\n" for line in (head, *map(row_line, self.done.values()))))
+        try:
+            self._file = os.open(path, os.O_WRONLY | os.O_APPEND)
+        except OSError as error:
+            raise InputError(f"{file}: cannot be written ({reason(error)})") from None
 
     def __enter__(self) -> Log:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._file is not None:
-            self._file.close()
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1
 
     def add(self, row: dict[str, Any]) -> None:
-        """Keep a finished pose; in the file before this returns."""
+        """Keep a finished pose; in the file before this returns.
+
+        Raises:
+            InputError: it cannot be written; what was written before stays.
+        """
+        if self._file >= 0:
+            line = row_line(row) + b"\n"
+            try:
+                while line:
+                    line = line[os.write(self._file, line) :]
+            except OSError as error:
+                raise InputError(f"{self._name}: cannot be written ({reason(error)})") from None
         self.done[Pose.of(row)] = row
-        if self._file is not None:
-            self._file.write(json.dumps(row) + "\n")
-            self._file.flush()
-
-
-def _check_head(file: str, line: str, mine: dict[str, str]) -> None:
-    try:
-        head = json.loads(line)
-    except json.JSONDecodeError:
-        head = None
-    if not isinstance(head, dict) or head.get("schema") != SCHEMA:
-        raise InputError(f"{file}: is not the log of a sweep; name a new file")
-    if head != mine:
-        raise InputError(f"{file}: belongs to another case, or the case has changed since; name a new file")
-
-
-def _row(line: str) -> dict[str, Any] | None:
-    """A row, or None of the line that was being written when a sweep was cut off."""
-    try:
-        row = json.loads(line)
-    except json.JSONDecodeError:
-        return None
-    return row if isinstance(row, dict) and {"E1_deg", "E2_deg", "verdict"} <= row.keys() else None

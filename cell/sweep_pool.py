@@ -18,11 +18,12 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from itertools import islice
-from multiprocessing import get_context, parent_process
+from multiprocessing import active_children, get_context, parent_process
 from queue import SimpleQueue
 from typing import TypeVar
 
 from .errors import InputError
+from .termination import Terminated
 
 AHEAD = 256  # units sent and not yet back
 CONNECT_S = 10
@@ -94,7 +95,7 @@ def _uninterrupted() -> Iterator[None]:
 
 @contextmanager
 def processes(workers: int) -> Iterator[Executor]:
-    """Processes that end with the block, with their parent, and not with Ctrl-C before the unit they are at.
+    """Processes that end with the block and with their parent; on Ctrl-C the unit they are at is finished first.
 
     Args:
         workers: how many.
@@ -106,6 +107,10 @@ def processes(workers: int) -> Iterator[Executor]:
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin)
     try:
         yield pool
+    except Terminated:
+        for process in active_children():  # a pose may take minutes, and whoever ends a process does not wait so long
+            process.terminate()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 

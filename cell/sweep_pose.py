@@ -14,10 +14,13 @@ from typing import Any
 
 from .errors import InputError
 from .sections import Case
+from .streams import reason
 from .sweep_grid import Pose
+from .sweep_log import DAMAGED, fingerprint, read_log
 from .sweep_log import SCHEMA as LOG_SCHEMA
-from .sweep_log import fingerprint
 from .sweep_rank import SCHEMA, sweep_document
+
+MOST_BYTES = 2**28  # of a map or a log
 
 
 def picked_pose(case: Case, path: str, which: str) -> Pose:
@@ -53,18 +56,21 @@ def picked_pose(case: Case, path: str, which: str) -> Pose:
 def _read(case: Case, path: str) -> tuple[list[dict[str, Any]], dict[str, Any] | None, dict[str, Any]]:
     """Poses, the best of them, and the roll of those that name none."""
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: is no sweep (neither a map of rbam sweep --json nor a log of --out)") from None
-    documents = _objects(text)
-    head = documents[0] if documents else {}
+        with Path(path).open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+    if len(content) > MOST_BYTES:
+        raise InputError(f"{path}: has more than {MOST_BYTES // 2**20} MiB; a sweep has less")
+    head = _head(content)
     roll: dict[str, Any] = {}  # a log is of this very case: its roll is the case's
     if head.get("schema") == LOG_SCHEMA:
-        if head.get("case") != fingerprint(case):
-            raise InputError(f"{path}: is the sweep of another case, or the case has changed since")
-        rows = documents[1:]
+        found = read_log(path, content)
+        if found.case != fingerprint(case):
+            raise InputError(f"{path}: is the sweep of another case or version, or the case has changed since")
+        if found.damaged:
+            raise InputError(f"{path}: line {found.damaged[0]} {DAMAGED}; rbam sweep --out {path} computes it again")
+        rows = found.rows
         best = sweep_document(case, rows)["best"] if rows else None
     elif head.get("schema") == SCHEMA and isinstance(head.get("poses"), list):
         if head.get("case") != case.title:
@@ -78,15 +84,13 @@ def _read(case: Case, path: str) -> tuple[list[dict[str, Any]], dict[str, Any] |
     return rows, best, roll
 
 
-def _objects(text: str) -> list[dict[str, Any]]:
-    """One JSON object, or one a line; a line that was cut off is left out."""
-    try:
-        pieces = [json.loads(text)]
-    except json.JSONDecodeError:
-        pieces = []
-        for line in text.splitlines():
-            try:
-                pieces.append(json.loads(line))
-            except json.JSONDecodeError:
-                continue
-    return [piece for piece in pieces if isinstance(piece, dict)]
+def _head(content: bytes) -> dict[str, Any]:
+    """A map as a whole, or the first line of a log; empty where it is neither."""
+    for text in (content, content.split(b"\n", 1)[0]):
+        try:
+            found = json.loads(text)
+        except (ValueError, RecursionError):
+            continue
+        if isinstance(found, dict):
+            return found
+    return {}

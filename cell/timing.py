@@ -20,15 +20,20 @@ of either pass is the least of a few straight lines.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 
 # rounding of corners between beads, rad of joint travel each way; a TCP leaves them by 1.5 mm
 # at most in the shipped cells
 TRAVEL_ZONE = np.deg2rad(0.2)
+NO_ZONE = 1e-9  # a zone below counts as this: corners are run through at next to no speed, and hardly left
 PER_ZONE = 4  # grid steps a zone
+MOST_STEPS = 200_000  # of a grid that is even; a finer one is fine about the samples and grows coarser between them
+GROWTH, EVEN_STEPS = 1.25, 16  # of the steps of such a grid; its pieces have at least so many
 REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
 CORNER = 0.05  # share of a path's sharpest bend from which on another counts as a corner
 FLAT = 1e-12  # slope that counts as none
@@ -76,20 +81,20 @@ def time_path(
         max_speed: of the joints, (j,), rad/s; infinite where unknown.
         max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
         cap: greatest speed along the path on each step between samples, (m - 1,) or one for all.
-        zone: distance each way over which corners are rounded; at most half the path.
+        zone: distance each way over which corners are rounded; at most half the path. With 0 corners are stopped in.
 
     Returns:
         The law.
 
     Raises:
-        ValueError: the path does not move on between two samples, or a cap or the zone is not above 0.
+        ValueError: the path does not move on between two samples, a cap is not above 0, or the zone below 0.
     """
     cap = np.broadcast_to(np.asarray(cap, dtype=float), len(s) - 1)
-    if len(s) < 2 or not np.all(np.diff(s) > 0) or not np.all(cap > 0) or not zone > 0:
-        raise ValueError("a time law needs a path that moves on at every sample, caps and a zone above 0")
+    if len(s) < 2 or not np.all(np.diff(s) > 0) or not np.all(cap > 0) or not zone >= 0:
+        raise ValueError("a time law needs a path that moves on at every sample, caps above 0 and a zone")
     s = s - s[0]
     raw = np.diff(q, axis=0) / np.diff(s)[:, None]
-    zone = min(zone, s[-1] / 2)
+    zone = kept_zone(zone, s[-1])
     grid = _grid(s, zone, _corners(s, raw))
     slope, bend = _blended(q, s, grid, zone)
     piece = np.clip(np.searchsorted(s, (grid[:-1] + grid[1:]) / 2) - 1, 0, len(raw) - 1)
@@ -110,6 +115,37 @@ def time_path(
     after = np.abs(slope[:-1] * u[:, None] + bend * x[:-1, None])
     use[:, 1] = np.maximum(np.concatenate([after, after[-1:]]), np.concatenate([before[:1], before])) / max_acceleration
     return TimeLaw(t, np.sqrt(np.interp(s, grid, x)), grid, use)
+
+
+def time_stops(
+    q: Floats, s: Floats, max_speed: Floats, max_acceleration: Floats, *, cap: Floats, stops: NDArray[np.int64]
+) -> TimeLaw:
+    """The fastest time law along a path that stops in some of its samples.
+
+    Args:
+        q: samples, (m, j), rad.
+        s: path length at each, (m,), ascending from 0.
+        max_speed: of the joints, (j,), rad/s; infinite where unknown.
+        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+        cap: greatest speed along the path on each step between samples, (m - 1,).
+        stops: samples at which it stops, ascending, the first and the last among them. Those between follow one another
+            smoothly: the path is averaged over a step each way.
+
+    Returns:
+        The law.
+    """
+    laws = []
+    for a, b in pairwise(stops.tolist()):
+        zone = (s[b] - s[a]) / (b - a)
+        part = slice(a, b + 1)
+        laws.append(time_path(q[part], s[part], max_speed, max_acceleration, cap=cap[a:b], zone=zone))
+    begins = np.cumsum([0.0, *(law.t[-1] for law in laws)])
+    return TimeLaw(
+        np.concatenate([[0.0], *(begin + law.t[1:] for begin, law in zip(begins[:-1], laws, strict=True))]),
+        np.concatenate([[0.0], *(law.speed[1:] for law in laws)]),
+        np.concatenate([s[a] + law.grid for a, law in zip(stops[:-1], laws, strict=True)]),
+        np.concatenate([law.use for law in laws]),
+    )
 
 
 def time_travel(
@@ -159,7 +195,7 @@ def rounded(q: Floats, s: Floats, zone: float, at: Floats | None = None) -> Floa
     """
     at = s if at is None else at
     at, s = at - s[0], s - s[0]
-    zone = min(zone, s[-1] / 2)
+    zone = kept_zone(zone, s[-1])
     t, far = _mirrored(q, s)
     slope = np.diff(far, axis=0) / np.diff(t)[:, None]
     area = np.concatenate(
@@ -172,6 +208,11 @@ def rounded(q: Floats, s: Floats, zone: float, at: Floats | None = None) -> Floa
         return np.asarray(area[k] + far[k] * h + slope[k] * h**2 / 2)
 
     return (integral(at + zone) - integral(at - zone)) / (2 * zone)
+
+
+def kept_zone(zone: float, end: float) -> float:
+    """The zone that a path of a length is rounded over: more than nothing, and at most half the path."""
+    return float(min(max(zone, NO_ZONE), end / 2))
 
 
 def _mirrored(q: Floats, s: Floats) -> tuple[Floats, Floats]:
@@ -190,16 +231,33 @@ def _corners(s: Floats, slope: Floats) -> Floats:
 def _grid(s: Floats, zone: float, corners: Floats) -> Floats:
     """Path lengths fine enough for the rounding of corners, finer still at the ends, where the path is at rest."""
     count = np.maximum(np.ceil(np.diff(s) * PER_ZONE / zone), 1).astype(np.int64)
-    piece = np.repeat(np.arange(len(count)), count)
-    k = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
-    grid = np.append(s[piece] + np.diff(s)[piece] * k / count[piece], s[-1])
+    if count.sum() > MOST_STEPS:
+        grid = np.append(np.concatenate([a + _graded(b - a, zone) for a, b in pairwise(s.tolist())]), s[-1])
+    else:
+        piece = np.repeat(np.arange(len(count)), count)
+        k = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
+        grid = np.append(s[piece] + np.diff(s)[piece] * k / count[piece], s[-1])
     halves = 0.5 ** np.arange(1, REST_STEPS + 1)
     # where the rounding of a corner begins and ends, the acceleration jumps
     edges = np.concatenate([corners - zone, corners + zone])
     edges = edges[(edges > 0) & (edges < s[-1])]
     fine = np.concatenate([grid, grid[1] * halves, s[-1] - (s[-1] - grid[-2]) * halves, edges])
     fine.sort()
-    return fine[np.concatenate([[True], np.diff(fine) > FLAT * s[-1]])]
+    kept = fine[np.concatenate([[True], np.diff(fine) > FLAT * s[-1]])]
+    kept[-1] = s[-1]
+    return kept
+
+
+def _graded(length: float, zone: float) -> Floats:
+    """Places on a piece but its end: steps of a share of the zone at both ends, growing towards its middle."""
+    first = zone / PER_ZONE
+    most = max(length / EVEN_STEPS, first)
+    near = 3 * PER_ZONE  # steps before they grow
+    grown = int(np.ceil(np.log(most / first) / np.log(GROWTH)))
+    steps = np.concatenate([np.full(near, first), first * GROWTH ** np.arange(1, grown + 1), np.full(EVEN_STEPS, most)])
+    half = np.concatenate([[0.0], np.cumsum(steps)])
+    half = half[half < length / 2]
+    return np.concatenate([half, length - half[:0:-1]])
 
 
 def _blended(q: Floats, s: Floats, grid: Floats, zone: float) -> tuple[Floats, Floats]:

@@ -4,7 +4,8 @@
         replay_in_browser(check(prepare(case), 90, 180), place, speed=5)     # returns on Ctrl-C
 
 The viewer binds every interface and knows no password. It is handed a socket of ours instead, which is bound to this
-machine alone unless an interface is asked for by name. From another machine ``ssh -L 8080:localhost:8080`` is the way:
+machine alone unless an interface is asked for by name, and asks ``cell.web_guard`` who may talk to it. From another
+machine ``ssh -L 8080:localhost:8080`` is the way:
 browsers run the viewer at localhost (or over https) only.
 """
 
@@ -29,6 +30,7 @@ from .errors import InputError
 from .picture import camera, middle, still
 from .replay import Player
 from .staging import VISIBLE, Staging
+from .web_guard import Guard
 
 if TYPE_CHECKING:
     from .check import Result
@@ -41,7 +43,7 @@ PIECES = 600  # of beads; the rest is for marks and normals
 ASPECT = 1.6
 RESTING = 0.02  # s between looks for a browser
 WARNING = (
-    "rbam: anyone who can reach {address} can watch and steer: there is no password. "
+    "rbam: anyone who reads this address can watch and steer, and what is sent is not encrypted. "
     "A browser elsewhere needs https or ssh -L {port}:localhost:{port}\n"
 )
 
@@ -129,12 +131,13 @@ def replay_in_browser(
     player = Player(result, speed, loop, colour)
     staging = Staging(result, PIECES)
     staging.pose(player.frame())
-    with _stopped() as stop, contextlib.redirect_stdout(sys.stderr):
+    guard = Guard(place.host, place.port)
+    with _stopped() as stop, contextlib.redirect_stdout(sys.stderr), _guarded(guard):
         viewer, update, gui = _opened(staging, player, place)
         try:
-            sys.stderr.write(f"rbam: replay at {place.address} (stop with Ctrl-C)\n")
+            sys.stderr.write(f"rbam: replay at {guard.address} (stop with Ctrl-C)\n")
             if not place.private:
-                sys.stderr.write(WARNING.format(address=place.address, port=place.port))
+                sys.stderr.write(WARNING.format(port=place.port))
             sys.stderr.flush()
             while not stop.is_set():
                 if not viewer.prepare_next_frame():
@@ -158,6 +161,18 @@ def _stopped() -> Iterator[threading.Event]:
     finally:
         for s, handler in before.items():
             signal.signal(s, handler)
+
+
+@contextlib.contextmanager
+def _guarded(guard: Guard) -> Iterator[None]:
+    """Have the viewer's server ask the guard, where there is such a server; its thread may start late."""
+    try:
+        from mujoco.studio.web import web_server
+    except ImportError:
+        yield  # _opened says so
+        return
+    with guard.kept(web_server):
+        yield
 
 
 def _opened(staging: Staging, player: Player, place: Place) -> tuple[Any, Any, Any]:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from slicing.file_bounds import require_bounded
 from slicing.mesh_3mf import read_3mf
 from slicing.mesh_glb import read_glb
 from slicing.mesh_obj import read_obj
@@ -106,6 +107,7 @@ def _read(file: Path, units: str) -> Triangles:
     reader = READERS.get(file.suffix.lower())
     if reader is None:
         raise PartError(f"{file}: unknown kind of mesh file {file.suffix!r}; allowed: {', '.join(READERS)}")
+    require_bounded(file)
     found = reader(file)
     _require_unit(file, found.unit, units)
     if len(found.faces) == 0:

@@ -15,34 +15,33 @@ from typing import Any, Self
 class Code(StrEnum):
     """What a warning is about. In alphabetical order."""
 
-    CONCAVE_FIXTURE = "concave_fixture"
     BODY_END = "body_end"
+    CONCAVE_FIXTURE = "concave_fixture"
     DEPOSIT_SHARE = "deposit_share"
     LAYER_AREA = "layer_area"
-    LINK_WITHOUT_SHAPES = "link_without_shapes"
-    MODEL_ELEMENT_LEFT_OUT = "model_element_left_out"
-    OTHER = "other"
-    PAIR_LEFT_OUT = "pair_left_out"
-    PART_NOT_ON_SUPPORT = "part_not_on_support"
-    SUB_VOLUME_ABSENT = "sub_volume_absent"
-    SHORT_RETRACT = "short_retract"
     LAYER_LENGTH = "layer_length"
     LAYER_LOOPS = "layer_loops"
     LAYER_SEAM = "layer_seam"
     LAYER_VOLUME = "layer_volume"
+    LINK_WITHOUT_SHAPES = "link_without_shapes"
     MESH_FILE = "mesh_file"
     MESH_REPAIRED = "mesh_repaired"
     MESH_UNITS = "mesh_units"
+    MODEL_ELEMENT_LEFT_OUT = "model_element_left_out"
     OTHER = "other"
+    OVERHANG = "overhang"
+    PAIR_LEFT_OUT = "pair_left_out"
+    PART_NOT_ON_SUPPORT = "part_not_on_support"
     PART_VOLUME = "part_volume"
+    PAST_HORIZONTAL = "past_horizontal"
     POLYGON_NOT_FLAT = "polygon_not_flat"
+    SHORT_RETRACT = "short_retract"
+    SUB_VOLUME_ABSENT = "sub_volume_absent"
 
 
 WRONG_LAYER = frozenset(
     {Code.LAYER_AREA, Code.LAYER_LENGTH, Code.LAYER_LOOPS}
 )  # what makes a layer unfit for a verdict
-    OVERHANG = "overhang"
-    PAST_HORIZONTAL = "past_horizontal"
 
 
 class Warning(str):

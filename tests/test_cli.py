@@ -269,7 +269,7 @@ BAD_SECTIONS = [
     ({"positioner": {"joints": ["A1", "E2"]}}, "A1 does not turn the table"),
     ({"tool": {"tcp": "tip"}}, "the wire's end, z along the wire"),
     ({"table": {"E1_deg": 200}}, "E1 = 200 deg is outside the positioner's range -135 .. 135"),
-    ({"checks": {"wrist_deg": 95}}, "checks.wrist_deg: input should be less than or equal to 90"),
+    ({"checks": {"wrist_deg": 95}}, "checks.wrist_deg: is 0 to 90 (is 95)"),
     ({"roll": {"range_deg": [90, -90]}}, "range_deg needs low <= high"),
     ({"part": {"position_mm": [float("nan"), 0, 0]}}, "part.position_mm.0: is a finite number"),
 ]

@@ -14,6 +14,7 @@ from cell.errors import InputError
 from cell.rolls import parse_roll
 from cell.sections import Case
 from cell.sweep import fingerprint, sweep_document
+from cell.sweep_log import row_line
 from cell.sweep_pose import picked_pose
 
 
@@ -31,9 +32,9 @@ def case(tmp_path: Path) -> Case:
 
 
 def files(case: Case, folder: Path, rows: list[dict]) -> list[str]:
-    log = [{"schema": "rbam-sweep-log/1", "case": fingerprint(case)}, *rows]
+    head = json.dumps({"schema": "rbam-sweep-log/1", "case": fingerprint(case)}).encode()
     (folder / "map.json").write_text(json.dumps(sweep_document(case, rows), indent=1))
-    (folder / "log.jsonl").write_text("\n".join(json.dumps(piece) for piece in log) + '\n{"E1_deg": 4')
+    (folder / "log.jsonl").write_bytes(b"\n".join([head, *map(row_line, rows), b'{"E1_deg": 4']))
     return [str(folder / "map.json"), str(folder / "log.jsonl")]
 
 

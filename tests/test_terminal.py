@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from rich.text import Text
 
 from cell.cli import _console, main
 from cell.progress import Bar
@@ -97,5 +98,5 @@ def test_no_color_is_respected(monkeypatch: pytest.MonkeyPatch, no_color: bool) 
     if no_color:
         monkeypatch.setenv("NO_COLOR", "1")
     stream = Tty()
-    _console(stream).print("[green]feasible[/green]")
+    _console(stream).print(Text("feasible", "green"))
     assert ("\x1b[32m" in stream.getvalue()) != no_color

@@ -6,10 +6,19 @@ const COLUMNS = 600; // of a long line; each keeps its least and its greatest va
 const BANDS = 400; // travels shaded at most
 const W = 1000;
 const H = 100;
+const SVG = "http://www.w3.org/2000/svg";
 
 /** Numbers as one reads them. */
 export function figure(v, digits = 1) {
   return Number.isFinite(v) ? v.toFixed(digits).replace("-", "\u2212") : "\u2013";
+}
+
+/** An element of a drawing; names reach the page as attributes and texts alone, never as markup. */
+function drawn(tag, attributes, children = []) {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children);
+  return made;
 }
 
 const digitsOf = (chart) => (chart.unit === "1" ? 3 : 1);
@@ -51,7 +60,7 @@ export class Charts {
     caption.append(title, now);
     const plot = document.createElement("div");
     plot.className = "plot";
-    plot.innerHTML = this._svg(chart);
+    plot.append(this._svg(chart));
     const cursor = document.createElement("div");
     cursor.className = "cursor";
     plot.append(cursor);
@@ -74,19 +83,20 @@ export class Charts {
   _svg(chart) {
     const label = `${chart.title}${chart.unit === "1" ? "" : ` in ${chart.unit}`} over ${this.path.timed ? "time" : "targets"}`;
     const lines = chart.lines.map((line, k) => (this.path.timed ? this._line(chart, line, k) : this._dots(chart, line)));
-    const parts = [this._bands(), this._gridLines(chart), this._limits(chart), ...lines];
-    return `<svg viewBox="0 0 ${W} ${H}" preserveAspectRatio="none" role="img" aria-label="${label}">${parts.join("")}</svg>`;
+    const parts = [this._bands(), this._gridLines(chart), this._limits(chart), ...lines].flat();
+    const frame = { viewBox: `0 0 ${W} ${H}`, preserveAspectRatio: "none", role: "img", "aria-label": label };
+    return drawn("svg", frame, parts);
   }
 
   _gridLines(chart) {
     const d = ticks(chart.range, chart.unit).map((v) => `M0 ${this.y(chart, v).toFixed(2)}H${W}`);
-    return `<path class="gridline" d="${d.join("")}"/>`;
+    return [drawn("path", { class: "gridline", d: d.join("") })];
   }
 
   /** Travels: where the arc is off. */
   _bands() {
     const { x, arc, timed } = this.path;
-    if (!timed) return "";
+    if (!timed) return [];
     const d = [];
     for (let i = 0; i < arc.length; i++) {
       if (arc[i]) continue;
@@ -95,16 +105,16 @@ export class Charts {
       d.push(`M${this.x(x[Math.max(i - 1, 0)]).toFixed(2)} 0H${this.x(x[j]).toFixed(2)}V${H}H${this.x(x[Math.max(i - 1, 0)]).toFixed(2)}Z`);
       i = j;
     }
-    return d.length && d.length <= BANDS ? `<path class="travel" d="${d.join("")}"/>` : "";
+    return d.length && d.length <= BANDS ? [drawn("path", { class: "travel", d: d.join("") })] : [];
   }
 
   _limits(chart) {
-    return chart.limits.map((limit, k) => {
+    return chart.limits.flatMap((limit, k) => {
       const y = this.y(chart, limit.y).toFixed(2);
       const below = limit.low || (chart.limits.length === 2 && k === 0);
-      const area = limit.good ? "" : `<path class="beyond" d="M0 ${y}H${W}V${below ? H : 0}H0Z"/>`;
-      return `${area}<path class="limit${limit.good ? " good" : ""}" d="M0 ${y}H${W}"/>`;
-    }).join("");
+      const area = limit.good ? [] : [drawn("path", { class: "beyond", d: `M0 ${y}H${W}V${below ? H : 0}H0Z` })];
+      return [...area, drawn("path", { class: `limit${limit.good ? " good" : ""}`, d: `M0 ${y}H${W}` })];
+    });
   }
 
   _line(chart, line, k) {
@@ -119,7 +129,8 @@ export class Charts {
         pen = "L";
       }
     }
-    return `<path class="line" style="stroke: var(--line-${chart.lines.length > 1 ? k : 0})" d="${d.join("")}"/>`;
+    const colour = `stroke: var(--line-${chart.lines.length > 1 ? k : 0})`;
+    return [drawn("path", { class: "line", style: colour, d: d.join("") })];
   }
 
   /** Without a motion: a dot a target in its verdict's colour. */
@@ -131,7 +142,8 @@ export class Charts {
       if (!byVerdict.has(v)) byVerdict.set(v, []);
       byVerdict.get(v).push(`M${this.x(this.path.x[i]).toFixed(1)} ${this.y(chart, line.y[i]).toFixed(2)}h0`);
     }
-    return [...byVerdict].map(([v, d]) => `<path class="spots" style="stroke: var(--verdict-${v})" d="${d.join("")}"/>`).join("");
+    return [...byVerdict].map(([v, d]) =>
+      drawn("path", { class: "spots", style: `stroke: var(--verdict-${v})`, d: d.join("") }));
   }
 
   _labels(plot, chart) {
@@ -161,8 +173,9 @@ export class Charts {
         const key = document.createElement("span");
         key.className = "key";
         key.style.setProperty("--c", `var(--line-${k})`);
-        key.innerHTML = "<i></i><span></span> <b></b>";
-        key.querySelector("span").textContent = line.name;
+        const name = document.createElement("span");
+        name.textContent = line.name;
+        key.append(document.createElement("i"), name, " ", document.createElement("b"));
         below.append(key);
       });
     }

@@ -46,9 +46,10 @@ export class Paint {
       this.doc.verdicts.forEach((name, k) => {
         if (!present.has(k)) return;
         const item = document.createElement("span");
-        item.innerHTML = '<i class="dot"></i>';
-        item.firstChild.style.setProperty("--c", VERDICTS[k]);
-        item.append(name.replace("_", " "));
+        const dot = document.createElement("i");
+        dot.className = "dot";
+        dot.style.setProperty("--c", VERDICTS[k]);
+        item.append(dot, name.replace("_", " "));
         root.append(item);
       });
       return;
