@@ -2,8 +2,8 @@
 
     python bench/case_fuzz.py --count 2000 --seed 1            # read and prepared; --check checks them as well
 
-Cases are the shipped ones with a small part in place of theirs, mutated in their content or in their text. Each is named
-by its seed: the same seed gives the same file, which --show prints.
+Cases are the shipped ones with a small part in place of theirs, mutated in their content or in their text. Each is
+named by its seed: the same seed gives the same file, which --show prints.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     make_detectable(world, case)              # the last step before a scene is compiled
 
-Of MuJoCo 4.0, random pairs of all kinds of shapes were held against a second engine (``bench/collision_pairs.py``). Unsafe
-are: a capsule and a box, where the capsule runs through the box with both ends outside (no contact); two boxes
+Of MuJoCo 4.0, random pairs of all kinds of shapes were held against a second engine (``bench/collision_engines.py``).
+Unsafe are: a capsule and a box, where the capsule runs through the box with both ends outside (no contact); two boxes
 (distances up to 46 mm too large); any convex pair whose contact patch is made of several points (``multiccd``: the
 deepest may be left out, 240 mm deep reads as 2 mm apart); and any convex pair far out with the 35 iterations that are
 the default (17 mm deep reads as 8 mm apart). So boxes become meshes of their eight corners, which leaves their surface

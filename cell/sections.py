@@ -297,7 +297,7 @@ class Checks(Section):
     gravity_max_deg: Annotated[float, within(0, 180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null does not limit it"
     )
-    overhang_mm: NotNegative | None = Field(
+    overhang_mm: Distance | None = Field(
         None, description="how far a layer may stand out over what lies below it; null: half a bead, and only a warning"
     )
 
