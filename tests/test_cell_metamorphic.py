@@ -140,6 +140,9 @@ def test_a_torch_that_is_written_into_the_arm_is_held_against_the_wrist(usual, t
     torch = "".join(line for line in TORCH.splitlines() if not any(n in line for n in ("barrel", "hose", "neck")))
     job, distance = clearances(write_case(tmp_path, "written", arm=arm, torch=torch))
     assert np.allclose(distance, usual[1], atol=1e-6)
+    # links 4 and 6 are excluded: what stands out beyond the flange is held against both links before
+    named = {job.scene.model.pair(k).name for k in range(job.scene.model.npair)}
+    assert {f"barrel~{link}" for link in ("fore", "wrist", "guide")} <= named
     assert not [w for w in job.warnings if w.code is not Code.LINK_WITHOUT_SHAPES]
 
 
