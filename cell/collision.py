@@ -70,14 +70,18 @@ class Clearances:
         return cls(np.full(m, np.inf), np.full((m, 2), -1), np.full((m, 3), np.nan))
 
 
-def _without_pairs(model: mujoco.MjModel) -> mujoco.MjModel:
+def _without_pairs(scene: Scene) -> mujoco.MjModel:
     """The model with the pairs that it names so far apart that none is ever met.
 
-    A gap silences pairs that are apart, not those that penetrate. The second shape of each pair is the arm's, which
-    counts for nothing where such pairs do not.
+    A gap silences pairs that are apart, not those that penetrate. Of each pair a shape is moved that counts for nothing
+    in this scene; every one of them elsewhere.
     """
-    alone = copy.copy(model)
-    alone.geom_pos[model.pair_geom2, 2] += AWAY
+    alone = copy.copy(scene.model)
+    inert = (scene.contact_bits == 0).all(axis=0).tolist()
+    for one, other in zip(alone.pair_geom1.tolist(), alone.pair_geom2.tolist(), strict=True):
+        geom = other if inert[other] else one
+        if inert[geom]:
+            alone.geom_pos[geom, 2] = AWAY * (1 + geom)
     return alone
 
 
@@ -111,7 +115,7 @@ class Checker:
         self.reach = reach
         self.without = tuple(without)
         # what collides is switched in it; the scene's own stays as it is
-        self._model = copy.copy(scene.model) if pair_gap is None else _without_pairs(scene.model)
+        self._model = copy.copy(scene.model) if pair_gap is None else _without_pairs(scene)
         self._data = mujoco.MjData(self._model)
         self._data.qpos[scene.table_qpos] = table
         self._pair_gap = pair_gap

@@ -38,6 +38,18 @@ from .torch import TorchDimensions, shape_torch
 MANY_PIECES = 256  # of the part in one body
 UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
 DRIVEN = ("actuators", "sensors", "tendons", "equalities", "keys", "tuples", "texts", "skins")
+SIZES = (
+    "memory",
+    "nuserdata",
+    "nuser_actuator",
+    "nuser_body",
+    "nuser_cam",
+    "nuser_geom",
+    "nuser_jnt",
+    "nuser_sensor",
+    "nuser_site",
+    "nuser_tendon",
+)
 MASSLESS = 1e-9  # kg, kg m2: what MuJoCo takes a moving body without mass for; kinematics needs none
 FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
 COLOUR = {
@@ -65,27 +77,48 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
     for mesh in spec.meshes:
         if mesh.file:  # found wherever the scene is compiled
             mesh.file = str((path.parent / spec.meshdir / mesh.file).resolve())
+    for hfield in spec.hfields:
+        if hfield.file:
+            hfield.file = str((path.parent / spec.meshdir / hfield.file).resolve())
+    for texture in spec.textures:
+        if texture.file:
+            texture.file = str((path.parent / spec.texturedir / texture.file).resolve())
     return spec
 
 
 def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
     """A model with all that is named and nothing that only a simulation needs."""
     gone = [f"{len(spec.equalities)} equality constraint(s)"] if len(spec.equalities) else []
+    pairs = list(spec.pairs) if what == "positioner" else []  # of the arm's pairs alone a motion is asked
+    gone += [f"{len(pairs)} contact pair(s)"] if pairs else []
     gone += [f"{len(spec.flexes)} flex(es)"] if len(spec.flexes) else []
     if gone:
         text = (
-            f"{what}.model: {' and '.join(gone)} left out of the cell: joints that they couple stay where they are, "
-            "and what they hold is not looked at"
+            f"{what}.model: {' and '.join(gone)} left out of the cell: what they couple stays where it is, "
+            "and what they hold or name is not looked at"
         )
         pieces.warnings.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
     for kind in (*DRIVEN, "flexes"):  # names in them would have to follow; kinematics and contacts need none
         for element in list(getattr(spec, kind)):
             spec.delete(element)
+    for pair in pairs:
+        spec.delete(pair)
+    _with_the_cells_options(spec, pieces.world)
     for eye in (*spec.cameras, *spec.lights):
         if eye.targetbody:
             eye.targetbody, eye.mode = "", mujoco.mjtCamLight.mjCAMLIGHT_FIXED
     name_all(spec, what)
     return spec
+
+
+def _with_the_cells_options(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> None:
+    """Give a model the cell's options and sizes: MuJoCo keeps the cell's, and says so of each that differs."""
+    for name in (n for n in dir(spec.option) if not n.startswith("_")):
+        value = getattr(world.option, name)
+        if not callable(value) and name != "authored":
+            setattr(spec.option, name, value)
+    for name in SIZES:
+        setattr(spec, name, getattr(world, name))
 
 
 def _put(pieces: Pieces, child: mujoco.MjSpec, piece: Piece, parent: mujoco.MjsBody, pos: Floats, quat: Floats) -> None:

@@ -368,4 +368,14 @@ def standalone_xml(scene: Scene) -> str:
         mesh.uservert = np.asarray(solid.vertices, dtype=np.float64).ravel()
         mesh.userface = np.asarray(solid.faces, dtype=np.int32).ravel()
         mesh.file = ""
+    _without_images(spec)
     return str(spec.to_xml())
+
+
+def _without_images(spec: mujoco.MjSpec) -> None:
+    """Leave out textures that are files; materials keep their colours."""
+    images = {texture.name for texture in spec.textures if texture.file or any(texture.cubefiles)}
+    for material in spec.materials:
+        material.textures = ["" if name in images else name for name in material.textures]
+    for texture in [t for t in spec.textures if t.name in images]:
+        spec.delete(texture)

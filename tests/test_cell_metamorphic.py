@@ -23,6 +23,8 @@ from cell.collision import Checker
 from cell.composition import Piece
 from cell.config import load_case
 from cell.job import prepare
+from cell.table_motion import table_alone
+from cell.wire import wire_checker
 from slicing.warning import Code
 
 REACH = 0.05
@@ -138,6 +140,9 @@ def test_a_torch_that_is_written_into_the_arm_is_held_against_the_wrist(usual, t
     torch = "".join(line for line in TORCH.splitlines() if not any(n in line for n in ("barrel", "hose", "neck")))
     job, distance = clearances(write_case(tmp_path, "written", arm=arm, torch=torch))
     assert np.allclose(distance, usual[1], atol=1e-6)
+    # links 4 and 6 are excluded: what stands out beyond the flange is held against both links before
+    named = {job.scene.model.pair(k).name for k in range(job.scene.model.npair)}
+    assert {f"barrel~{link}" for link in ("fore", "wrist", "guide")} <= named
     assert not [w for w in job.warnings if w.code is not Code.LINK_WITHOUT_SHAPES]
 
 
@@ -146,11 +151,15 @@ def verdicts(tmp_path_factory):
     """Verdicts by cell: how many targets, what is wrong, the least clearance."""
     folder = tmp_path_factory.mktemp("verdicts")
 
+    def job_of(name, **change):
+        return prepare(load_case(write_case(folder, name, **change)))
+
     def of(name, **change):
-        job = prepare(load_case(write_case(folder, name, **change)))
+        job = job_of(name, **change)
         result = check(job, job.case.table.E1_deg, job.case.table.E2_deg)
         return result.feasible, result.reasons, result.clearance and result.clearance.value, job.warnings
 
+    of.job = job_of
     return of
 
 
@@ -201,3 +210,31 @@ def test_couplings_that_are_left_out_are_said(tmp_path):
     arm = ARM.replace("<contact>", '<equality><joint joint1="A3" joint2="A2"/></equality><contact>')
     job = prepare(load_case(write_case(tmp_path, "coupled", arm=arm)))
     assert [w.code for w in job.warnings] == [Code.MODEL_ELEMENT_LEFT_OUT]
+
+
+def test_a_pair_that_touches_at_zero_is_no_affair_of_the_table_nor_of_the_wire(verdicts):
+    # with all joints at zero the guide stands in the hose; at home, and wherever the arm works, it does not
+    torch = TORCH.replace('fromto="-0.03 0 0.1 -0.08 0 0.06"', 'fromto="-0.03 0 0.1 -0.14 0 0.03"')
+    job = verdicts.job("zero", torch=torch)
+    scene = job.scene
+    q = np.append(scene.home[:5], 0.0)[None]  # away from the table, the last joint at zero
+    at_zero = Checker(scene, (0.0, 0.0), REACH).clearances(q, np.zeros(1, dtype=np.int64))
+    assert {scene.geom_name(int(g)) for g in at_zero.pair[0]} == {"guide", "hose"}
+    assert -0.05 < at_zero.distance[0] < 0
+    for table in np.deg2rad([[90.0, 180.0], [0.0, 0.0], [45.0, -90.0]]):
+        assert table_alone(scene, tuple(table)).distance[0] > 0
+    wire = wire_checker(Checker(scene, (0.0, 0.0), REACH))
+    assert not np.isfinite(wire.clearances(q, np.array([scene.n_deposits])).distance[0])
+
+
+def test_options_images_and_sizes_of_public_models_say_nothing_and_change_nothing(usual, tmp_path, recwarn, capfd):
+    extra = (
+        '<option timestep="0.001" integrator="implicitfast" gravity="0 0 -9.81"><flag filterparent="disable"/></option>'
+        '<size nuser_geom="2"/>'
+    )
+    arm = ARM.replace("<worldbody>", extra + "<worldbody>", 1).replace('name="wrist"', 'name="wrist" user="1 2"')
+    job, distance = clearances(write_case(tmp_path, "options", arm=arm))
+    assert np.allclose(distance, usual[1], atol=1e-9)
+    assert job.scene.model.opt.gravity.tolist() == [0, 0, 0]
+    assert not [w for w in recwarn if "ttach" in str(w.message)]
+    assert "conflict" not in capfd.readouterr().err
