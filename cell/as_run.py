@@ -58,7 +58,7 @@ def bead_corners(setup: Setup, blend: float, stretches: Sequence[Stretch]) -> di
         if len(bead.q) < 3:
             continue
         stage = setup.stage[bead.edge]
-        path, least = bead_path(bead, blend), setup.settings.clearance
+        path, least = bead_path(bead, blend), setup.settings.kept
         step, nearest = cut_corners(setup.checker, setup.radius, path, stage, bead.clearances, least)
         for n in np.argsort(nearest.distance, kind="stable").tolist():
             at = int(bead.edge[step[n]])
@@ -85,7 +85,7 @@ def travel_corners(
     for first, last in zip([0, *stops], [*stops, len(q) - 1], strict=True):
         mine = slice(first, last + 1)
         path, rows = travel_path(q[mine])
-        hit = _met(setup.checker, setup, path, found.rows(first + rows), stage, setup.settings.clearance)
+        hit = _met(setup.checker, setup, path, found.rows(first + rows), stage, setup.settings.kept)
         if hit is not None:
             return hit
     return None

@@ -21,7 +21,8 @@ from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 from slicing.warning import Code, Warning
 
-from .collision import Checker
+from .between import least_on_the_way
+from .collision import Checker, Clearances, Ints
 from .examine import Stretch
 from .home import HomeWays, with_home
 from .job import Job
@@ -37,7 +38,7 @@ from .sections import REASONS
 from .setup import Settings, Setup
 from .table_motion import table_alone
 from .terminal import stage
-from .travel import STRAIGHT, drawn_back
+from .travel import STRAIGHT, Way, drawn_back
 from .unsupported import past_horizontal, unsupported_targets
 
 CLEARANCE_REACH = 0.05  # m out to which least clearances are reported
@@ -86,7 +87,8 @@ class Result:
         table: E1, E2 as the positioner stands, rad.
         placed: the targets in the base frame.
         rows: one a target.
-        clearance: least clearance along what was followed, m; None where nothing was nearer than 50 mm.
+        clearance: least clearance along what was followed, between its samples too where there is a
+            motion, m; None where nothing was nearer than 50 mm.
         singularity: least margin as a multiple of its limit, with its kind; None where nothing was followed.
         sigma: smallest singular value of the scaled Jacobian on the way.
         gravity: angle between the deposition direction and up of every target, (n,), rad.
@@ -193,7 +195,7 @@ def check(
         table=table,
         placed=placed,
         rows=rows,
-        clearance=_least_clearance(job, plan, stretches, home),
+        clearance=_least_clearance(setup, plan, stretches, home, whole=motion is not None),
         singularity=_least_margin(setup, stretches),
         sigma=_least_sigma(setup, stretches),
         gravity=gravity,
@@ -274,27 +276,43 @@ def _with(rows: tuple[Row, ...], spoilt: dict[int, dict[str, Any]]) -> tuple[Row
     return tuple(out)
 
 
-def _least_clearance(job: Job, plan: PartPlan, stretches: list[Stretch], home: HomeWays | None) -> Least | None:
+def _least_clearance(
+    setup: Setup, plan: PartPlan, stretches: list[Stretch], home: HomeWays | None, *, whole: bool
+) -> Least | None:
     """The nearest anything comes, on the beads and, named by the target they lead to, on the travels.
 
     The way home leads to none: it is named by the target it comes from.
     """
-    found = [(s.clearances, s.edge) for s in stretches]
-    leads_to = [s.first for s in stretches[1:]]
-    if len(plan.travels) == len(leads_to):
-        found += [(c, np.full(len(c), first)) for (_, c), first in zip(plan.travels, leads_to, strict=True)]
+    runs: list[tuple[Floats, Clearances, Ints, Ints]] = [
+        (s.q, s.clearances, setup.stage[s.edge], s.edge) for s in stretches
+    ]
+
+    def add(way: Way, stage: int, target: int) -> None:
+        runs.append((way[0], way[1], np.full(len(way[0]), stage), np.full(len(way[0]), target)))
+
+    if len(plan.travels) == len(stretches) - 1:
+        for way, before, after in zip(plan.travels, stretches[:-1], stretches[1:], strict=True):
+            add(way, int(setup.laid[before.stop - 1]), after.first)
     if home is not None and stretches:
-        ends = ((home.out, stretches[0].first), (home.back, stretches[-1].stop - 1))
-        found += [(way[1], np.full(len(way[1]), target)) for way, target in ends if way is not None]
-    if not found:
+        last = stretches[-1].stop - 1
+        if home.out is not None:
+            add(home.out, 0, stretches[0].first)
+        if home.back is not None:
+            add(home.back, int(setup.laid[last]), last)
+    if not runs:
         return None
-    distance = np.concatenate([c.distance for c, _ in found])
-    k = int(np.argmin(distance))
-    if not np.isfinite(distance[k]):
+    q, laid, leads_to = (np.concatenate([run[i] for run in runs]) for i in (0, 2, 3))
+    apart = np.repeat(np.arange(len(runs)), [len(run[0]) for run in runs])
+    found = Clearances.joined([run[1] for run in runs])
+    if whole:
+        at, nearest = least_on_the_way(setup.checker, setup.radius, q, laid, found, apart)
+    else:
+        at = int(np.argmin(found.distance))  # what is not run has samples, but no way
+        nearest = found.rows(np.array([at]))
+    if not np.isfinite(nearest.distance[0]):
         return None
-    pair = np.concatenate([c.pair for c, _ in found])[k]
-    target = int(np.concatenate([t for _, t in found])[k])
-    return Least(float(distance[k]), target, tuple(job.scene.geom_name(int(g)) for g in pair))
+    pair = tuple(setup.checker.scene.geom_name(int(g)) for g in nearest.pair[0])
+    return Least(float(nearest.distance[0]), int(leads_to[at]), pair)
 
 
 def _least_margin(setup: Setup, stretches: list[Stretch]) -> Least | None:

@@ -111,7 +111,7 @@ def cut_corners(
         path: rows that are free themselves, between them as well.
         stage: deposits laid at each row, (m,).
         found: clearances at the rows.
-        least: clearance to be kept where rows come to lie; between them nothing is to be touched, as ever.
+        least: clearance to be kept, m; 0: nothing is touched.
         which: steps that are looked at, (m - 1,); all of them where left out.
 
     Returns:
@@ -129,7 +129,7 @@ def cut_corners(
     # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
     low = known - joint_way(radius, path.q, q)
     near = _ends(steps) & (low < least)
-    maybe = steps & (low[:-1] + low[1:] <= joint_way(radius, q[:-1], q[1:]) + 2 * bow)
+    maybe = steps & (low[:-1] + low[1:] - 2 * least <= joint_way(radius, q[:-1], q[1:]) + 2 * bow)
     again = np.flatnonzero(near | _ends(maybe))
     low[again] = known[again] - checker.way(radius, path.q[again], q[again])
     rows = np.flatnonzero(near & (low < least))
@@ -137,8 +137,8 @@ def cut_corners(
     low[rows] = np.minimum(seen.distance, checker.reach)
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
-    k = k[low[k] + low[k + 1] <= checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]
-    open_, nearest = _not_proved(checker, radius, path, p, k, bow, low, stage)
+    k = k[low[k] + low[k + 1] - 2 * least <= checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]
+    open_, nearest = _not_proved(checker, radius, _Rounded(path, p, bow, low, stage), k, least)
     both = Clearances.joined([seen.rows(hit), nearest])
     first, index = np.unique(np.concatenate([np.minimum(rows[hit], len(path.s) - 2), open_]), return_index=True)
     return first, both.rows(index)
@@ -166,31 +166,39 @@ class _Nearer:
         return Clearances(found.distance - self.by, found.pair, found.position)
 
 
-def _not_proved(
-    checker: Sees,
-    radius: Floats,
-    path: Path,
-    p: Pieces,
-    steps: Ints,
-    bow: Floats,
-    low: Floats,
-    stage: Ints,
-) -> tuple[Ints, Clearances]:
-    """Steps whose rounded path cannot be proved free of contact: by chords of it, the arm taken for thicker.
+@dataclass(frozen=True, eq=False)
+class _Rounded:
+    """A rounded path and what is known of it.
+
+    Attributes:
+        path: the rows.
+        pieces: its parabolas.
+        bow: how far each step's rounded path is off its chord at most, (m - 1,), m.
+        low: clearance at least where the rows come to lie, (m,), m.
+        stage: deposits laid at each row, (m,).
+    """
+
+    path: Path
+    pieces: Pieces
+    bow: Floats
+    low: Floats
+    stage: Ints
+
+
+def _not_proved(checker: Sees, radius: Floats, run: _Rounded, steps: Ints, least: float) -> tuple[Ints, Clearances]:
+    """Steps whose rounded path cannot be proved to keep a clearance: by chords of it, the arm taken for thicker.
 
     Args:
         checker: collision detection.
         radius: of the arm about its joints.
-        path: the rows.
-        p: its parabolas.
+        run: the rounded path.
         steps: those in question, ascending.
-        bow: how far each step's rounded path is off its chord at most, (m - 1,), m.
-        low: clearance at least where the rows come to lie, (m,), m.
-        stage: deposits laid at each row, (m,).
+        least: clearance to be kept, m.
 
     Returns:
         Those that are not proved, and the nearest pair on each.
     """
+    path, p, bow, low, stage = run.path, run.pieces, run.bow, run.low, run.stage
     if not len(steps):
         return steps, Clearances.none(0)
     first = np.searchsorted(p.row, np.arange(len(path.s)))
@@ -205,7 +213,7 @@ def _not_proved(
     inner = np.flatnonzero(~begins & ~ends_)
     seen = thick.clearances(q[inner], laid[inner])
     found.distance[inner], found.pair[inner], found.position[inner] = seen.distance, seen.pair, seen.position
-    open_, nearest = unproved(thick, radius, q, laid, found, of)
+    open_, nearest = unproved(thick, radius, q, laid, found, of, least=least)
     # what is left open after the last halving may have a bound at its ends and no pair
     unnamed = np.flatnonzero(nearest.pair[:, 0] < 0)
     named = checker.clearances(q[open_[unnamed]], laid[open_[unnamed]])

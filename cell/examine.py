@@ -188,7 +188,7 @@ def examine(bead: Bead, start: Ints, roll: Floats, q: Floats) -> Examined:
     # where one edge begins as the one before ended, once is enough
     again = np.append(False, (np.diff(track.edge) == 1) & (np.diff(laid) == 0) & ~np.diff(track.q, axis=0).any(axis=1))
     clear = setup.checker.clearances(track.q[~again], laid[~again]).rows(np.cumsum(~again) - 1)
-    step, nearest = unproved(setup.checker, setup.radius, track.q, laid, clear, track.edge)
+    step, nearest = unproved(setup.checker, setup.radius, track.q, laid, clear, track.edge, least=setup.settings.kept)
     unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
     first = np.searchsorted(track.edge, np.arange(len(start)))
     least = np.minimum.reduceat(clear.distance, first) if len(start) else clear.distance

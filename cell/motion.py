@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .setup import Setup
 
 EXACT = 1e-5  # m: a controller that rounds corners over less stops in them
+TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ class Motion:
     """A checked motion.
 
     Attributes:
-        t_s: time, (m,), s.
+        t_s: time, strictly rising, (m,), s.
         q: the arm, (m, j), rad.
         table: E1, E2, (m, 2), rad.
         arc: 1 while welding, (m,).
@@ -153,8 +154,9 @@ def assemble(
         at_home += float(back.dt.sum())
     where = np.concatenate([piece.target for piece in pieces])
     rows = np.concatenate([piece.q for piece in pieces])
+    dt = np.concatenate([piece.dt for piece in pieces])
     return Motion(
-        t_s=np.cumsum(np.concatenate([piece.dt for piece in pieces])),
+        t_s=np.cumsum(np.concatenate([[0.0], np.maximum(dt[1:], TICK)])) + dt[0],
         q=rows,
         table=np.tile(table, (len(rows), 1)),
         arc=np.concatenate([np.full(len(piece.q), piece.arc) for piece in pieces]),
@@ -219,12 +221,23 @@ def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
             if pace.asked_s[i] < HELD * pace.held_s[i] or pace.least[i] < HELD:
                 joint, pace.by[i] = law.cause(s[a], s[b])
                 pace.axis[i] = job.scene.chain.names[joint]
+    q, target, dt = _merged(q, target, dt)
     for wait, k in ((process.arc_on_s, 0), (process.arc_off_s, -1)):
         if wait > 0:
             q = np.insert(q, k % len(q), q[k], axis=0)
             target = np.insert(target, k % len(target), target[k])
             dt = np.insert(dt, 1 if k == 0 else len(dt), wait)
     return _Piece(q, dt, 1, target)
+
+
+def _merged(q: Floats, target: Ints, dt: Floats) -> tuple[Floats, Ints, Floats]:
+    """Rows without those that the next one repeats: targets at one place are passed at one time."""
+    again = np.append(np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) <= STANDING, False)
+    if not again.any() or again.sum() > len(q) - 2:
+        return q, target, dt
+    kept = np.flatnonzero(~again)
+    first = np.concatenate([[0], kept[:-1] + 1])
+    return q[kept], target[kept], np.add.reduceat(dt, first)
 
 
 def _dwell(job: Job, before: int, after: int) -> float:

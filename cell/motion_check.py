@@ -17,13 +17,14 @@ import numpy as np
 from ik.chain import Floats
 from ik.singularity import KINDS, margins, sides, smallest_singular_value
 
-from .collision import Clearances
+from .between import least_on_the_way
+from .collision import Clearances, Ints
 from .job import Job
 from .motion import Motion
 from .motion_bead import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
 from .motion_corners import corner_collisions, rounded_rows
 from .motion_file import ReadMotion
-from .motion_hits import collisions, stages, stretches_of
+from .motion_hits import all_radii, arm_checker, collisions, stages, stretches_of
 from .motion_order import Finding, order_findings, skips
 from .pace import Pace
 from .place import METRES_PER_MM
@@ -116,7 +117,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
         findings=tuple(replace(f, row=int(read.row[f.row]), to_row=int(read.row[f.to_row])) for f in findings),
         welded=order.welded,
         samples=len(fine.q) + len(coarse.q),
-        clearance=_nearest(job, read, coarse, clear),
+        clearance=_nearest(job, read, coarse, stage, clear),
         singularity=_least_margin(job, read, fine, margin),
         sigma=_least_sigma(job, fine),
         off=_most(on.off, fine, read),
@@ -294,12 +295,15 @@ def _hanging_findings(job: Job, motion: Motion) -> list[Finding]:
     ]
 
 
-def _nearest(job: Job, read: ReadMotion, way: Way, clear: Clearances) -> tuple[float, int, tuple[str, ...]] | None:
-    k = int(np.argmin(clear.distance))
-    if not np.isfinite(clear.distance[k]):
+def _nearest(
+    job: Job, read: ReadMotion, way: Way, stage: Ints, clear: Clearances
+) -> tuple[float, int, tuple[str, ...]] | None:
+    """The nearest anything comes, between samples too, with the row and the pair."""
+    at, nearest = least_on_the_way(arm_checker(job, way), all_radii(job.scene), way.q, stage, clear)
+    if not np.isfinite(nearest.distance[0]):
         return None
-    pair = tuple(job.scene.geom_name(int(g)) for g in clear.pair[k])
-    return float(clear.distance[k]), int(read.row[way.row[k]]), pair
+    pair = tuple(job.scene.geom_name(int(g)) for g in nearest.pair[0])
+    return float(nearest.distance[0]), int(read.row[way.row[at]]), pair
 
 
 def _least_margin(job: Job, read: ReadMotion, way: Way, margin: Floats) -> tuple[float, int, str] | None:

@@ -114,7 +114,7 @@ def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[F
         for a, b, k in stretches_of(clear.distance < least, way.row, -clear.distance)
     ]
     radius = all_radii(scene)
-    step, nearest = unproved(checker, radius, way.q, stage, clear)
+    step, nearest = unproved(checker, radius, way.q, stage, clear, least=least)
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] >= least and clear.distance[at + 1] >= least:
             between = {"between_rows": True, **hit(scene, nearest, n, least)}

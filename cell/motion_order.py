@@ -41,6 +41,7 @@ FASTEST_SHARE = 1.05  # of the deposition speed: a bead laid faster is too thin
 SHARE_SLACK = 1e-3  # of a share: where a row is along its bead is measured
 SHORT = 1e-4  # m: how fast a shorter way is laid says nothing
 WAIT_SLACK = 0.1  # s
+NO_WAY = 1e-6  # m between targets: the digits of a file are as much
 SKIP = 1e-3  # m: at a hairpin two samples are as far apart along the bead, and near one another
 
 
@@ -179,7 +180,7 @@ def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.nda
     rising = np.concatenate([[True], np.diff(s[leaves : arrives + 1]) > 0])
     when = np.interp(along, s[leaves : arrives + 1][rising], motion.t_s[moving][rising])
     # a wait on the way belongs to the piece after it
-    both = passed[:-1] & passed[1:]
+    both = passed[:-1] & passed[1:] & (np.diff(along) > NO_WAY)  # targets at one place have no speed between them
     asked = np.diff(along) / speeds(job)[mine[:-1]]
     taken = np.diff(when)
     pace.asked_s[mine[:-1][both]] = asked[both]

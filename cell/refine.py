@@ -186,7 +186,8 @@ def _checked(setup: Setup, stretch: Stretch, new: np.ndarray) -> dict[int, dict[
     joined = (np.diff(rows) == 1) & wanted[rows[:-1]]
     part = np.concatenate([[0], np.cumsum(~joined)])
     stage, q = setup.stage[stretch.edge[rows]], stretch.q[rows]
-    step, nearest = unproved(setup.checker, setup.radius, q, stage, stretch.clearances.rows(rows), part)
+    seen, kept = stretch.clearances.rows(rows), setup.settings.kept
+    step, nearest = unproved(setup.checker, setup.radius, q, stage, seen, part, least=kept)
     for n, at in enumerate(rows[step].tolist()):
         why = {"on_the_way": "collision", **setup.describe(nearest, n), **between(nearest, n, setup)}
         blame(int(stretch.edge[at]), why)

@@ -24,6 +24,7 @@ from .follow import Steps
 from .place import METRES_PER_MM, Placed
 from .wire import wire_checker
 
+KEPT = 2e-6  # m beyond the clearance asked for that is proved: what a motion file's digits and finer samples may take
 LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be seen
 
 
@@ -48,6 +49,11 @@ class Settings:
     least_share: float = 1.0
     steps: Steps = field(default_factory=Steps)
     travel_attempts: int = 3000
+
+    @property
+    def kept(self) -> float:
+        """Clearance that is proved to be kept all along, m."""
+        return self.clearance + KEPT
 
 
 @dataclass(frozen=True, eq=False)

@@ -296,7 +296,7 @@ def _collision(setup: Setup, q: Floats, stage: int) -> Clearances | dict[str, An
     found = setup.checker.clearances(q, laid)
     if found.distance.min() < setup.settings.clearance:
         return {"on_the_way": "collision", **setup.describe(found, int(np.argmin(found.distance)))}
-    step, nearest = unproved(setup.checker, setup.radius, q, laid, found)
+    step, nearest = unproved(setup.checker, setup.radius, q, laid, found, least=setup.settings.kept)
     if not len(step):
         return found
     return {"on_the_way": "collision", **setup.describe(nearest, 0), **between(nearest, 0, setup)}
