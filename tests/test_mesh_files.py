@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import struct
 import zipfile
@@ -303,3 +304,16 @@ def test_a_header_alone_is_no_part(tmp_path):
     assert len(read_stl(tmp_path / "x.stl").faces) == 0
     with pytest.raises(PartError, match="no triangles in the file"):
         load_mesh(tmp_path / "x.stl")
+
+
+@pytest.mark.skipif(importlib.util.find_spec("rtbdata") is None, reason="needs the meshes of the package rtbdata")
+@pytest.mark.parametrize("name", ["UNIMATE/puma560/link4.stl", "KUKA/KR5_arc/link6.stl", "ABB/IRB140/link6.stl"])
+def test_public_meshes_hold_what_trimesh_says(name):
+    root = importlib.util.find_spec("rtbdata").submodule_search_locations[0]
+    file = Path(root) / "meshes" / name
+    theirs = trimesh.load(file, force="mesh")
+    if not theirs.is_watertight:
+        with pytest.raises(PartError, match="not closed"):
+            load_mesh(file, "m")
+        return
+    assert load_mesh(file, "m").volume == pytest.approx(1e9 * theirs.volume, rel=1e-6)
