@@ -58,8 +58,6 @@ def test_pictures_show_the_beads_that_are_laid():
         for p in ("contour", "contour_parallel", "zigzag")
     ]
     assert len(set(pictures)) == 3
-    borders = slice_picture([sliced], None, title="boss", width=300, height=240)
-    assert borders == pictures[0]
     assert all(math.copysign(1.0, tick) == 1.0 for tick in _Scale(0.0, 21.0, np.zeros((2, 3)), "layer").ticks())
 
 
