@@ -192,6 +192,8 @@ def _check_part(case: Case) -> None:
         raise InputError(f"{case.path}: part: give mesh (the whole part) or sub_volumes, not both")
     if part.mesh is not None:
         return
+    if not part.sub_volumes and part.body is not None and case.slicing.body is not None:
+        return  # the body alone
     if not part.sub_volumes:
         raise InputError(
             f"{case.path}: part: needs mesh (the whole part), or sub_volumes (closed meshes) and body (radius_mm)"

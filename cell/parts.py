@@ -40,7 +40,7 @@ class PartInput:
         warnings: one line each.
         others: the same for every strategy that is made for what they stand on.
         body_solid: the body as a solid to be sliced; None where it is there from the start.
-        round_body: its surface, where body_solid is given.
+        round_body: its surface.
         built: sub-volumes that are there from the start, with what they stand on.
     """
 
@@ -91,8 +91,11 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
     others = {strategy: bodies for strategy in STRATEGIES if fits(strategy, body)}
     if part.body.mesh is not None:
         own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
-        return PartInput(tuple(loaded), bodies, own, None, own.warnings, others)
-    return PartInput(tuple(loaded), bodies, None, _profile(body, part.body.z_mm, loaded), others=others)
+        return PartInput(tuple(loaded), bodies, own, None, own.warnings, others, round_body=body)
+    if not loaded and part.body.profile_mm is None and part.body.z_mm is None:
+        raise InputError(f"{case.path}: part.body.z_mm: needed of a body alone, its lower and upper end")
+    profile = _profile(body, part.body.z_mm, loaded)
+    return PartInput(tuple(loaded), bodies, None, profile, others=others, round_body=body)
 
 
 def _told(body: BodySection) -> RoundBody:
@@ -130,15 +133,24 @@ def _whole(case: Case, loaded: list[Mesh]) -> PartInput:
         if part.body.half_angle_deg is not None or part.body.profile_mm is not None:
             raise InputError(f"{case.path}: part.body: as a hint for part.mesh it takes radius_mm and axis_xy_mm")
         hint = BodyHint((*part.body.axis_xy_mm, 0.0), (0.0, 0.0, 1.0), part.body.radius_mm)
-    found = decompose(loaded[0], hint)
+    found = decompose(loaded[0], hint, alone=case.slicing.body is not None)
     bodies = found.bodies_for(case.slicing.strategy)
     others = {strategy: found.bodies_for(strategy) for strategy in STRATEGIES}
-    return PartInput(found.sub_volumes, bodies, found.body_mesh, found.outline.points, found.warnings, others)
+    return PartInput(
+        found.sub_volumes,
+        bodies,
+        found.body_mesh,
+        found.outline.points,
+        found.warnings,
+        others,
+        round_body=found.body if not bodies else bodies[0],
+    )
 
 
 def _with_body(case: Case, found: PartInput) -> PartInput:
     """The part with its body as a solid to be printed as well."""
-    solid, body, warnings = found.body_mesh, found.bodies[0], found.warnings
+    assert found.round_body is not None
+    solid, body, warnings = found.body_mesh, found.bodies[0] if found.bodies else found.round_body, found.warnings
     if solid is None:
         profile = found.profile or ()
         solid = turned_solid(profile, body.axis_xy_mm, case.slicing.tolerance_mm)

@@ -129,7 +129,8 @@ def body_of(part: PartInput) -> Mesh | None:
         return part.body_mesh
     from .deposit import turned
 
-    return turned(part.bodies[0].axis_xy_mm, part.profile)
+    body = part.round_body or part.bodies[0]
+    return turned(body.axis_xy_mm, part.profile)
 
 
 @dataclass(frozen=True, eq=False)

@@ -128,12 +128,13 @@ class Decomposition:
         return self.bodies
 
 
-def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
+def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> Decomposition:
     """Find the round body of a part and cut off what stands on it.
 
     Args:
         mesh: the whole part, mm. Shells that overlap are united first.
         hint: what is known about the body.
+        alone: whether a body on which nothing stands will do.
 
     Returns:
         Body and sub-volumes.
@@ -161,12 +162,12 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
     solid = solid.transform(into_axis[:3])
     outline = carried_through(solid, outline)
     cut = cut_off(solid, outline, mesh.noise_mm)
-    if not cut.pieces:
+    if not cut.pieces and not alone:
         raise PartError(
             f"{mesh.name}: nothing stands on its round body (radius {radius:.6g} mm); sub-volumes on the outside of"
             " a cylinder are needed"
         )
-    pieces = [cut.pieces[k] for k in _order([piece.centroid for piece in cut.pieces], extent)]
+    pieces = [cut.pieces[k] for k in (_order([piece.centroid for piece in cut.pieces], extent) if cut.pieces else [])]
     roots = [_root(f"SV{k + 1}", piece, outline) for k, piece in enumerate(pieces)]
     radii = {radius, *(root.radius for root in roots)}
     missing = volume_warnings(mesh.name, float(solid.volume()), [cut.body, *pieces])
