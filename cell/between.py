@@ -58,12 +58,13 @@ def radii(scene: Scene) -> Floats:
     mujoco.mj_kinematics(model, data)
     bodies = [int(model.joint(name).bodyid[0]) for name in chain.names]
     anchors = np.array([data.xanchor[model.joint(name).id] for name in chain.names])
+    last = {body: i for i, body in enumerate(bodies)}  # of several joints in one body the last, which the others carry
     out = np.zeros(chain.n)
     for g in np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0)):
         body = int(model.geom_bodyid[g])
         while body not in bodies:
             body = int(model.body_parentid[body])
-        i = bodies.index(body)
+        i = last[body]
         out[i] = max(out[i], float(np.linalg.norm(data.geom_xpos[g] - anchors[i]) + model.geom_rbound[g]))
     for i in range(chain.n - 2, -1, -1):
         out[i] = max(out[i], float(np.linalg.norm(chain.origins[i + 1, :3, 3])) + out[i + 1])

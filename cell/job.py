@@ -193,6 +193,7 @@ def prepare(case: Case) -> Job:
     beyond = [beyond_borders(one, parameters) for one in laid]
     shape = part_shape(sliced, part.body_mesh, part.profile, beyond)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
-    job = Job(case, sliced, shape, targets, compose(case, shape), warnings)
+    scene = compose(case, shape)
+    job = Job(case, sliced, shape, targets, scene, (*warnings, *scene.warnings))
     _ = job.drives  # what is wrong with them is to be said before any search
     return job

@@ -1,8 +1,8 @@
 """The pieces of a cell, put into one MjSpec: surroundings, robot with its tool, positioner, part, fixtures.
 
     world = surroundings(case)
-    home = add_robot(world, case)
-    add_positioner(world, case); add_part(world, case, shape); add_fixture(world, case, fixture)
+    held = add_robot(world, case)
+    held = add_positioner(world, case); add_part(world, case, shape); add_fixture(world, case, fixture)
 
 Every piece keeps its own names. World frame, metres; ``cell.scene`` compiles what comes of it.
 """
@@ -11,23 +11,27 @@ from __future__ import annotations
 
 import difflib
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from ik.chain import Floats
-from ik.roll import wrap
+from slicing.warning import Code, Warning
 
 from .config import MODELS_DIR, is_path
 from .contacts import SOLID, WIRE
 from .deposit import PartShape
 from .errors import InputError
+from .held_joints import Held, OwnPlaces, hold, resolved
 from .place import METRES_PER_MM
-from .sections import Case, Fixture
+from .sections import NO_TABLE, Case, Fixture
 from .torch import TorchDimensions, shape_torch
 
 ROBOT, TOOL, POSITIONER = "robot/", "tool/", "positioner/"
+UNUSED = ("unused/E1", "unused/E2")  # joints of axes that a positioner does not have
+ROOT, PLATE = "fixed_table", "fixed_table_plate"  # bodies of a table without axes
 MANY_PIECES = 256  # of the part in one body
 UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
 COLOUR = {
@@ -142,22 +146,23 @@ def surroundings(case: Case) -> mujoco.MjSpec:
     return world
 
 
-def add_robot(world: mujoco.MjSpec, case: Case) -> dict[str, float]:
+def add_robot(world: mujoco.MjSpec, case: Case) -> Held:
     """Attach the arm and its tool.
 
     Returns:
-        The angles of the arm's ``home`` keyframe by joint name, rad.
+        The arm's home, and where the joints stand that are not planned.
 
     Raises:
         InputError: there is no such model, or its flange or the tool's dimensions are not as the case says.
     """
     robot = _load(case, case.robot.model, "robot")
-    home = _home(robot)
+    held = hold(robot, case.robot.joints, _own_places(case, "robot"))
     _drop_keys(robot)
     flange = robot.site(case.robot.flange)
     if flange is None:
         raise InputError(f"{case.path}: robot.flange: {case.robot.model} has no site named {case.robot.flange!r}")
     tool = _load(case, case.tool.model, "tool")
+    held_by_tool = hold(tool, (), _own_places(case, "tool"))
     _drop_keys(tool)
     if case.tool.dimensions or case.tool.model == "cmt_torch":
         try:
@@ -171,7 +176,12 @@ def add_robot(world: mujoco.MjSpec, case: Case) -> dict[str, float]:
     world.attach(robot, frame=frame, prefix=ROBOT)
     for prefix in (ROBOT, TOOL):
         _own_names(world, prefix)
-    return home
+    return replace(held, warnings=(*held.warnings, *held_by_tool.warnings))
+
+
+def _own_places(case: Case, section: str) -> OwnPlaces:
+    told = getattr(case, section)
+    return OwnPlaces(section, told.model, str(case.path), told.held_deg, told.held_mm)
 
 
 def _dimension_problem(error: Exception) -> str:
@@ -185,28 +195,80 @@ def _dimension_problem(error: Exception) -> str:
     return text
 
 
-def _home(robot: mujoco.MjSpec) -> dict[str, float]:
-    key = next((k for k in robot.keys if k.name == "home"), None)
-    if key is None:
-        return {}
-    return {joint.name: float(wrap(np.array(value))) for joint, value in zip(robot.joints, key.qpos, strict=False)}
-
-
-def add_positioner(world: mujoco.MjSpec, case: Case) -> None:
+def add_positioner(world: mujoco.MjSpec, case: Case) -> Held:
     """Attach the positioner where the case puts it.
 
+    Axes that it does not have are joints that nothing hangs on, so that every cell has two: :data:`UNUSED`. A table
+    without any stands on a body of its own with both, so that it is held against the floor and what stands on it.
+
+    Returns:
+        Where its joints stand that are not planned.
+
     Raises:
-        InputError: there is no such model.
+        InputError: there is no such model, or it has no site for the table.
     """
-    positioner = _load(case, case.positioner.model, "positioner")
+    told = case.positioner
+    if told.model == NO_TABLE:
+        positioner = mujoco.MjSpec()
+        positioner.worldbody.add_site(name=told.table)
+    else:
+        positioner = _load(case, told.model, "positioner")
+    held = hold(positioner, told.joints, _own_places(case, "positioner"))
     _drop_keys(positioner)
     for numeric in list(positioner.numerics):
         numeric.name = f"positioner_{numeric.name}"
-    frame = world.worldbody.add_frame(
-        pos=np.array(case.positioner.position_mm) * METRES_PER_MM, quat=_quat(case.positioner.rotation_deg)
-    )
+    site = positioner.site(told.table)
+    if site is None:
+        raise InputError(f"{case.path}: positioner.table: {told.model} has no site named {told.table!r}")
+    quat = resolved(positioner, site)
+    site.alt.type, site.quat = mujoco.mjtOrientation.mjORIENTATION_QUAT, quat
+    root = world.worldbody if told.joints else world.worldbody.add_body(name=ROOT)
+    frame = root.add_frame(pos=np.array(told.position_mm) * METRES_PER_MM, quat=_quat(told.rotation_deg))
     world.attach(positioner, frame=frame, prefix=POSITIONER)
     _own_names(world, POSITIONER)
+    if not told.joints:
+        site = world.site(told.table)
+        plate = site.parent.add_body(name=PLATE, pos=site.pos, quat=site.quat)
+        plate.set_frame(site.frame) if site.frame is not None else None
+        _still(plate, UNUSED)
+        held = replace(held, warnings=(*held.warnings, *_without_shape(case, positioner)))
+    elif len(told.joints) == 1:
+        _still(world.worldbody.add_body(name="unused"), UNUSED)
+    return held
+
+
+def _still(body: mujoco.MjsBody, joints: tuple[str, ...]) -> None:
+    """Give a body joints that nothing ever moves."""
+    for name, axis in zip(joints, ((1, 0, 0), (0, 0, 1)), strict=True):
+        body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
+    body.explicitinertial, body.mass, body.inertia = True, 1.0, (1.0, 1.0, 1.0)  # MuJoCo wants it of what moves
+
+
+def _without_shape(case: Case, positioner: mujoco.MjSpec) -> tuple[Warning, ...]:
+    if case.positioner.model != NO_TABLE:
+        return ()
+    return (
+        Warning(
+            Code.TABLE_WITHOUT_SHAPE,
+            "positioner: none: nothing of a table is in the cell; what carries the part is to be among the fixtures, "
+            "or a model with joints: []",
+        ),
+    )
+
+
+def leave_out_table(world: mujoco.MjSpec, case: Case) -> None:
+    """Leave out pairs of a fixed table and what stands on it: as on one that turns, it touches it by design."""
+    if case.positioner.joints:
+        return
+    below: list[str] = []
+    for k, body in enumerate([world.body(ROOT), *world.body(ROOT).find_all("body")]):
+        if not body.name:
+            body.name = f"{ROOT} {k}"
+        below.append(body.name)
+    on = [PLATE, *(body.name for body in world.body(PLATE).find_all("body"))]
+    for one in set(below) - set(on):
+        for other in on:
+            world.add_exclude(bodyname1=one, bodyname2=other)
 
 
 def _own_names(world: mujoco.MjSpec, prefix: str) -> None:
@@ -240,24 +302,21 @@ def _own_names(world: mujoco.MjSpec, prefix: str) -> None:
         )
 
 
-def _on_table(world: mujoco.MjSpec, case: Case) -> tuple[mujoco.MjsBody, mujoco.MjsSite]:
-    site = world.site(case.positioner.table)
-    if site is None:
-        raise InputError(
-            f"{case.path}: positioner.table: {case.positioner.model} has no site named {case.positioner.table!r}"
-        )
-    return site.parent, site
+def _on_table(world: mujoco.MjSpec, case: Case, name: str) -> mujoco.MjsBody:
+    """A new body in the table's frame."""
+    if not case.positioner.joints:
+        return world.body(PLATE).add_body(name=name)
+    table = world.site(case.positioner.table)
+    body = table.parent.add_body(name=name, pos=table.pos, quat=table.quat)
+    if table.frame is not None:
+        body.set_frame(table.frame)
+    return body
 
 
 def add_part(world: mujoco.MjSpec, case: Case, part: PartShape) -> None:
-    """Put support and part onto the positioner's table, with a site ``part`` at the part's frame.
-
-    Raises:
-        InputError: the positioner has no such site.
-    """
-    turn, table = _on_table(world, case)
+    """Put support and part onto the positioner's table, with a site ``part`` at the part's frame."""
     lift = 0.0
-    fixed = turn.add_body(name="workpiece", pos=table.pos, quat=table.quat)
+    fixed = _on_table(world, case, "workpiece")
     if case.support is not None:
         radius, height = case.support.radius_mm * METRES_PER_MM, case.support.height_mm * METRES_PER_MM
         fixed.add_geom(
@@ -326,11 +385,7 @@ def add_fixture(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> None:
     """
     if "/" in fixture.name or world.geom(fixture.name) is not None:
         raise InputError(f"{case.path}: fixtures: the name {fixture.name!r} is taken, or holds a /; choose another")
-    if fixture.on == "table":
-        turn, table = _on_table(world, case)
-        parent = turn.add_body(name=f"fixture_{fixture.name}_frame", pos=table.pos, quat=table.quat)
-    else:
-        parent = world.worldbody
+    parent = _on_table(world, case, f"fixture_{fixture.name}_frame") if fixture.on == "table" else world.worldbody
     body = parent.add_body(
         name=f"fixture_{fixture.name}",
         pos=np.array(fixture.position_mm) * METRES_PER_MM,

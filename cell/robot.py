@@ -93,7 +93,9 @@ def chain_of(
         # a joint's frame: its anchor, with the orientation of its body
         here = pose(data.xanchor[j], data.xmat[body])
         origins.append(inverse(parent) @ here)
-        axes.append(model.jnt_axis[j] / np.linalg.norm(model.jnt_axis[j]))
+        # of two joints in one body the second's own zero may turn the body against the first
+        axis = here[:3, :3].T @ data.xaxis[j]
+        axes.append(axis / np.linalg.norm(axis))
         parent = here
     site = require(model, "site", tcp, "tool.tcp")
     return Chain(
@@ -105,6 +107,23 @@ def chain_of(
         max_speed=np.full(len(ids), np.inf) if max_speed is None else np.asarray(max_speed, dtype=float),
         names=tuple(joints),
     )
+
+
+def check_base(model: mujoco.MjModel, base: str, joints: Sequence[int]) -> None:
+    """Refuse a base that one of the planned joints moves.
+
+    Raises:
+        InputError: which joint it is.
+    """
+    body = require(model, "body", base, "robot.base")
+    while body:
+        moved = [j for j in joints if int(model.jnt_bodyid[j]) == body]
+        if moved:
+            raise InputError(
+                f"robot.base: body {base} is moved by joint {model.joint(moved[0]).name}; "
+                "it must be one that stands still under the arm"
+            )
+        body = int(model.body_parentid[body])
 
 
 def check_names(joints: Sequence[str]) -> None:
@@ -131,6 +150,10 @@ def _check_series(model: mujoco.MjModel, ids: Sequence[int], site: int) -> None:
         if not model.jnt_limited[j] or low == high:
             raise InputError(f"robot.joints: {name} has no joint limits (range) in its MJCF")
     bodies = [int(model.jnt_bodyid[j]) for j in ids]
+    for before, after, body, next_body in zip(ids, ids[1:], bodies, bodies[1:], strict=False):
+        if body == next_body and after < before:
+            first, second = model.joint(after).name, model.joint(before).name
+            raise InputError(f"robot.joints: {first} comes before {second} in their body; list it first")
     for child, ancestor in zip([*bodies[1:], int(model.site_bodyid[site])], bodies, strict=True):
         body = child
         while body not in (ancestor, 0):

@@ -11,27 +11,31 @@ z up, metres.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from ik.chain import Chain, Floats
+from slicing.warning import Code, Warning
 
 from .contacts import pair_tool_with_forearm, set_contact_bits
 from .deposit import PartShape
 from .errors import InputError
+from .held_joints import Held
 from .pieces import (
     add_fixture,
     add_part,
     add_positioner,
     add_robot,
+    leave_out_table,
     one_line,
     surroundings,
 )
-from .robot import chain_of, check_names, inverse, pose, require
+from .robot import chain_of, check_base, check_names, inverse, pose, require
 from .sections import Case
+from .table_axes import table_axes
 from .terminal import stage
 
 WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
@@ -48,7 +52,7 @@ class Scene:
         chain: the arm with its tool, base frame = the robot's base body.
         arm_qpos: places of the arm's joints in qpos, (n,).
         table_qpos: places of E1, E2 in qpos, (2,).
-        table_range: their ranges, (2, 2), rad.
+        table_range: their ranges, (2, 2), rad; infinite of an endless axis, 0 .. 0 of one that is not there.
         home: the arm's rest configuration, (n,), rad.
         has_home: whether it is known: a program begins and ends there.
         deposit_of_geom: number of the deposit a geom stands for, -1 for all else, (ngeom,).
@@ -58,6 +62,9 @@ class Scene:
         body_conaffinity: likewise.
         arm_geom: whether a geom belongs to the arm or its tool, (ngeom,).
         tool_geom: whether it moves with the TCP: the tool and the arm's last link, (ngeom,).
+        table_joint: joints E1, E2 of the model, (2,); those of an axis that is not there never move.
+        has_axis: whether the positioner has E1, E2, (2,).
+        warnings: joints that are not planned and the like, one each.
     """
 
     case: Case
@@ -76,6 +83,9 @@ class Scene:
     body_conaffinity: NDArray[np.int32]
     arm_geom: NDArray[np.bool_]
     tool_geom: NDArray[np.bool_]
+    table_joint: NDArray[np.int64]
+    has_axis: NDArray[np.bool_]
+    warnings: tuple[Warning, ...] = ()
 
     @property
     def start(self) -> Floats | None:
@@ -112,8 +122,14 @@ class Scene:
         Raises:
             InputError: which axis, its range.
         """
-        for name, value, (low, high) in zip(("E1", "E2"), (E1, E2), self.table_range, strict=True):
+        for k, (name, value, (low, high)) in enumerate(zip(("E1", "E2"), (E1, E2), self.table_range, strict=True)):
             if not low - 1e-9 <= value <= high + 1e-9:
+                if not self.has_axis[k]:
+                    has = ", ".join(self.case.positioner.joints) or "none"
+                    raise InputError(
+                        f"{name} = {np.rad2deg(value):g} deg: this positioner has no such axis and stands at 0 "
+                        f"(positioner.joints: {has})"
+                    )
                 turn = (
                     "; the same angle a turn on is inside"
                     if any(low <= value + k * 2 * np.pi <= high for k in (-1, 1))
@@ -168,25 +184,28 @@ def compose(case: Case, part: PartShape) -> Scene:
         InputError: a model file is missing or does not compile, or a name the case binds is not in it.
     """
     world = surroundings(case)
-    home = add_robot(world, case)
-    add_positioner(world, case)
+    arm = add_robot(world, case)
+    table = add_positioner(world, case)
     add_part(world, case, part)
     for fixture in case.fixtures:
         add_fixture(world, case, fixture)
+    leave_out_table(world, case)
     set_contact_bits(world, case)
     pair_tool_with_forearm(world, case)
     try:
         model = world.compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
-    return _bind(world, model, case, part, home)
+    scene = _bind(world, model, case, part, arm.home)
+    told = (*arm.warnings, *table.warnings, *_without_home(case, scene, arm))
+    return replace(scene, warnings=told)
 
 
 def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartShape, home: dict[str, float]) -> Scene:
     check_names(case.robot.joints)
     arm_joints = [require(model, "joint", name, "robot.joints") for name in case.robot.joints]
-    table_joints = [require(model, "joint", name, "positioner.joints") for name in case.positioner.joints]
-    _check_table(model, table_joints, case)
+    table_joints, has_axis = table_axes(model, case)
+    check_base(model, case.robot.base, [*arm_joints, *table_joints])
     _check_wire(model, case)
     tool_root = int(model.jnt_bodyid[arm_joints[0]])
     arm_geom = np.array([_descends(model, int(b), tool_root) for b in model.geom_bodyid], dtype=bool)
@@ -202,7 +221,9 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
         chain=chain,
         arm_qpos=model.jnt_qposadr[arm_joints].astype(np.int64),
         table_qpos=model.jnt_qposadr[table_joints].astype(np.int64),
-        table_range=model.jnt_range[table_joints].copy(),
+        table_joint=np.array(table_joints),
+        table_range=_table_range(model, table_joints, has_axis),
+        has_axis=has_axis,
         home=np.clip(np.zeros(chain.n), chain.lower, chain.upper) if rest is None else rest,
         has_home=rest is not None,
         deposit_of_geom=np.array(deposits, dtype=np.int64),
@@ -235,19 +256,24 @@ def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
     return np.clip(rest, chain.lower, chain.upper)
 
 
-def _check_table(model: mujoco.MjModel, joints: list[int], case: Case) -> None:
-    """Refuse positioner joints that do not turn the table, one after the other."""
-    body = int(model.site_bodyid[require(model, "site", case.positioner.table, "positioner.table")])
-    for name, joint in reversed(list(zip(case.positioner.joints, joints, strict=True))):
-        if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
-            raise InputError(f"{case.path}: positioner.joints: {name} is not a hinge")
-        root = int(model.jnt_bodyid[joint])
-        if not _descends(model, body, root):
-            raise InputError(
-                f"{case.path}: positioner.joints: {name} does not turn the table (site {case.positioner.table}); "
-                "tilt first, then turn"
-            )
-        body = int(model.body_parentid[root])
+def _without_home(case: Case, scene: Scene, arm: Held) -> tuple[Warning, ...]:
+    """What is not looked at where no home is known."""
+    if scene.has_home:
+        return ()
+    has = f"its keys are {', '.join(map(repr, arm.keys))}" if arm.keys else "it has no keys"
+    return (
+        Warning(
+            Code.HOME_UNKNOWN,
+            f"robot.home_deg: not given, and {case.robot.model} has no key home ({has}): the ways from a home to the "
+            "part and back are not in the motion and not checked",
+        ),
+    )
+
+
+def _table_range(model: mujoco.MjModel, joints: list[int], has_axis: NDArray[np.bool_]) -> Floats:
+    out: Floats = np.where(model.jnt_limited[joints, None] != 0, model.jnt_range[joints], (-np.inf, np.inf))
+    out[~has_axis] = 0.0
+    return out
 
 
 def _check_wire(model: mujoco.MjModel, case: Case) -> None:

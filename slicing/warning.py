@@ -15,8 +15,12 @@ from typing import Any, Self
 class Code(StrEnum):
     """What a warning is about. In alphabetical order."""
 
+    HOME_UNKNOWN = "home_unknown"
+    JOINT_HELD = "joint_held"
     LAYER_AREA = "layer_area"
+    MARGINS_NOT_COUNTED = "margins_not_counted"
     OTHER = "other"
+    TABLE_WITHOUT_SHAPE = "table_without_shape"
 
 
 class Warning(str):
