@@ -8,12 +8,13 @@ What does not depend on the table's angles is done here once; ``cell.check`` and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ik.candidates import Solver
+from ik.closed_form import TOLERANCE, misfits
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
 from slicing.beads import BeadParameters, SeamPlace
@@ -24,6 +25,7 @@ from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
 from slicing.speeds import BeadSpeed
 from slicing.targets import Targets, sample_beads
+from slicing.warning import Code, Warning
 
 from .collision import Ints
 from .deposit import PartShape, beyond_borders, part_shape
@@ -99,6 +101,27 @@ class Job:
         first_bead = np.full(self.shape.n_deposits, np.iinfo(np.int64).max)
         np.minimum.at(first_bead, layer, path)
         return layer + (path > first_bead[layer])
+
+
+def margins_told(solver: Solver) -> tuple[Warning, ...]:
+    """Which singularity margins do not count for an arm, and why."""
+    if solver.geometry is not None:
+        return ()
+    chain = solver.chain
+    if chain.n != 6:
+        why = f"has {chain.n} joints"
+    else:
+        found = [f"{text} {amount:.4g} {unit}" for text, amount, unit in misfits(chain)]
+        why = "is none with A1 across A2, A2 along A3 and a spherical wrist "
+        why += f"({'; '.join(found) or 'a link has no length'}; taken are {1e3 * TOLERANCE:g} mm and "
+        why += f"{np.rad2deg(TOLERANCE):.2g} deg)"
+    return (
+        Warning(
+            Code.MARGINS_NOT_COUNTED,
+            f"robot.model: the arm {why}: checks.wrist_deg, elbow_deg and shoulder_mm do not count, checks.sigma does; "
+            "configurations are searched, so that nothing is proved out of reach",
+        ),
+    )
 
 
 def roll_window(case: Case) -> RollWindow:
@@ -195,5 +218,6 @@ def prepare(case: Case) -> Job:
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
     scene = compose(case, shape)
     job = Job(case, sliced, shape, targets, scene, (*warnings, *scene.warnings))
+    job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
     _ = job.drives  # what is wrong with them is to be said before any search
     return job

@@ -17,6 +17,8 @@ from ik.chain import Chain, Floats
 
 from .errors import InputError
 
+AXES = (6, 7)  # joints of an arm: a search that samples the roll needs six at least
+
 
 def pose(position: Floats, matrix: Floats) -> Floats:
     """A (4, 4) pose from a position (3,) and a rotation in nine numbers."""
@@ -127,7 +129,7 @@ def check_base(model: mujoco.MjModel, base: str, joints: Sequence[int]) -> None:
 
 
 def check_names(joints: Sequence[str]) -> None:
-    """Refuse lists in which a joint is named twice.
+    """Refuse lists in which a joint is named twice, or with too few or too many.
 
     Raises:
         InputError: which.
@@ -135,6 +137,11 @@ def check_names(joints: Sequence[str]) -> None:
     twice = next((name for name in joints if list(joints).count(name) > 1), None)
     if twice is not None:
         raise InputError(f"robot.joints: {twice} is listed twice")
+    if len(joints) not in AXES:
+        raise InputError(
+            f"robot.joints: has {len(joints)} joints; arms of six or seven are supported: with fewer, a point, a wire "
+            "direction and a roll about it cannot all be met"
+        )
 
 
 def _check_series(model: mujoco.MjModel, ids: Sequence[int], site: int) -> None:

@@ -81,7 +81,7 @@ class Solver:
         """
         if kind not in SOLVERS:
             raise ValueError(f"solver {kind!r}: allowed are {', '.join(SOLVERS)}")
-        geometry = closed_form.recognise(chain)
+        geometry = closed_form.recognise(chain, closed_form.TOLERANCE)
         if kind == "closed_form" and geometry is None:
             raise ValueError("solver closed_form: this arm has none (it needs A2 parallel to A3 and a spherical wrist)")
         return cls(chain, None if kind == "dls" else geometry, geometry)
@@ -108,7 +108,7 @@ class Solver:
             raw=raw,
             over=excess(self.chain, raw),
             reach_excess=closed_form.reach_excess(self.form, Ts_base_tcp),
-            exhaustive=True,
+            exhaustive=self.form.off is None,
         )
 
     def _by_least_squares(self, Ts: Floats) -> Candidates:

@@ -130,3 +130,8 @@ def test_a_home_of_more_than_half_a_turn_stays_as_it_is(composed):
 def test_a_home_outside_the_joint_limits_is_refused(composed):
     with pytest.raises(InputError, match=r"key home.*A6 = 400 deg is outside -350 .. 350"):
         composed(arm(home=(0, -90, 90, 0, 0, 400)))
+
+
+def test_arms_of_other_than_six_or_seven_axes_are_refused(composed):
+    with pytest.raises(InputError, match=r"robot.joints: has 5 joints; arms of six or seven are supported"):
+        composed(arm(), robot={"joints": ["A1", "A2", "A3", "A4", "A5"]})

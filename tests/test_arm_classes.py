@@ -1,0 +1,56 @@
+"""Verdicts on arms whose frames are rounded, and on arms whose margins do not count."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from arm_models import arm
+
+from cell.check import Result, check
+from cell.config import load_case
+from cell.job import prepare
+from slicing.warning import Code
+
+ROUNDED = f"{np.rad2deg(1.5708):.12g}"  # a right angle as exporters of URDF write it
+
+
+@pytest.fixture
+def checked(make_case: Callable[..., Path], tmp_path: Path) -> Callable[..., Result]:
+    def run(model: str, **sections: Any) -> Result:
+        (tmp_path / "arm.xml").write_text(model, encoding="utf-8")
+        job = prepare(load_case(make_case(robot={"model": "./arm.xml"}, **sections)))
+        return check(job, job.case.table.E1_deg, job.case.table.E2_deg)
+
+    return run
+
+
+def test_rounded_frames_change_neither_verdict_nor_proof(checked):
+    strict = {"checks": {"wrist_deg": 85}, "roll": {"fixed_deg": 180}}
+    exact, rounded = (checked(arm(right=right), **strict) for right in ("90", ROUNDED))
+    assert exact.job.solver.form.off is None
+    assert 0 < rounded.job.solver.form.off.length < 1e-4
+    assert exact.reasons == rounded.reasons
+    assert exact.reasons["singular"] > 0
+    for a, b in zip(exact.rows, rounded.rows, strict=True):
+        assert (a.reason, a.proved) == (b.reason, b.proved) or (a.reason, b.proved) == ("collision", False)
+    assert not any(w.code == Code.MARGINS_NOT_COUNTED for w in rounded.job.warnings)
+
+
+def test_a_motion_of_an_arm_with_rounded_frames_is_on_the_bead_of_the_arm_as_it_is(checked):
+    result = checked(arm(right=ROUNDED))
+    assert result.feasible
+    Ts = result.job.scene.chain.forward(np.array([row.q for row in result.rows]))
+    assert np.abs(Ts[:, :3, 3] - result.placed.position).max() < 1e-7
+
+
+def test_an_arm_without_a_spherical_wrist_is_told_by_how_much(checked):
+    bent = arm().replace('pos="0 0 -1.035"', 'pos="0.004 0 -1.035"')
+    result = checked(bent, ik={"roll_step_deg": 90, "seeds": 2})
+    told = [w for w in result.job.warnings if w.code == Code.MARGINS_NOT_COUNTED]
+    assert len(told) == 1
+    assert "A4, A5, A6 pass the point nearest to all three at 2 mm" in told[0]
+    assert not any(row.proved for row in result.rows if row.reason == "unreachable")
