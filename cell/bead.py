@@ -18,6 +18,7 @@ import numpy as np
 from ik.certificate import certify
 from ik.chain import Floats
 from ik.path import Edge, Run, best_runs
+from ik.roll import wrap
 
 from .collision import Clearances, Ints
 from .examine import Bead, Stretch, examine
@@ -25,6 +26,7 @@ from .nodes import Nodes, near_cost
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 PATIENCE = 3  # ways that are free, but near something, before one is taken
+SAME = 1e-5  # rad; angles closer than this, whole turns aside, are one
 DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
 
 
@@ -166,8 +168,11 @@ class BeadSearch:
 
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
-        # standings that differ by whole turns of a joint are one to look at
-        _, first, same = np.unique(index[:, :3], axis=0, return_index=True, return_inverse=True)
+        # standings that differ by whole turns of a joint are one to look at; of a group there may be several others
+        angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME / 3) / SAME).astype(np.int64)
+        _, first, same = np.unique(
+            np.column_stack([index[:, :3], angle]), axis=0, return_index=True, return_inverse=True
+        )
         some = index[first]
         seen = self.setup.screen.clearances(self.nodes.q[tuple(some.T)], self.stage[some[:, 0]])
         found = seen.rows(same.reshape(-1))

@@ -55,11 +55,13 @@ class Held:
     """What became of a model's joints.
 
     Attributes:
+        joints: names of all its joints.
         home: places of the planned joints in the model's key ``home``, rad; empty where it has no such key.
         keys: names of the model's keys.
         warnings: where every other joint stands, one each.
     """
 
+    joints: tuple[str, ...]
     home: dict[str, float]
     keys: tuple[str, ...]
     warnings: tuple[Warning, ...]
@@ -84,13 +86,10 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
     for k, joint in enumerate(j for j in spec.joints if not j.name):
         joint.name = f"{UNNAMED}{k}"
     free = [joint for joint in spec.joints if joint.name not in planned]
-    has = [joint.name for joint in spec.joints]
-    missing = next((name for name in planned if name not in has), None)
-    if missing is not None:
-        raise own.error(f".joints: the model has no joint named {missing!r}; it has {', '.join(has) or 'none'}")
+    has = tuple(joint.name for joint in spec.joints)
     _check_stated(spec, planned, own)
     if not free and "home" not in keys:
-        return Held({}, keys, ())
+        return Held(has, {}, keys, ())
     try:
         model = spec.copy().compile()
     except ValueError as error:
@@ -105,7 +104,20 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
         if all(joint.name in planned for joint in joints):
             continue
         warnings += _fold(spec, model, body, planned, own, home)
-    return Held(_places(model, home, planned), keys, tuple(warnings))
+    return Held(has, _places(model, home, planned), keys, tuple(warnings))
+
+
+def check_planned(held: Held, planned: Sequence[str], own: OwnPlaces) -> None:
+    """Refuse planned joints that the model does not have.
+
+    Raises:
+        InputError: which, and those it has.
+    """
+    for name in planned:
+        if name not in held.joints:
+            what = "" if own.section == "robot" else f"{name} does not turn the table: "
+            has = ", ".join(held.joints) or "none"
+            raise own.error(f".joints: {what}the model has no joint named {name!r}; it has {has}")
 
 
 def _drop_what_drives(spec: mujoco.MjSpec) -> None:

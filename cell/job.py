@@ -119,7 +119,7 @@ def margins_told(solver: Solver) -> tuple[Warning, ...]:
         Warning(
             Code.MARGINS_NOT_COUNTED,
             f"robot.model: the arm {why}: checks.wrist_deg, elbow_deg and shoulder_mm do not count, checks.sigma does; "
-            "configurations are searched, so that nothing is proved out of reach",
+            "configurations are searched: one that is not found may exist",
         ),
     )
 

@@ -24,7 +24,7 @@ from .config import MODELS_DIR, is_path
 from .contacts import SOLID, WIRE
 from .deposit import PartShape
 from .errors import InputError
-from .held_joints import Held, OwnPlaces, hold, resolved
+from .held_joints import Held, OwnPlaces, check_planned, hold, resolved
 from .place import METRES_PER_MM
 from .sections import NO_TABLE, Case, Fixture
 from .torch import TorchDimensions, shape_torch
@@ -176,6 +176,7 @@ def add_robot(world: mujoco.MjSpec, case: Case) -> Held:
     world.attach(robot, frame=frame, prefix=ROBOT)
     for prefix in (ROBOT, TOOL):
         _own_names(world, prefix)
+    check_planned(held, case.robot.joints, _own_places(case, "robot"))
     return replace(held, warnings=(*held.warnings, *held_by_tool.warnings))
 
 
@@ -226,6 +227,7 @@ def add_positioner(world: mujoco.MjSpec, case: Case) -> Held:
     frame = root.add_frame(pos=np.array(told.position_mm) * METRES_PER_MM, quat=_quat(told.rotation_deg))
     world.attach(positioner, frame=frame, prefix=POSITIONER)
     _own_names(world, POSITIONER)
+    check_planned(held, told.joints, _own_places(case, "positioner"))
     if not told.joints:
         site = world.site(told.table)
         plate = site.parent.add_body(name=PLATE, pos=site.pos, quat=site.quat)

@@ -243,7 +243,9 @@ class Positioner(Section):
         if self.model == NO_TABLE and self.joints:
             raise ValueError("model: none has no joints; leave joints out")
         if len(set(self.joints)) < len(self.joints):
-            raise ValueError(f"joints: {self.joints[0]} is listed twice")
+            raise ValueError(
+                f"joints: {self.joints[0]} is listed twice; the second {self.joints[0]} does not turn the table"
+            )
         return self
 
 

@@ -66,7 +66,7 @@ def _check(model: mujoco.MjModel, joints: list[int], case: Case) -> None:
         if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
             raise InputError(f"{where} is not a hinge; tables that tilt and turn are supported")
         if joint not in above:
-            raise InputError(f"{where} does not carry the table (site {case.positioner.table})")
+            raise InputError(f"{where} does not turn the table (site {case.positioner.table})")
     if len(joints) == 2 and above.index(joints[0]) < above.index(joints[1]):
         raise InputError(
             f"{case.path}: positioner.joints: {case.positioner.joints[1]} carries {case.positioner.joints[0]}; "
