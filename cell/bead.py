@@ -20,6 +20,7 @@ from ik.chain import Floats
 from ik.path import Edge, Run, best_runs
 from ik.roll import wrap
 
+from .between_rolls import standing_between
 from .collision import Clearances, Ints
 from .examine import Bead, Stretch, examine
 from .nodes import Nodes, near_cost
@@ -298,7 +299,8 @@ class BeadSearch:
             reason, detail, attempt = self.nodes.why_not(i)
             proved, between = proofs.get(i, (False, None))
             if between is not None:
-                detail = {**detail, "reached_alone_at_roll_deg": between}
+                T = self.placed.Ts_base_target[i]
+                detail |= standing_between(self.setup, self.nodes, T, int(self.stage[i]), between)
             out[i] = Missing(reason, detail, attempt, proved)
         return out
 
@@ -312,14 +314,13 @@ class BeadSearch:
         return Missing("collision", detail, self.nodes.q[i][node], exhaustive)
 
     def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:
-        """Whether targets are proved out at every allowed roll; else, a roll (deg) between the samples that reaches."""
+        """Whether targets are proved out at every allowed roll; else, a roll between the samples that reaches, rad."""
         form = self.setup.solver.form
         if form is None or not targets:
             return {}
         Ts, limits = self.placed.Ts_base_target[targets], self.setup.limits
         found = certify(self.setup.solver.chain, form, Ts, self.nodes.window, limits)
-        deg = np.rad2deg(found.roll)
         return {
-            i: (bool(found.unreachable[k]), round(float(deg[k]), 3) if found.reachable[k] else None)
+            i: (bool(found.unreachable[k]), float(found.roll[k]) if found.reachable[k] else None)
             for k, i in enumerate(targets)
         }

@@ -219,14 +219,15 @@ def add_positioner(world: mujoco.MjSpec, case: Case) -> Held:
     for numeric in list(positioner.numerics):
         numeric.name = f"positioner_{numeric.name}"
     site = positioner.site(told.table)
-    if site is None:
-        raise InputError(f"{case.path}: positioner.table: {told.model} has no site named {told.table!r}")
-    quat = resolved(positioner, site)
-    site.alt.type, site.quat = mujoco.mjtOrientation.mjORIENTATION_QUAT, quat
+    if site is not None:
+        quat = resolved(positioner, site)
+        site.alt.type, site.quat = mujoco.mjtOrientation.mjORIENTATION_QUAT, quat
     root = world.worldbody if told.joints else world.worldbody.add_body(name=ROOT)
     frame = root.add_frame(pos=np.array(told.position_mm) * METRES_PER_MM, quat=_quat(told.rotation_deg))
     world.attach(positioner, frame=frame, prefix=POSITIONER)
     _own_names(world, POSITIONER)
+    if site is None:
+        raise InputError(f"{case.path}: positioner.table: {told.model} has no site named {told.table!r}")
     check_planned(held, told.joints, _own_places(case, "positioner"))
     if not told.joints:
         site = world.site(told.table)
