@@ -129,7 +129,7 @@ def check_base(model: mujoco.MjModel, base: str, joints: Sequence[int]) -> None:
 
 
 def check_names(joints: Sequence[str]) -> None:
-    """Refuse lists in which a joint is named twice, or with too few or too many.
+    """Refuse lists in which a joint is named twice.
 
     Raises:
         InputError: which.
@@ -137,6 +137,14 @@ def check_names(joints: Sequence[str]) -> None:
     twice = next((name for name in joints if list(joints).count(name) > 1), None)
     if twice is not None:
         raise InputError(f"robot.joints: {twice} is listed twice")
+
+
+def check_count(joints: Sequence[str]) -> None:
+    """Refuse arms with too few joints or too many.
+
+    Raises:
+        InputError: how many there are, and how many are allowed.
+    """
     if len(joints) not in AXES:
         raise InputError(
             f"robot.joints: has {len(joints)} joints; arms of six or seven are supported: with fewer, a point, a wire "

@@ -33,7 +33,7 @@ from .pieces import (
     one_line,
     surroundings,
 )
-from .robot import chain_of, check_base, check_names, inverse, pose, require
+from .robot import chain_of, check_base, check_count, check_names, inverse, pose, require
 from .sections import Case
 from .table_axes import table_axes
 from .terminal import stage
@@ -203,6 +203,7 @@ def compose(case: Case, part: PartShape) -> Scene:
 
 def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartShape, home: dict[str, float]) -> Scene:
     check_names(case.robot.joints)
+    check_count(case.robot.joints)
     arm_joints = [require(model, "joint", name, "robot.joints") for name in case.robot.joints]
     table_joints, has_axis = table_axes(model, case)
     check_base(model, case.robot.base, [*arm_joints, *table_joints])
