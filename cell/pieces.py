@@ -244,7 +244,9 @@ def _still(body: mujoco.MjsBody, joints: tuple[str, ...]) -> None:
     """Give a body joints that nothing ever moves."""
     for name, axis in zip(joints, ((1, 0, 0), (0, 0, 1)), strict=True):
         body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
-    body.explicitinertial, body.mass, body.inertia = True, 1.0, (1.0, 1.0, 1.0)  # MuJoCo wants it of what moves
+    # MuJoCo wants mass and inertia of what moves, and writes them where their place is given as well
+    body.explicitinertial, body.mass, body.inertia = True, 1.0, (1.0, 1.0, 1.0)
+    body.ipos, body.iquat = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 
 
 def _without_shape(case: Case, positioner: mujoco.MjSpec) -> tuple[Warning, ...]:

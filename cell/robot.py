@@ -155,8 +155,12 @@ def check_count(joints: Sequence[str]) -> None:
 def _check_series(model: mujoco.MjModel, ids: Sequence[int], site: int) -> None:
     for j in ids:
         name = model.joint(j).name
+        slide = model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE
         if model.jnt_type[j] != mujoco.mjtJoint.mjJNT_HINGE:
-            raise InputError(f"robot.joints: {name} is not a hinge; arms of revolute joints are supported")
+            raise InputError(
+                f"robot.joints: {name} is not a hinge; arms of revolute joints are supported"
+                + (" (a track is left out here, and stands where robot.held_mm says)" if slide else "")
+            )
         low, high = np.rad2deg(model.jnt_range[j])
         if low > high or (low == high and low != 0.0):
             raise InputError(

@@ -206,12 +206,12 @@ def _bind(world: mujoco.MjSpec, model: mujoco.MjModel, case: Case, part: PartSha
     check_count(case.robot.joints)
     arm_joints = [require(model, "joint", name, "robot.joints") for name in case.robot.joints]
     table_joints, has_axis = table_axes(model, case)
-    check_base(model, case.robot.base, [*arm_joints, *table_joints])
     _check_wire(model, case)
     tool_root = int(model.jnt_bodyid[arm_joints[0]])
     arm_geom = np.array([_descends(model, int(b), tool_root) for b in model.geom_bodyid], dtype=bool)
     last = [b for b in range(model.nbody) if _descends(model, b, int(model.jnt_bodyid[arm_joints[-1]]))]
     chain = chain_of(model, case.robot.joints, case.tool.tcp, case.robot.base, _speeds(model, case))
+    check_base(model, case.robot.base, [*arm_joints, *table_joints])
     rest = _rest(case, chain, home)
     names = [model.geom(i).name for i in range(model.ngeom)]
     deposits = [int(n.split("/")[1]) if n.startswith("deposit/") else -1 for n in names]

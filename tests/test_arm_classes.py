@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -54,3 +55,18 @@ def test_an_arm_without_a_spherical_wrist_is_told_by_how_much(checked):
     assert len(told) == 1
     assert "A4, A5, A6 pass the point nearest to all three at 2 mm" in told[0]
     assert not any(row.proved for row in result.rows if row.reason == "unreachable")
+
+
+def test_a_cell_moved_and_turned_as_a_whole_gives_the_same_targets_and_verdict(make_case, tmp_path):
+    turned = {
+        "robot": {"position_mm": [200, -300, 150], "rotation_deg": [0, 0, 70]},
+        "positioner": {
+            "position_mm": [200 + 1500 * math.cos(math.radians(70)), -300 + 1500 * math.sin(math.radians(70)), 150],
+            "rotation_deg": [0, 0, -20],
+        },
+    }
+    a, b = (prepare(load_case(make_case(floor=False, **{k: dict(v) for k, v in s.items()}))) for s in ({}, turned))
+    np.testing.assert_allclose(a.scene.T_base_part(0.4, 0.9), b.scene.T_base_part(0.4, 0.9), atol=1e-9)
+    one, two = (check(job, 90, 180) for job in (a, b))
+    assert one.reasons == two.reasons
+    assert one.clearance.value == pytest.approx(two.clearance.value, abs=2e-3)

@@ -16,6 +16,7 @@ from cell.check import check
 from cell.config import load_case, parse_case
 from cell.errors import InputError
 from cell.job import Job, prepare
+from cell.scene import standalone_xml
 from cell.sweep_grid import grid
 from cell.table_motion import table_alone
 from slicing.warning import Code
@@ -82,6 +83,8 @@ def test_one_axis_moves_the_table_and_the_other_is_refused(job, missing, kept):
     assert np.rad2deg(made.drives.speed[6 + 1 - missing]) == pytest.approx(90)
     assert np.isinf(made.drives.speed[6 + missing])
     assert table_alone(made.scene, tuple(angles)).distance[0] > 0
+    exported = mujoco.MjModel.from_xml_string(standalone_xml(made.scene))
+    assert exported.nq == made.scene.model.nq
     assert {(p.E1_deg, p.E2_deg)[missing] for p in grid(made.case)} == {0.0}
 
 
