@@ -138,15 +138,15 @@ def test_arms_of_other_than_six_or_seven_axes_are_refused(composed):
 
 
 def test_a_track_among_the_planned_joints_is_refused_with_its_key(composed):
+    joints = ["RAIL", "A1", "A2", "A3", "A4", "A5", "A6"]
     with pytest.raises(InputError, match=r"RAIL is not a hinge.*robot.held_mm"):
-        joints = ["RAIL", "A1", "A2", "A3", "A4", "A5", "A6"]
         composed(arm(under=TRACK, before=(2.0,)), robot={"joints": joints, "max_speed_deg_s": [100] * 7})
 
 
 def test_a_flange_is_where_its_site_is_however_it_is_written(composed):
     plain = arm()
     flange = '<site name="flange" pos="0 0 -0.185" euler="180 0 0"/>'
-    framed = '<frame pos="0 0 -0.1" euler="90 0 0"><site name="flange" pos="0 0.085 0" euler="90 0 0"/></frame>'
+    framed = '<frame pos="0 0 -0.1" euler="90 0 0"><site name="flange" pos="0 -0.085 0" euler="90 0 0"/></frame>'
     assert plain.count(flange) == 1
     one, two = (composed(text).chain.T_last_tcp for text in (plain, plain.replace(flange, framed)))
     spec = mujoco.MjSpec.from_string(plain.replace(flange, framed)).compile()
