@@ -105,9 +105,9 @@ class Job:
 
 def margins_told(solver: Solver) -> tuple[Warning, ...]:
     """Which singularity margins do not count for an arm, and why."""
-    if solver.geometry is not None:
+    chain, near = solver.chain, solver.geometry is not None
+    if near and (solver.form is not None or not misfits(chain)):
         return ()
-    chain = solver.chain
     if chain.n != 6:
         why = f"has {chain.n} joints"
     else:
@@ -115,6 +115,9 @@ def margins_told(solver: Solver) -> tuple[Warning, ...]:
         why = "is none with A1 across A2, A2 along A3 and a spherical wrist "
         why += f"({'; '.join(found) or 'a link has no length'}; taken are {1e3 * TOLERANCE:g} mm and "
         why += f"{np.rad2deg(TOLERANCE):.2g} deg)"
+    if near:
+        text = f"robot.model: the arm {why}: its margins are those of the nearest arm that is one"
+        return (Warning(Code.MARGINS_APPROXIMATE, f"{text}; configurations are searched: one not found may exist"),)
     return (
         Warning(
             Code.MARGINS_NOT_COUNTED,

@@ -84,10 +84,12 @@ class Solver:
         """
         if kind not in SOLVERS:
             raise ValueError(f"solver {kind!r}: allowed are {', '.join(SOLVERS)}")
-        geometry = closed_form.recognise(chain, closed_form.TOLERANCE)
-        if kind == "closed_form" and geometry is None:
+        form = closed_form.recognise(chain, closed_form.TOLERANCE)
+        if kind == "closed_form" and form is None:
             raise ValueError("solver closed_form: this arm has none (it needs A2 parallel to A3 and a spherical wrist)")
-        return cls(chain, None if kind == "dls" else geometry, geometry)
+        # an arm too far off for proofs still has the margins of the one next to it
+        geometry = form or closed_form.recognise(chain, closed_form.NEAR)
+        return cls(chain, None if kind == "dls" else form, geometry)
 
     @property
     def name(self) -> str:

@@ -30,6 +30,7 @@ BLOCK = 1024  # poses worked on at a time: what fits a core's cache
 TURN = 2 * np.pi
 ROUNDING = 1e-10  # how far out of reach (m, or a cosine) still counts as on the edge
 TOLERANCE = 5e-4  # m, or sine of an angle: what an arm may be off its class and still be taken for one of it
+NEAR = 5e-3  # the same: what an arm may be off and still have the margins of one of its class
 ROUND_OFF = 1e-9  # the same: what is rounding alone
 PARALLEL = 1e-3  # sine below which two axes of the wrist count as parallel
 NEAR_STRAIGHT = 1e-3  # sine between A4 and A6 below which only the sum of their angles is sharp

@@ -18,6 +18,7 @@ class Code(StrEnum):
     HOME_UNKNOWN = "home_unknown"
     JOINT_HELD = "joint_held"
     LAYER_AREA = "layer_area"
+    MARGINS_APPROXIMATE = "margins_approximate"
     MARGINS_NOT_COUNTED = "margins_not_counted"
     OTHER = "other"
     TABLE_WITHOUT_SHAPE = "table_without_shape"

@@ -49,12 +49,21 @@ def test_a_motion_of_an_arm_with_rounded_frames_is_on_the_bead_of_the_arm_as_it_
 
 
 def test_an_arm_without_a_spherical_wrist_is_told_by_how_much(checked):
-    bent = arm().replace('pos="0 0 -1.035"', 'pos="0.004 0 -1.035"')
+    bent = arm().replace('pos="0 0 -1.035"', 'pos="0.04 0 -1.035"')
     result = checked(bent, ik={"roll_step_deg": 90, "seeds": 2})
     told = [w for w in result.job.warnings if w.code == Code.MARGINS_NOT_COUNTED]
     assert len(told) == 1
-    assert "A4, A5, A6 pass the point nearest to all three at 2 mm" in told[0]
+    assert "A4, A5, A6 pass the point nearest to all three at 20 mm" in told[0]
     assert not any(row.proved for row in result.rows if row.reason == "unreachable")
+
+
+@pytest.mark.parametrize("right", ["90.05", "90.1"])
+def test_an_arm_further_off_keeps_the_margins_of_the_one_next_to_it_and_is_told(checked, right):
+    few = {"ik": {"seeds": 4, "solver": "dls"}, "roll": {"fixed_deg": 180}}
+    exact, off = (checked(arm(right=r), checks={"wrist_deg": 85}, **few) for r in ("90", right))
+    assert [w.code for w in off.job.warnings if "margins" in w] == [Code.MARGINS_APPROXIMATE]
+    assert exact.reasons["singular"] == off.reasons["singular"] > 0
+    assert not any(row.proved for row in off.rows)
 
 
 def test_a_cell_moved_and_turned_as_a_whole_gives_the_same_targets_and_verdict(make_case, tmp_path):
