@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from arm_models import arm
 
+from cell.between import radii
 from cell.check import Result, check
 from cell.config import load_case
 from cell.job import prepare
@@ -79,3 +80,19 @@ def test_a_cell_moved_and_turned_as_a_whole_gives_the_same_targets_and_verdict(m
     one, two = (check(job, 90, 180) for job in (a, b))
     assert one.reasons == two.reasons
     assert one.clearance.value == pytest.approx(two.clearance.value, abs=2e-3)
+
+
+def test_two_joints_of_one_body_move_and_bound_what_they_carry_as_those_of_two(make_case, tmp_path):
+    two = arm()
+    heavy = '<inertial pos="0 0 0" mass="5" diaginertia="0.1 0.1 0.1"/>'
+    head, tail = two.split(f'<body name="link_6" euler="0 -90 0">{heavy}')
+    inside, rest = tail.split("</body>", 1)
+    one = f'{head}<frame euler="0 -90 0">{inside}</frame>{rest}'.replace('body2="link_6"', 'body2="link_5"')
+    scenes = []
+    for name, text in (("one", one), ("two", two)):
+        (tmp_path / f"{name}.xml").write_text(text, encoding="utf-8")
+        scenes.append(prepare(load_case(make_case(name, robot={"model": f"./{name}.xml"}))).scene)
+    fused, apart = scenes
+    q = np.random.default_rng(0).uniform(-1, 1, (20, 6))
+    np.testing.assert_allclose(fused.chain.forward(q), apart.chain.forward(q), atol=1e-9)
+    assert (radii(fused) >= radii(apart) - 1e-9).all()

@@ -16,6 +16,7 @@ from cell.check import check
 from cell.config import load_case, parse_case
 from cell.errors import InputError
 from cell.job import Job, prepare
+from cell.motion_hits import table_radii
 from cell.scene import standalone_xml
 from cell.sweep_grid import grid
 from cell.table_motion import table_alone
@@ -99,6 +100,7 @@ def test_two_joints_in_one_body_are_both_planned(job):
     model = table(tilt=None, more=both)
     made = job(model, positioner={"joints": ["T", "E2"]})
     agrees(made, model, 0.4, -1.0, {"T": 0.4, "E2": -1.0})
+    assert table_radii(made.scene)[1] >= 0.1, "the support is that high"
     with pytest.raises(InputError, match="T carries E2; list the one that carries the other first"):
         job(model, positioner={"joints": ["E2", "T"]})
 
