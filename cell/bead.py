@@ -18,7 +18,9 @@ import numpy as np
 from ik.certificate import certify
 from ik.chain import Floats
 from ik.path import ROLL_COST, Allowance, Edge, Run, best_runs
+from ik.roll import wrap
 
+from .between_rolls import standing_between
 from .collision import Clearances, Ints
 from .examine import Bead, Stretch, examine
 from .leaving import true_edges, why_none_leads_on
@@ -29,6 +31,8 @@ ROUNDS = 400  # searches a bead before it is given up; each blocks something, so
 PATIENCE = 3  # ways that are free, but near something, before one is taken
 FURTHEST = 2 * np.pi  # most that a joint turns from target to target: what a way does is found by following it
 FREE_TURN = np.pi / 2  # most that a free roll turns from target to target, where the joints are fast enough
+SAME = 1e-5  # rad; angles closer than this, whole turns aside, are one
+DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,8 +187,11 @@ class BeadSearch:
 
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
-        # standings that differ by whole turns of a joint are one to look at
-        _, first, same = np.unique(index[:, :3], axis=0, return_index=True, return_inverse=True)
+        # standings that differ by whole turns of a joint are one to look at; of a group there may be several others
+        angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME / 3) / SAME).astype(np.int64)
+        _, first, same = np.unique(
+            np.column_stack([index[:, :3], angle]), axis=0, return_index=True, return_inverse=True
+        )
         some = index[first]
         seen = self.setup.screen.clearances(self.nodes.q[tuple(some.T)], self.stage[some[:, 0]])
         found = seen.rows(same.reshape(-1))
@@ -349,7 +356,8 @@ class BeadSearch:
             reason, detail, attempt = self.nodes.why_not(i)
             proved, between = proofs.get(i, (False, None))
             if between is not None:
-                detail = {**detail, "reached_alone_at_roll_deg": between}
+                T = self.placed.Ts_base_target[i]
+                detail |= standing_between(self.setup, self.nodes, T, int(self.stage[i]), between)
             out[i] = Missing(reason, detail, attempt, proved)
         return out
 
@@ -363,14 +371,13 @@ class BeadSearch:
         return Missing("collision", detail, self.nodes.q[i][node], exhaustive)
 
     def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:
-        """Whether targets are proved out at every allowed roll; else, a roll (deg) between the samples that reaches."""
+        """Whether targets are proved out at every allowed roll; else, a roll between the samples that reaches, rad."""
         form = self.setup.solver.form
         if form is None or not targets:
             return {}
         Ts, limits = self.placed.Ts_base_target[targets], self.setup.limits
         found = certify(self.setup.solver.chain, form, Ts, self.nodes.window, limits)
-        deg = np.rad2deg(found.roll)
         return {
-            i: (bool(found.unreachable[k]), round(float(deg[k]), 3) if found.reachable[k] else None)
+            i: (bool(found.unreachable[k]), float(found.roll[k]) if found.reachable[k] else None)
             for k, i in enumerate(targets)
         }

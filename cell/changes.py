@@ -214,7 +214,7 @@ def knobs(start: Start, *, slower: bool = False, sharper: bool = False) -> list[
     Returns:
         Knobs without the sizes that the cell does not have.
     """
-    found = [*_roll_knobs(start.job.window), *_table_knobs(), *_place_knobs(start.job.case)]
+    found = [*_roll_knobs(start.job.window), *_table_knobs(start.job), *_place_knobs(start.job.case)]
     if slower and not start.job.case.process.speed_by_thickness:
         found.append(Knob("process.deposition_speed_mm_s", "", -1, SLOWER_STEPS, 0.01, "share", SCALE["share"]))
     if sharper:
@@ -248,8 +248,8 @@ def _roll_knobs(window: RollWindow) -> Iterator[Knob]:
     yield Knob("roll", "free", 1, (180.0,), 180.0, "deg", deg)
 
 
-def _table_knobs() -> Iterator[Knob]:
-    for axis in ("E1", "E2"):
+def _table_knobs(job: Job) -> Iterator[Knob]:
+    for axis in np.array(["E1", "E2"])[job.scene.has_axis]:
         for sign in (-1, 1):
             yield Knob(f"table.{axis}_deg", "", sign, _angles(180.0), 1.0, "deg", SCALE["deg"])
 
@@ -263,6 +263,8 @@ def seam_knobs(places: Mapping[str, tuple[SeamPlace, ...]]) -> list[Knob]:
 def pair_knob(start: Start) -> Knob | None:
     """Both table angles together, on a grid; sizes number the grid's poses, the nearest first."""
     steps = tuple(float(i) for i in range(len(_PAIRS)))
+    if not start.job.scene.has_axis.all():
+        return None
     knob = Knob("table", "", 1, steps, 1.0, "pose", SCALE["deg"])
     steps = tuple(s for s in steps if start.has(knob, s))
     return replace(knob, steps=steps) if steps else None

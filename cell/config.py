@@ -23,7 +23,7 @@ from pydantic.fields import FieldInfo
 
 from .errors import InputError
 from .section import FileName
-from .sections import Case
+from .sections import NO_TABLE, Case
 from .yaml_loader import load_yaml
 
 MODELS_DIR = Path(__file__).resolve().parents[1] / "models"
@@ -96,6 +96,8 @@ _WHOLE = ("roll", "expect")  # of which one form excludes the other: replaced, n
 def _merged(base: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
     out = dict(base)
     for key, value in change.items():
+        if key == "positioner" and out.get(key) == NO_TABLE:
+            out[key] = {"model": NO_TABLE}  # its short form
         both = isinstance(value, dict) and isinstance(out.get(key), dict) and key not in _WHOLE
         out[key] = _merged(out[key], value) if both else value
     return out

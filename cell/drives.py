@@ -67,18 +67,27 @@ def drives(scene: Scene) -> Drives:
     """
     robot, positioner = scene.case.robot, scene.case.positioner
     n = scene.chain.n
-    table_speed = _found(scene, "positioner.max_speed_deg_s", positioner.max_speed_deg_s, TABLE + "max_speed_deg_s", 2)
-    speed = np.concatenate([scene.chain.max_speed, np.full(2, np.inf) if table_speed is None else table_speed])
+    has = scene.has_axis
+    table_speed = _of_table(scene, "max_speed_deg_s", positioner.max_speed_deg_s, "max_speed_deg_s")
+    speed = np.concatenate([scene.chain.max_speed, np.full(2, np.inf)])
+    if table_speed is not None:
+        speed[n:][has] = table_speed
     arm = _found(scene, "robot.max_acceleration_deg_s2", robot.max_acceleration_deg_s2, "max_accel_deg_s2", n)
     given = positioner.max_acceleration_deg_s2
-    table = _found(scene, "positioner.max_acceleration_deg_s2", given, TABLE + "max_accel_deg_s2", 2)
+    table = _of_table(scene, "max_acceleration_deg_s2", given, "max_accel_deg_s2")
     names = (*scene.chain.names, "E1", "E2")
     acceleration = speed / RAMP_S
     assumed = np.ones(n + 2, dtype=bool)
-    for part, values in ((slice(n), arm), (slice(n, n + 2), table)):
+    for part, values in ((np.arange(n), arm), (n + np.flatnonzero(has), table)):
         if values is not None:
             acceleration[part], assumed[part] = values, False
+    assumed[n:] &= has
     return Drives(names, speed, acceleration, tuple(np.array(names)[assumed].tolist()))
+
+
+def _of_table(scene: Scene, key: str, given: Sequence[float] | None, numeric: str) -> Floats | None:
+    """A limit of the axes that the positioner has."""
+    return _found(scene, f"positioner.{key}", given, TABLE + numeric, int(scene.has_axis.sum()))
 
 
 def _found(scene: Scene, key: str, given: Sequence[float] | None, numeric: str, n: int) -> Floats | None:

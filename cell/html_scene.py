@@ -64,7 +64,7 @@ def scene_json(pack: Pack, result: Result) -> dict[str, Any]:
 
 
 def _bodies(result: Result, model: mujoco.MjModel) -> list[dict[str, Any]]:
-    """The tree; ``axis`` is the number of the angle that turns a body, arm first, then E1 and E2."""
+    """The tree; ``angle`` is the number of an angle that turns a body, arm first, then E1 and E2."""
     scene = result.job.scene
     order = {int(q): i for i, q in enumerate([*scene.arm_qpos, *scene.table_qpos])}
     bodies = []
@@ -74,17 +74,20 @@ def _bodies(result: Result, model: mujoco.MjModel) -> list[dict[str, Any]]:
             "parent": int(model.body_parentid[b]),
             "pos": _numbers(model.body_pos[b]),
             "quat": _numbers(model.body_quat[b]),
+            "joints": [],
         }
         first = int(model.body_jntadr[b])
         for j in range(first, first + int(model.body_jntnum[b])):
             at = int(model.jnt_qposadr[j])
             if at in order:
-                body["joint"] = {
-                    "angle": order[at],
-                    "axis": _numbers(model.jnt_axis[j]),
-                    "pos": _numbers(model.jnt_pos[j]),
-                    "zero": float(model.qpos0[at]),
-                }
+                body["joints"].append(
+                    {
+                        "angle": order[at],
+                        "axis": _numbers(model.jnt_axis[j]),
+                        "pos": _numbers(model.jnt_pos[j]),
+                        "zero": float(model.qpos0[at]),
+                    }
+                )
         bodies.append(body)
     return bodies
 

@@ -128,7 +128,11 @@ def _angles(result: Result, path: Path) -> list[dict[str, Any]]:
     charts = []
     for k, (name, (low, high)) in enumerate(zip((*scene.chain.names, "E1", "E2"), limits, strict=True)):
         low, high = np.rad2deg([low, high])
-        bounds = [{"y": round(float(v), 3), "label": f"{v:.5g}°"} for v in (low, high)]
+        endless = not np.isfinite([low, high]).all()
+        if endless:  # no limits to draw: the chart is as high as what is in it
+            low, high = float(np.min(path.q[:, k])), float(np.max(path.q[:, k]))
+            low, high = np.rad2deg(low) - 1.0, np.rad2deg(high) + 1.0
+        bounds = [{"y": round(float(v), 3), "label": f"{v:.5g}°"} for v in (low, high) if not endless]
         line = (name, np.rad2deg(path.q[path.starts, k]))
         margin = 0.06 * (high - low)
         charts.append(

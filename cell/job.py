@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ik.candidates import Solver
+from ik.closed_form import TOLERANCE, misfits
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
 from slicing.beads import BeadParameters, SeamPlace
@@ -26,7 +27,7 @@ from slicing.part import PartError
 from slicing.slicer import slice_sub_volume
 from slicing.speeds import BeadSpeed
 from slicing.targets import Targets, sample_beads
-from slicing.warning import WRONG_LAYER, typed
+from slicing.warning import WRONG_LAYER, Code, Warning, typed
 
 from .collision import Ints
 from .deposit import PartShape, beyond_borders, part_shape
@@ -104,6 +105,30 @@ class Job:
         first_bead = np.full(self.shape.n_deposits, np.iinfo(np.int64).max)
         np.minimum.at(first_bead, layer, path)
         return layer + (path > first_bead[layer])
+
+
+def margins_told(solver: Solver) -> tuple[Warning, ...]:
+    """Which singularity margins do not count for an arm, and why."""
+    chain, near = solver.chain, solver.geometry is not None
+    if near and (solver.form is not None or not misfits(chain)):
+        return ()
+    if chain.n != 6:
+        why = f"has {chain.n} joints"
+    else:
+        found = [f"{text} {amount:.4g} {unit}" for text, amount, unit in misfits(chain)]
+        why = "is none with A1 across A2, A2 along A3 and a spherical wrist "
+        why += f"({'; '.join(found) or 'a link has no length'}; taken are {1e3 * TOLERANCE:g} mm and "
+        why += f"{np.rad2deg(TOLERANCE):.2g} deg)"
+    if near:
+        text = f"robot.model: the arm {why}: its margins are those of the nearest arm that is one"
+        return (Warning(Code.MARGINS_APPROXIMATE, f"{text}; configurations are searched: one not found may exist"),)
+    return (
+        Warning(
+            Code.MARGINS_NOT_COUNTED,
+            f"robot.model: the arm {why}: checks.wrist_deg, elbow_deg and shoulder_mm do not count, checks.sigma does; "
+            "configurations are searched: one that is not found may exist",
+        ),
+    )
 
 
 def roll_window(case: Case) -> RollWindow:
@@ -245,5 +270,6 @@ def prepare(case: Case) -> Job:
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
     scene = compose(case, shape)
     job = Job(case, sliced, shape, targets, scene, (*warnings, *scene.warnings), laid)
+    job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
     _ = job.drives  # what is wrong with them is to be said before any search
     return job

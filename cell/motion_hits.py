@@ -206,7 +206,7 @@ def table_radii(scene: Scene) -> Floats:
         while b not in (0, *body):
             b = int(model.body_parentid[b])
         if b in body:
-            axis = body.index(b)
+            axis = 1 if b == body[1] else 0  # of two in one body the second, which the first carries
             reach = float(np.linalg.norm(data.geom_xpos[g] - data.xanchor[joint[axis]]) + model.geom_rbound[g])
             out[axis] = max(out[axis], reach)
     apart = float(np.linalg.norm(data.xanchor[joint[1]] - data.xanchor[joint[0]]))

@@ -18,8 +18,9 @@ import mujoco
 KINDS = ("bodies", "joints", "geoms", "sites", "cameras", "numerics", "excludes", "pairs")
 MODELS = r"(robot|tool|positioner)(/.*)?"
 RESERVED = {
-    "bodies": re.compile(rf"world|part|workpiece|pieces_\d+|fixture[_/].*|{MODELS}"),
+    "bodies": re.compile(rf"world|part|workpiece|unused|fixed_table.*|pieces_\d+|fixture[_/].*|{MODELS}"),
     "geoms": re.compile(rf"floor|support|(support|body|BODY|SV\d+)_visual|(deposit|built|body|fixture)/.*|{MODELS}"),
+    "joints": re.compile(rf"unused/.*|{MODELS}"),
     "sites": re.compile(rf"part|{MODELS}"),
 }
 ANY_KIND = re.compile(MODELS)

@@ -1,8 +1,9 @@
 """The pieces of a cell, put into one MjSpec: surroundings, robot with its tool, positioner, part, fixtures.
 
     pieces = Pieces(surroundings(case), case)
-    home = add_robot(pieces)
-    add_positioner(pieces); add_part(pieces, shape); add_fixture(pieces, fixture)
+    held = add_robot(pieces)
+    held = add_positioner(pieces)
+    add_part(pieces, shape); add_fixture(pieces, fixture)
 
 Every piece keeps its own names where it can (``cell.names``); which piece a shape belongs to is known by its body.
 World frame, metres; ``cell.scene`` compiles what comes of it.
@@ -13,6 +14,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -21,7 +23,6 @@ import mujoco
 import numpy as np
 
 from ik.chain import Floats
-from ik.roll import wrap
 from slicing.warning import Code, Warning
 
 from .composition import Piece, Pieces, one_line
@@ -30,11 +31,14 @@ from .contacts import SOLID, WIRE
 from .convex_pieces import ConvexPieces, convex_pieces
 from .deposit import PartShape
 from .errors import InputError
+from .held_joints import Held, OwnPlaces, check_planned, hold
 from .names import attach, name_all
 from .place import METRES_PER_MM
-from .sections import Case, Fixture
+from .sections import NO_TABLE, Case, Fixture
 from .torch import TorchDimensions, shape_torch
 
+UNUSED = ("unused/E1", "unused/E2")  # joints of axes that a positioner does not have
+ROOT, PLATE = "fixed_table", "fixed_table_plate"  # bodies of a table without axes
 MANY_PIECES = 256  # of the part in one body
 UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
 DRIVEN = ("actuators", "sensors", "tendons", "equalities", "keys", "tuples", "texts", "skins")
@@ -233,18 +237,19 @@ def surroundings(case: Case) -> mujoco.MjSpec:
     return world
 
 
-def add_robot(pieces: Pieces) -> dict[str, float]:
+def add_robot(pieces: Pieces) -> Held:
     """Attach the arm and its tool.
 
     Returns:
-        The angles of the arm's ``home`` keyframe by joint name, rad.
+        The arm's home, and where the joints stand that are not planned.
 
     Raises:
         InputError: there is no such model, or its flange or the tool's dimensions are not as the case says.
     """
     case, world = pieces.case, pieces.world
     robot = _load(case, case.robot.model, "robot")
-    home = _home(robot)
+    held = hold(robot, case.robot.joints, _own_places(case, "robot"))
+    check_planned(held, case.robot.joints, _own_places(case, "robot"))
     if robot.site(case.robot.flange) is None:
         raise InputError(f"{case.path}: robot.flange: {case.robot.model} has no site named {case.robot.flange!r}")
     _prepared(pieces, robot, "robot")
@@ -252,6 +257,7 @@ def add_robot(pieces: Pieces) -> dict[str, float]:
     place = np.array(case.robot.position_mm) * METRES_PER_MM
     _put(pieces, robot, Piece.ROBOT, world.worldbody, place, _quat(case.robot.rotation_deg))
     tool = _load(case, case.tool.model, "tool")
+    held_by_tool = hold(tool, (), _own_places(case, "tool"))
     if case.tool.dimensions or case.tool.model == "cmt_torch":
         try:
             shape_torch(tool, TorchDimensions(**case.tool.dimensions))
@@ -263,7 +269,12 @@ def add_robot(pieces: Pieces) -> dict[str, float]:
     _prepared(pieces, tool, "tool")
     flange = world.site(pieces.name(Piece.ROBOT, "sites", case.robot.flange))
     _put(pieces, tool, Piece.TOOL, flange.parent, pos, quat)
-    return home
+    return replace(held, warnings=(*held.warnings, *held_by_tool.warnings))
+
+
+def _own_places(case: Case, section: str) -> OwnPlaces:
+    told = getattr(case, section)
+    return OwnPlaces(section, told.model, str(case.path), told.held_deg, told.held_mm)
 
 
 def _dimension_problem(error: Exception) -> str:
@@ -277,36 +288,91 @@ def _dimension_problem(error: Exception) -> str:
     return text
 
 
-def _home(robot: mujoco.MjSpec) -> dict[str, float]:
-    key = next((k for k in robot.keys if k.name == "home"), None)
-    if key is None:
-        return {}
-    return {joint.name: float(wrap(np.array(value))) for joint, value in zip(robot.joints, key.qpos, strict=False)}
-
-
-def add_positioner(pieces: Pieces) -> None:
+def add_positioner(pieces: Pieces) -> Held:
     """Attach the positioner where the case puts it.
 
+    Axes that it does not have are joints that nothing hangs on, so that every cell has two: :data:`UNUSED`. A table
+    without any stands on a body of its own with both, so that it is held against the floor and what stands on it.
+
+    Returns:
+        Where its joints stand that are not planned.
+
     Raises:
-        InputError: there is no such model, or it has no such table.
+        InputError: there is no such model, or it has no site for the table.
     """
-    case = pieces.case
-    positioner = _load(case, case.positioner.model, "positioner")
-    if positioner.site(case.positioner.table) is None:
-        raise InputError(
-            f"{case.path}: positioner.table: {case.positioner.model} has no site named {case.positioner.table!r}"
-        )
+    case, world, told = pieces.case, pieces.world, pieces.case.positioner
+    if told.model == NO_TABLE:
+        positioner = mujoco.MjSpec()
+        positioner.worldbody.add_site(name=told.table)
+    else:
+        positioner = _load(case, told.model, "positioner")
+    held = hold(positioner, told.joints, _own_places(case, "positioner"))
+    if positioner.site(told.table) is None:
+        raise InputError(f"{case.path}: positioner.table: {told.model} has no site named {told.table!r}")
+    check_planned(held, told.joints, _own_places(case, "positioner"))
     for numeric in list(positioner.numerics):
         numeric.name = f"positioner_{numeric.name}"
     _prepared(pieces, positioner, "positioner")
-    pieces.table = _stands_at(positioner, case.positioner.table, "positioner")
-    place = np.array(case.positioner.position_mm) * METRES_PER_MM
-    _put(pieces, positioner, Piece.POSITIONER, pieces.world.worldbody, place, _quat(case.positioner.rotation_deg))
+    pieces.table = _stands_at(positioner, told.table, "positioner")
+    root = world.worldbody if told.joints else world.worldbody.add_body(name=ROOT)
+    pieces.piece[ROOT] = pieces.piece[PLATE] = Piece.POSITIONER
+    place = np.array(told.position_mm) * METRES_PER_MM
+    _put(pieces, positioner, Piece.POSITIONER, root, place, _quat(told.rotation_deg))
+    if not told.joints:
+        pos, quat = pieces.table
+        plate = world.site(pieces.name(Piece.POSITIONER, "sites", told.table)).parent
+        plate = plate.add_body(name=PLATE, pos=pos, quat=quat)
+        _still(plate, UNUSED)
+        pieces.table = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+        held = replace(held, warnings=(*held.warnings, *_without_shape(case)))
+    elif len(told.joints) == 1:
+        _still(world.worldbody.add_body(name="unused"), UNUSED)
+    return held
+
+
+def _still(body: mujoco.MjsBody, joints: tuple[str, ...]) -> None:
+    """Give a body joints that nothing ever moves."""
+    for name, axis in zip(joints, ((1, 0, 0), (0, 0, 1)), strict=True):
+        body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
+    # MuJoCo wants mass and inertia of what moves, and writes them where their place is given as well
+    body.explicitinertial, body.mass, body.inertia = True, 1.0, (1.0, 1.0, 1.0)
+    body.ipos, body.iquat = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+
+
+def _without_shape(case: Case) -> tuple[Warning, ...]:
+    if case.positioner.model != NO_TABLE:
+        return ()
+    return (
+        Warning(
+            Code.TABLE_WITHOUT_SHAPE,
+            "positioner: none: nothing of a table is in the cell; what carries the part is to be among the fixtures, "
+            "or a model with joints: []",
+        ),
+    )
+
+
+def leave_out_table(pieces: Pieces) -> None:
+    """Leave out pairs of a fixed table and what stands on it: as on one that turns, it touches it by design."""
+    world = pieces.world
+    if pieces.case.positioner.joints:
+        return
+    below: list[str] = []
+    for k, body in enumerate([world.body(ROOT), *world.body(ROOT).find_all("body")]):
+        if not body.name:
+            body.name = f"{ROOT} {k}"
+        below.append(body.name)
+    on = [PLATE, *(body.name for body in world.body(PLATE).find_all("body"))]
+    for one in sorted(set(below) - set(on)):
+        for other in on:
+            world.add_exclude(bodyname1=one, bodyname2=other)
 
 
 def _table_body(pieces: Pieces) -> mujoco.MjsBody:
-    """The body that holds the table's site."""
-    return pieces.world.site(pieces.name(Piece.POSITIONER, "sites", pieces.case.positioner.table)).parent
+    """The body that holds the table's site; of a fixed table its plate."""
+    told = pieces.case.positioner
+    if not told.joints:
+        return pieces.world.body(PLATE)
+    return pieces.world.site(pieces.name(Piece.POSITIONER, "sites", told.table)).parent
 
 
 def add_part(pieces: Pieces, part: PartShape) -> None:

@@ -346,7 +346,8 @@ def _bounds(start: Start, knob: Knob, every: list[Knob]) -> str:
     if knob.key.startswith("table"):
         k = 0 if knob.key.endswith("E1_deg") else 1
         low, high = np.rad2deg(start.job.scene.table_range[k])
-        return f"{'E1' if k == 0 else 'E2'} {low:g} .. {high:g} deg"
+        axis = "E1" if k == 0 else "E2"
+        return f"{axis} {low:g} .. {high:g} deg" if np.isfinite([low, high]).all() else f"{axis} all round"
     most = max(k.steps[-1] for k in same)
     if knob.unit == "blend":
         return f"rounding of corners down to {1 - most:.0%}"

@@ -17,6 +17,8 @@ from ik.chain import Chain, Floats
 
 from .errors import InputError
 
+AXES = (6, 7)  # joints of an arm: a search that samples the roll needs six at least
+
 
 def pose(position: Floats, matrix: Floats) -> Floats:
     """A (4, 4) pose from a position (3,) and a rotation in nine numbers."""
@@ -93,7 +95,9 @@ def chain_of(
         # a joint's frame: its anchor, with the orientation of its body
         here = pose(data.xanchor[j], data.xmat[body])
         origins.append(inverse(parent) @ here)
-        axes.append(model.jnt_axis[j] / np.linalg.norm(model.jnt_axis[j]))
+        # of two joints in one body the second's own zero may turn the body against the first
+        axis = here[:3, :3].T @ data.xaxis[j]
+        axes.append(axis / np.linalg.norm(axis))
         parent = here
     site = require(model, "site", tcp, "tool.tcp")
     return Chain(
@@ -107,6 +111,23 @@ def chain_of(
     )
 
 
+def check_base(model: mujoco.MjModel, base: str, joints: Sequence[int]) -> None:
+    """Refuse a base that one of the planned joints moves.
+
+    Raises:
+        InputError: which joint it is.
+    """
+    body = require(model, "body", base, "robot.base")
+    while body:
+        moved = [j for j in joints if int(model.jnt_bodyid[j]) == body]
+        if moved:
+            raise InputError(
+                f"robot.base: body {base} is moved by joint {model.joint(moved[0]).name}; "
+                "it must be one that stands still under the arm"
+            )
+        body = int(model.body_parentid[body])
+
+
 def check_names(joints: Sequence[str]) -> None:
     """Refuse lists in which a joint is named twice.
 
@@ -118,11 +139,28 @@ def check_names(joints: Sequence[str]) -> None:
         raise InputError(f"robot.joints: {twice} is listed twice")
 
 
+def check_count(joints: Sequence[str]) -> None:
+    """Refuse arms with too few joints or too many.
+
+    Raises:
+        InputError: how many there are, and how many are allowed.
+    """
+    if len(joints) not in AXES:
+        raise InputError(
+            f"robot.joints: has {len(joints)} joints; arms of six or seven are supported: with fewer, a point, a wire "
+            "direction and a roll about it cannot all be met"
+        )
+
+
 def _check_series(model: mujoco.MjModel, ids: Sequence[int], site: int) -> None:
     for j in ids:
         name = model.joint(j).name
+        slide = model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE
         if model.jnt_type[j] != mujoco.mjtJoint.mjJNT_HINGE:
-            raise InputError(f"robot.joints: {name} is not a hinge; arms of revolute joints are supported")
+            raise InputError(
+                f"robot.joints: {name} is not a hinge; arms of revolute joints are supported"
+                + (" (a track is left out here, and stands where robot.held_mm says)" if slide else "")
+            )
         low, high = np.rad2deg(model.jnt_range[j])
         if low > high or (low == high and low != 0.0):
             raise InputError(
@@ -131,6 +169,10 @@ def _check_series(model: mujoco.MjModel, ids: Sequence[int], site: int) -> None:
         if not model.jnt_limited[j] or low == high:
             raise InputError(f"robot.joints: {name} has no joint limits (range) in its MJCF")
     bodies = [int(model.jnt_bodyid[j]) for j in ids]
+    for before, after, body, next_body in zip(ids, ids[1:], bodies, bodies[1:], strict=False):
+        if body == next_body and after < before:
+            first, second = model.joint(after).name, model.joint(before).name
+            raise InputError(f"robot.joints: {first} comes before {second} in their body; list it first")
     for child, ancestor in zip([*bodies[1:], int(model.site_bodyid[site])], bodies, strict=True):
         body = child
         while body not in (ancestor, 0):

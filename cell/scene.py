@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ik.chain import Chain, Floats
-from slicing.warning import Warning
+from slicing.warning import Code, Warning
 
 from .absent_shapes import links_without_shapes
 from .composition import Piece, Pieces, one_line
@@ -26,10 +26,12 @@ from .contacts import pair_tool_with_arm, set_contact_bits
 from .deposit import PartShape
 from .detection import make_detectable
 from .errors import InputError
-from .pieces import add_fixture, add_part, add_positioner, add_robot, surroundings
-from .robot import chain_of, check_names, inverse, pose, require
+from .held_joints import Held
+from .pieces import add_fixture, add_part, add_positioner, add_robot, leave_out_table, surroundings
+from .robot import chain_of, check_base, check_count, check_names, inverse, pose, require
 from .sections import Case
 from .standing import standing
+from .table_axes import table_axes
 from .terminal import stage
 
 WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
@@ -47,7 +49,7 @@ class Scene:
         chain: the arm with its tool, base frame = the robot's base body.
         arm_qpos: places of the arm's joints in qpos, (n,).
         table_qpos: places of E1, E2 in qpos, (2,).
-        table_range: their ranges, (2, 2), rad.
+        table_range: their ranges, (2, 2), rad; infinite of an endless axis, 0 .. 0 of one that is not there.
         home: the arm's rest configuration, (n,), rad.
         has_home: whether it is known: a program begins and ends there.
         deposit_of_geom: number of the deposit a geom stands for, -1 for all else, (ngeom,).
@@ -61,7 +63,8 @@ class Scene:
         wire_geom: whether it is the tool's wire, (ngeom,).
         put_on_table: whether it is the part, its support or a fixture on the table, (ngeom,).
         arm_joints: ids of the arm's joints, (n,).
-        table_joints: ids of E1, E2, (2,).
+        table_joints: ids of E1, E2, (2,); those of an axis that is not there never move.
+        has_axis: whether the positioner has E1, E2, (2,).
         base_body: id of the arm's base body.
         sites: ids of the sites flange, tcp, table and part.
         warnings: what is left out of the cell or not looked at, one line each.
@@ -88,6 +91,7 @@ class Scene:
     put_on_table: NDArray[np.bool_]
     arm_joints: NDArray[np.int64]
     table_joints: NDArray[np.int64]
+    has_axis: NDArray[np.bool_]
     base_body: int
     sites: dict[str, int]
     warnings: tuple[Warning, ...] = ()
@@ -126,8 +130,14 @@ class Scene:
         Raises:
             InputError: which axis, its range.
         """
-        for name, value, (low, high) in zip(("E1", "E2"), (E1, E2), self.table_range, strict=True):
+        for k, (name, value, (low, high)) in enumerate(zip(("E1", "E2"), (E1, E2), self.table_range, strict=True)):
             if not low - 1e-9 <= value <= high + 1e-9:
+                if not self.has_axis[k]:
+                    has = ", ".join(self.case.positioner.joints) or "none"
+                    raise InputError(
+                        f"{name} = {np.rad2deg(value):g} deg: this positioner has no such axis and stands at 0 "
+                        f"(positioner.joints: {has})"
+                    )
                 turn = (
                     "; the same angle a turn on is inside"
                     if any(low <= value + k * 2 * np.pi <= high for k in (-1, 1))
@@ -185,20 +195,23 @@ def compose(case: Case, part: PartShape) -> Scene:
     """
     pieces = Pieces(surroundings(case), case)
     check_names(case.robot.joints)
-    home = add_robot(pieces)
+    check_count(case.robot.joints)
+    arm = add_robot(pieces)
     pair_tool_with_arm(pieces)
-    add_positioner(pieces)
+    table = add_positioner(pieces)
     add_part(pieces, part)
     for fixture in case.fixtures:
         add_fixture(pieces, fixture)
+    leave_out_table(pieces)
     set_contact_bits(pieces)
     make_detectable(pieces.world, case)
     try:
         model = pieces.world.compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
-    scene = _bind(pieces, model, part, home)
-    return replace(scene, warnings=(*scene.warnings, *standing(scene, part)))
+    scene = _bind(pieces, model, part, arm.home)
+    told = (*arm.warnings, *table.warnings, *_without_home(case, scene, arm))
+    return replace(scene, warnings=(*scene.warnings, *told, *standing(scene, part)))
 
 
 def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str, float]) -> Scene:
@@ -206,9 +219,8 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
     robot = [pieces.name(Piece.ROBOT, "joints", name) for name in case.robot.joints]
     table = [pieces.name(Piece.POSITIONER, "joints", name) for name in case.positioner.joints]
     arm_joints = [require(model, "joint", name, "robot.joints") for name in robot]
-    table_joints = [require(model, "joint", name, "positioner.joints") for name in table]
     sites = _sites(pieces, model)
-    _check_table(model, table_joints, sites["table"], case)
+    table_joints, has_axis = table_axes(model, table, sites["table"], case)
     wire_geom = np.array([model.geom(g).name in pieces.wires for g in range(model.ngeom)])
     _check_wire(model, sites["tcp"], wire_geom, case)
     tool_root = int(model.jnt_bodyid[arm_joints[0]])
@@ -217,6 +229,7 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
     base = pieces.name(Piece.ROBOT, "bodies", case.robot.base)
     chain = chain_of(model, robot, model.site(sites["tcp"]).name, base, _speeds(model, case))
     chain = replace(chain, names=tuple(case.robot.joints))
+    check_base(model, base, [*arm_joints, *table_joints])
     rest = _rest(case, chain, home)
     body_piece = np.array([pieces.piece.get(model.body(b).name, Piece.SURROUNDINGS) for b in range(model.nbody)])
     on_table = np.array([model.body(b).name in pieces.on_table for b in range(model.nbody)])
@@ -232,7 +245,8 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
         chain=chain,
         arm_qpos=model.jnt_qposadr[arm_joints].astype(np.int64),
         table_qpos=model.jnt_qposadr[table_joints].astype(np.int64),
-        table_range=model.jnt_range[table_joints].copy(),
+        table_range=_table_range(model, table_joints, has_axis),
+        has_axis=has_axis,
         home=np.clip(np.zeros(chain.n), chain.lower, chain.upper) if rest is None else rest,
         has_home=rest is not None,
         deposit_of_geom=deposits,
@@ -285,19 +299,24 @@ def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
     return np.clip(rest, chain.lower, chain.upper)
 
 
-def _check_table(model: mujoco.MjModel, joints: list[int], site: int, case: Case) -> None:
-    """Refuse positioner joints that do not turn the table, one after the other."""
-    body = int(model.site_bodyid[site])
-    for name, joint in reversed(list(zip(case.positioner.joints, joints, strict=True))):
-        if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
-            raise InputError(f"{case.path}: positioner.joints: {name} is not a hinge")
-        root = int(model.jnt_bodyid[joint])
-        if not _descends(model, body, root):
-            raise InputError(
-                f"{case.path}: positioner.joints: {name} does not turn the table (site {case.positioner.table}); "
-                "tilt first, then turn"
-            )
-        body = int(model.body_parentid[root])
+def _without_home(case: Case, scene: Scene, arm: Held) -> tuple[Warning, ...]:
+    """What is not looked at where no home is known."""
+    if scene.has_home:
+        return ()
+    has = f"its keys are {', '.join(map(repr, arm.keys))}" if arm.keys else "it has no keys"
+    return (
+        Warning(
+            Code.HOME_UNKNOWN,
+            f"robot.home_deg: not given, and {case.robot.model} has no key home ({has}): the ways from a home to the "
+            "part and back are not in the motion and not checked",
+        ),
+    )
+
+
+def _table_range(model: mujoco.MjModel, joints: list[int], has_axis: NDArray[np.bool_]) -> Floats:
+    out: Floats = np.where(model.jnt_limited[joints, None] != 0, model.jnt_range[joints], (-np.inf, np.inf))
+    out[~has_axis] = 0.0
+    return out
 
 
 def _check_wire(model: mujoco.MjModel, site: int, wires: NDArray[np.bool_], case: Case) -> None:

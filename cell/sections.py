@@ -41,6 +41,7 @@ from .section import (
     within,
 )
 
+NO_TABLE = "none"  # as positioner.model: the part stands still, on nothing that is modelled
 REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity", "overhang")
 
 
@@ -211,7 +212,14 @@ class Robot(Section):
     model: FileName = "kr70_r2100"
     position_mm: Vec3 = (0.0, 0.0, 0.0)
     rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
-    joints: Annotated[list[Name], Field(min_length=1, max_length=50)] = Field(["A1", "A2", "A3", "A4", "A5", "A6"])
+    joints: Annotated[list[Name], Field(min_length=1, max_length=50)] = Field(
+        ["A1", "A2", "A3", "A4", "A5", "A6"], description="from the base on; six or seven hinges with ranges"
+    )
+    held_deg: dict[str, Angle] = Field(
+        default_factory=dict,
+        description="where other hinges of the model stand; left out: as in its key home, or else at its zero",
+    )
+    held_mm: dict[str, Coordinate] = Field(default_factory=dict, description="the same for slides: a track, a lift")
     flange: Name = "flange"
     base: Name = Field("base_link", description="body whose frame the report's base_* columns are given in")
     home_deg: list[Angle] | None = Field(
@@ -230,22 +238,56 @@ class Torch(Section):
     tcp: Name = "tcp"
     wire: list[Name] = Field(["torch_wire"], description="geoms that may touch the part")
     dimensions: dict[str, Coordinate] = Field(default_factory=dict, description="of cmt_torch, see its README")
+    held_deg: dict[str, Angle] = Field(default_factory=dict, description="where hinges of the tool stand, see robot")
+    held_mm: dict[str, Coordinate] = Field(
+        default_factory=dict, description="where slides of the tool stand, see robot"
+    )
 
 
 class Positioner(Section):
-    """The table: a shipped model's name or an MJCF file, where it stands, and what its joints are called."""
+    """The table: a shipped model's name or an MJCF file, where it stands, and what its joints are called.
+
+    `positioner: none` is short for `{model: none}`: the part stands still, its frame at position_mm.
+    """
 
     model: FileName = "kp2_hv500"
     position_mm: Vec3 = (1500.0, 0.0, 0.0)
     rotation_deg: Angles3 = (0.0, 0.0, 0.0)
-    joints: tuple[Name, Name] = ("E1", "E2")
+    joints: Annotated[list[Name], Field(max_length=2)] = Field(
+        ["E1", "E2"],
+        description="tilt, then turn; one alone, or [] for a fixed table. A hinge without range is endless",
+    )
     table: Name = "table"
-    max_speed_deg_s: tuple[AxisRate, AxisRate] | None = Field(
-        None, description="instead of the MJCF's, for motions from outside that move the table; none known: no limit"
+    held_deg: dict[str, Angle] = Field(
+        default_factory=dict, description="where hinges of the model stand that are not among joints, see robot"
     )
-    max_acceleration_deg_s2: tuple[AxisRate, AxisRate] | None = Field(
-        None, description="instead of the MJCF's; where that has none, full speed in half a second"
+    held_mm: dict[str, Coordinate] = Field(default_factory=dict, description="the same for slides")
+    max_speed_deg_s: list[AxisRate] | None = Field(
+        None,
+        description="one for each of joints, instead of the MJCF's, for motions from outside that move the table; "
+        "none known: no limit",
     )
+    max_acceleration_deg_s2: list[AxisRate] | None = Field(
+        None,
+        description="one for each of joints, instead of the MJCF's; where that has none, full speed in half a second",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _none_has_no_joints(cls, value: object) -> object:
+        if isinstance(value, dict) and value.get("model") == NO_TABLE:
+            return {"joints": [], **value}
+        return value
+
+    @model_validator(mode="after")
+    def _joints_of_none(self) -> Positioner:
+        if self.model == NO_TABLE and self.joints:
+            raise ValueError("model: none has no joints; leave joints out")
+        if len(set(self.joints)) < len(self.joints):
+            raise ValueError(
+                f"joints: {self.joints[0]} is listed twice; the second {self.joints[0]} does not turn the table"
+            )
+        return self
 
 
 class Box(Section):
@@ -421,6 +463,11 @@ class Case(Section):
 
     _path: Path = Path("case.yaml")
     _read_from: tuple[Path, ...] = ()
+
+    @field_validator("positioner", mode="before")
+    @classmethod
+    def _short_positioner(cls, value: object) -> object:
+        return {"model": NO_TABLE} if value == NO_TABLE else value
 
     @field_validator("expect", mode="before")
     @classmethod

@@ -108,7 +108,7 @@ def grid(
     """The poses of a grid; what is left out is taken from the case's section ``sweep``.
 
     Args:
-        case: its positioner's ranges by 45 are the default of the angles.
+        case: its positioner's ranges by 45 are the default of the angles; once round of an endless axis.
         e1: tilts, "LO:HI:STEP" or one angle, deg.
         e2: turns, the same.
         rolls: each free, fixed:DEG or range:LO:HI.
@@ -154,6 +154,8 @@ def _check_angles(job: Job, tilts: Sequence[float], turns: Sequence[float]) -> N
 
 
 def _by_step(limits: np.ndarray) -> list[float]:
+    if not np.isfinite(limits).all():  # an endless axis: once round
+        return [float(v) for v in np.arange(-180.0, 180.0, STEP_DEG)]
     first = np.ceil(limits[0] / STEP_DEG) * STEP_DEG
     return [float(v) for v in np.arange(first, limits[1] + 1e-9, STEP_DEG)]
 

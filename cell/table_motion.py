@@ -26,8 +26,8 @@ DEGENERATE = -1e-6  # m: MuJoCo's distance of shapes whose centres fall together
 
 
 def on_table(scene: Scene) -> NDArray[np.bool_]:
-    """Whether a geom moves with E1, (ngeom,)."""
-    return _carried(scene, 0)
+    """Whether a geom moves with the table: with E1, or E2 where that is the only axis, (ngeom,)."""
+    return _carried(scene, 0) | _carried(scene, 1)
 
 
 def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
@@ -76,7 +76,8 @@ class TableChecker:
         self._checker = Checker(table, (0.0, 0.0), reach, pair_gap=NEVER)
         self._data = mujoco.MjData(scene.model)
         hits = bits.any(axis=0)
-        self._tilt = np.flatnonzero(hits & moves & ~_carried(scene, 1))
+        # what turns with no axis against the work does not come nearer to it
+        self._tilt = np.flatnonzero(hits & moves & ~_carried(scene, 1) & scene.has_axis.all())
         # the positioner's own parts turn in one another; what is put onto its table does not
         self._work = np.flatnonzero(hits & scene.put_on_table)
 

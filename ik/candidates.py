@@ -13,18 +13,21 @@ least squares, which knows no branches), ``k`` the standings inside a group.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import closed_form, dls
 from .chain import Chain, Floats
-from .limits import excess, with_turns
+from .limits import SLACK, excess, standings, with_turns
 from .roll import RollWindow, wrap
 
 SOLVERS = ("auto", "closed_form", "dls")
 DLS_KEPT = 8  # distinct solutions kept of a pose, not counting whole turns
+MOST_STANDINGS = 12  # of one configuration, that all combinations of turns are listed for
+WINDOW = 1.25 * np.pi  # half of what a joint of several turns stands in where there are more
 TWIN = 1e-4  # rad; solutions closer than this are one
 
 
@@ -81,15 +84,32 @@ class Solver:
         """
         if kind not in SOLVERS:
             raise ValueError(f"solver {kind!r}: allowed are {', '.join(SOLVERS)}")
-        geometry = closed_form.recognise(chain)
-        if kind == "closed_form" and geometry is None:
+        form = closed_form.recognise(chain, closed_form.TOLERANCE)
+        if kind == "closed_form" and form is None:
             raise ValueError("solver closed_form: this arm has none (it needs A2 parallel to A3 and a spherical wrist)")
-        return cls(chain, None if kind == "dls" else geometry, geometry)
+        # an arm too far off for proofs still has the margins of the one next to it
+        geometry = form or closed_form.recognise(chain, closed_form.NEAR)
+        return cls(chain, None if kind == "dls" else form, geometry)
 
     @property
     def name(self) -> str:
         """What solves: "closed form" or "damped least squares"."""
         return "damped least squares" if self.form is None else "closed form"
+
+    @cached_property
+    def _standing(self) -> Chain:
+        """The arm with the limits that standings are listed inside.
+
+        Turns matter to the way between targets alone. Where several joints can stand at any angle in two turns or more,
+        listing every combination costs more than it brings: such joints stand within :data:`WINDOW` of the middle of
+        their limits, some angles in two turns, so that a way can go on through any of them.
+        """
+        half = (self.chain.upper - self.chain.lower) / 2
+        if len(standings(self.chain)) <= MOST_STANDINGS:
+            return self.chain
+        middle = (self.chain.upper + self.chain.lower) / 2
+        half = np.where(half >= 2 * np.pi - SLACK, np.minimum(half, WINDOW), half)
+        return replace(self.chain, lower=middle - half, upper=middle + half)
 
     def candidates(self, Ts_base_tcp: Floats) -> Candidates:
         """All configurations of full poses.
@@ -104,11 +124,11 @@ class Solver:
             return self._by_least_squares(Ts_base_tcp)
         raw = closed_form.solve(self.form, Ts_base_tcp)
         return Candidates(
-            q=with_turns(self.chain, raw, packed=True),
+            q=with_turns(self._standing, raw, packed=True),
             raw=raw,
             over=excess(self.chain, raw),
             reach_excess=closed_form.reach_excess(self.form, Ts_base_tcp),
-            exhaustive=True,
+            exhaustive=self.form.off is None,
         )
 
     def _by_least_squares(self, Ts: Floats) -> Candidates:
@@ -119,7 +139,7 @@ class Solver:
         twin = np.tril(gap < TWIN, k=-1).any(axis=2)
         order = np.argsort(twin | ~found.ok, axis=1, kind="stable")[:, :DLS_KEPT]
         q[twin] = np.nan
-        q = with_turns(self.chain, np.take_along_axis(q, order[..., None], axis=1))
+        q = with_turns(self._standing, np.take_along_axis(q, order[..., None], axis=1))
         q = q.reshape(len(Ts), -1, self.chain.n)
         most = max(int(np.isfinite(q[..., 0]).sum(axis=1).max(initial=0)), 1)
         order = np.argsort(np.isnan(q[..., 0]), axis=1, kind="stable")[:, :most]

@@ -137,8 +137,13 @@ class _Search:
         joint = np.argmax(nearest, axis=1)
         spent = np.zeros((len(Ts), self.chain.n + 2))
         rank = np.where(inside, TOO_NEAR, np.where(exists.any(axis=1), OVER_LIMIT, NO_REACH))
+        open_ = self._endless(raw)
+        if self.form.off is not None:
+            # the solutions of the arm next to it may have lost one of its own: bounds that hold for both decide
+            judged = RollBounds.of(self.chain, self.form, Ts, self.limits).judge(np.arange(len(Ts)), rolls, 0.0)
+            open_, rank, joint = judged.open, np.minimum(judged.rank, TOO_NEAR), np.maximum(judged.joint, 0)
         spent[np.arange(len(Ts)), self._column(rank, joint)] = 1.0
-        return self._certificates(rolls, q, spent, self._endless(raw))
+        return self._certificates(rolls, q, spent, open_)
 
     def many_rolls(self, Ts: Floats) -> Certificates:
         """Settle targets over an interval of rolls, (m, 4, 4), level by level."""

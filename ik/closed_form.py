@@ -23,11 +23,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain import Chain, Floats, rotation_about
+from .deviation import Deviation, deviation, refined
 
 BRANCHES = 8
 BLOCK = 1024  # poses worked on at a time: what fits a core's cache
 TURN = 2 * np.pi
 ROUNDING = 1e-10  # how far out of reach (m, or a cosine) still counts as on the edge
+TOLERANCE = 5e-4  # m, or sine of an angle: what an arm may be off its class and still be taken for one of it
+NEAR = 5e-3  # the same: what an arm may be off and still have the margins of one of its class
+ROUND_OFF = 1e-9  # the same: what is rounding alone
+PARALLEL = 1e-3  # sine below which two axes of the wrist count as parallel
 NEAR_STRAIGHT = 1e-3  # sine between A4 and A6 below which only the sum of their angles is sharp
 
 
@@ -46,6 +51,7 @@ class SphericalWristArm:
         upper_arm: A2 to A3, likewise.
         forearm: A3 to the wrist centre, likewise.
         sign_3: +1 where A3 turns like A2, -1 where it turns the other way.
+        off: how far the chain is off this arm; None where by no more than rounding.
     """
 
     axes: Floats
@@ -58,6 +64,7 @@ class SphericalWristArm:
     upper_arm: complex
     forearm: complex
     sign_3: float
+    off: Deviation | None = None
 
     @cached_property
     def wrist(self) -> _Wrist:
@@ -71,12 +78,14 @@ class SphericalWristArm:
         return abs(a - d), a + d
 
 
-def recognise(chain: Chain, tolerance: float = 1e-9) -> SphericalWristArm | None:
+def recognise(chain: Chain, tolerance: float = ROUND_OFF) -> SphericalWristArm | None:
     """Read the class off a chain.
 
     Args:
         chain: any chain.
-        tolerance: how exact parallels, right angles and crossings must be (m, or sine of an angle).
+        tolerance: how far parallels, right angles and crossings may be off (m, or sine of an angle), e.g.
+            :data:`TOLERANCE`. An arm that is off by more than rounding is taken for the one of the class next to it,
+            and carries how far that is.
 
     Returns:
         The arm's constants, or None where the chain has not six joints, A2 is not parallel to A3, A1 not across A2, or
@@ -86,13 +95,18 @@ def recognise(chain: Chain, tolerance: float = 1e-9) -> SphericalWristArm | None
         return None
     R, p = (a[0] for a in chain.frames(np.zeros((1, 6))))
     w = np.einsum("nij,nj->ni", R, chain.axes)
-    wrist = _crossing(p[3], w[3], p[4], w[4], tolerance)
-    if wrist is None or np.linalg.norm(np.cross(wrist - p[5], w[5])) > tolerance:
+    exact = _fits(p, w, ROUND_OFF)
+    if not exact and not _fits(p, w, tolerance):
         return None
-    if np.linalg.norm(np.cross(w[1], w[2])) > tolerance or abs(w[0] @ w[1]) > tolerance:
-        return None
-    if np.linalg.norm(np.cross(w[4], w[5])) < 1e-3:
-        return None
+    crossing = _crossing(p[3], w[3], p[4], w[4], ROUND_OFF) if exact else None
+    wrist = _meeting(p[3:], w[3:]) if crossing is None else crossing
+    off = None
+    if not exact:
+        w = w.copy()
+        w[1] -= w[0] * (w[0] @ w[1])
+        w[1] /= np.linalg.norm(w[1])
+        w[2] = np.sign(w[1] @ w[2]) * w[1]
+        off = deviation(chain, w, wrist)
     T = chain.forward(np.zeros((1, 6)))[0]
     e_r = np.cross(w[1], w[0])
 
@@ -114,14 +128,64 @@ def recognise(chain: Chain, tolerance: float = 1e-9) -> SphericalWristArm | None
         upper_arm=zeta_3 - zeta_2,
         forearm=zeta_w - zeta_3,
         sign_3=float(np.sign(w[1] @ w[2])),
+        off=off,
     )
+
+
+def misfits(chain: Chain) -> list[tuple[str, float, str]]:
+    """What keeps a chain of six joints from the class, in words, by how much, and in mm or deg.
+
+    Args:
+        chain: six joints.
+
+    Returns:
+        One row for each condition of the class that is off by more than :data:`TOLERANCE`.
+    """
+    R, p = (a[0] for a in chain.frames(np.zeros((1, 6))))
+    w = np.einsum("nij,nj->ni", R, chain.axes)
+    degrees = [
+        ("A1 and A2 are off a right angle by", abs(w[0] @ w[1])),
+        ("A2 and A3 are off parallel by", np.linalg.norm(np.cross(w[1], w[2]))),
+    ]
+    out = [(text, float(np.rad2deg(np.arcsin(min(s, 1.0)))), "deg") for text, s in degrees if s > TOLERANCE]
+    for text, i, j in (("A4 and A5", 3, 4), ("A5 and A6", 4, 5)):
+        if np.linalg.norm(np.cross(w[i], w[j])) < PARALLEL:
+            out.append((f"{text} are parallel, by", 0.0, "deg"))
+            return out
+    apart = _apart(_meeting(p[3:], w[3:]), p[3:], w[3:])
+    if apart > TOLERANCE:
+        out.append(("A4, A5, A6 pass the point nearest to all three at", 1e3 * apart, "mm"))
+    return out
+
+
+def _fits(p: Floats, w: Floats, tolerance: float) -> bool:
+    """Whether joint axes (points (6, 3) and directions) are those of the class."""
+    if min(np.linalg.norm(np.cross(w[3], w[4])), np.linalg.norm(np.cross(w[4], w[5]))) < PARALLEL:
+        return False
+    if np.linalg.norm(np.cross(w[1], w[2])) > tolerance or abs(w[0] @ w[1]) > tolerance:
+        return False
+    if tolerance > ROUND_OFF:
+        return _apart(_meeting(p[3:], w[3:]), p[3:], w[3:]) <= tolerance
+    wrist = _crossing(p[3], w[3], p[4], w[4], tolerance)
+    return wrist is not None and bool(np.linalg.norm(np.cross(wrist - p[5], w[5])) <= tolerance)
+
+
+def _meeting(p: Floats, w: Floats) -> Floats:
+    """The point nearest to some lines, (k, 3) and unit directions (k, 3), by least squares."""
+    across = np.eye(3) - w[:, :, None] * w[:, None, :]
+    return np.asarray(np.linalg.solve(across.sum(axis=0), np.einsum("kij,kj->i", across, p)))
+
+
+def _apart(point: Floats, p: Floats, w: Floats) -> float:
+    """Largest distance of a point from some lines, m."""
+    return float(np.linalg.norm(np.cross(point - p, w), axis=1).max())
 
 
 def _crossing(p: Floats, u: Floats, q: Floats, v: Floats, tolerance: float) -> Floats | None:
     """The point where two lines meet, or None where they are parallel or pass each other."""
     n = np.cross(u, v)
     size = np.linalg.norm(n)
-    if size < 1e-3 or abs((q - p) @ n) / size > tolerance:
+    if size < PARALLEL or abs((q - p) @ n) / size > tolerance:
         return None
     return p + u * (np.cross(q - p, v) @ n) / size**2
 
@@ -233,7 +297,8 @@ def solve(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
 
     Returns:
         (..., 8, 6) rad, each angle in [-pi, pi]; NaN rows where a branch does not exist. With A4 and A6 in line, A4
-        stands at zero and A6 does the turning. Joint limits are not looked at.
+        stands at zero and A6 does the turning. Joint limits are not looked at. Of an arm that is a little off its
+        class they are the true chain's, refined from those of the class; in a singularity some may be missing.
     """
     shape = Ts_base_tcp.shape[:-2]
     Ts = Ts_base_tcp.reshape(-1, 4, 4)
@@ -241,6 +306,9 @@ def solve(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
     for first in range(0, len(Ts), BLOCK):
         block = slice(first, first + BLOCK)
         out[block] = _solve_block(form, Ts[block])
+    if form.off is not None:
+        out = refined(form.off.chain, out, Ts)
+        out -= TURN * np.floor((out + np.pi) / TURN)
     return out.reshape(*shape, BRANCHES, 6)
 
 

@@ -10,8 +10,8 @@ which of them no branch can reach inside the joint limits and singularity margin
 Every bound is an enclosure: it holds all values that a quantity takes on the interval, so an enclosure outside of what
 is allowed is a proof. The steps, each with its inequality, are in the docstrings below; they start from the arc on
 which the wrist centre moves and follow the closed form (``ik.closed_form``) joint by joint. Lengths are padded by
-``PAD_LENGTH`` and angles by ``PAD_ANGLE`` on top: more than rounding and the closed form's own tolerances come to. What
-is proven is proven of the arm as recognised, its axes parallel and crossing to within ``recognise``'s tolerance.
+``PAD_LENGTH`` and angles by ``PAD_ANGLE`` on top: more than rounding and the closed form's own tolerances come to. An
+arm that is a little off its class is padded by as much as it can be off (:attr:`RollBounds._off`).
 
 Metres and radians; the arm's own axes (r, b, h) are forwards, along A2, along A1.
 """
@@ -135,6 +135,19 @@ class RollBounds:
         return np.asarray(self.form.wrist.pose_map @ T.ravel()).reshape(3, 4)
 
     @cached_property
+    def _off(self) -> tuple[float, float]:
+        """How far the wrist centre (m) and the TCP's orientation (rad) may be off those of the arm as recognised.
+
+        In one configuration the arm as recognised holds its TCP within ``off.length`` and ``off.angle`` of where the
+        arm as it is has it. What the latter does at a target, the former does at a pose that near to it: bounds that
+        hold for all such poses hold for the arm as it is. Margins are those of the arm as recognised in either case.
+        """
+        off = self.form.off
+        if off is None:
+            return 0.0, 0.0
+        return off.length + off.angle * float(np.linalg.norm(self.form.wrist_in_tcp)), off.angle
+
+    @cached_property
     def _windows(self) -> list[tuple[float, float]]:
         """Middle and half width of each joint's limits, rad."""
         low, high = self.chain.lower, self.chain.upper
@@ -182,7 +195,7 @@ class RollBounds:
         v = self._in_tcp[:, 3]
         size = float(np.hypot(v[0], v[1]))
         centres = self.position[:, target] + self._turned(target, centre, v, max(float(np.cos(half)), 0.0))
-        return centres, size * float(np.sin(min(half, np.pi / 2))) + PAD_LENGTH
+        return centres, size * float(np.sin(min(half, np.pi / 2))) + PAD_LENGTH + self._off[0]
 
     def _plane(self, target: Ints, centre: Floats, half: float) -> _Plane:
         """Where the wrist centre is in the arm's plane, for both shoulders.
@@ -293,7 +306,7 @@ class RollBounds:
         q1, q23, half_f = arms
         a6 = self._turned(target, centre, in_tcp[:, 0])
         tilt = np.hypot(in_tcp[0, 0], in_tcp[1, 0])
-        cap = half_f + 2 * float(np.arcsin(min(tilt * np.sin(half / 2), 1.0))) + PAD_ANGLE
+        cap = half_f + 2 * float(np.arcsin(min(tilt * np.sin(half / 2), 1.0))) + PAD_ANGLE + self._off[1]
         seen = into_forearm(a6, q1, q23)
         height, v_p, v_s = wrist.w4 @ seen, wrist.p @ seen, wrist.s @ seen
         gamma = np.arctan2(np.hypot(v_p, v_s), height)
@@ -309,7 +322,7 @@ class RollBounds:
             forearm = from_forearm(wrist.w4, q1, q23)
             m, n = (np.einsum("ik,ik->k", forearm, self._turned(target, centre, in_tcp[:, i])) for i in (1, 2))
             ahead, half_ahead = lead(wrist.lead_6, low, high)
-            half_6 = azimuth(gamma, half_f + half + PAD_ANGLE) + half_ahead
+            half_6 = azimuth(gamma, half_f + half + PAD_ANGLE + self._off[1]) + half_ahead
             gaps.append((5, self._gap(5, -np.arctan2(n, m) - side * ahead, half_6)))
         gap, joint = _worst(gaps, (2, len(target)))
         near = np.pi / 2 - np.abs(delta - np.pi / 2) + half_5 < self.limits.wrist - PAD_ANGLE

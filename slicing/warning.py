@@ -18,12 +18,16 @@ class Code(StrEnum):
     BODY_END = "body_end"
     CONCAVE_FIXTURE = "concave_fixture"
     DEPOSIT_SHARE = "deposit_share"
+    HOME_UNKNOWN = "home_unknown"
+    JOINT_HELD = "joint_held"
     LAYER_AREA = "layer_area"
     LAYER_LENGTH = "layer_length"
     LAYER_LOOPS = "layer_loops"
     LAYER_SEAM = "layer_seam"
     LAYER_VOLUME = "layer_volume"
     LINK_WITHOUT_SHAPES = "link_without_shapes"
+    MARGINS_APPROXIMATE = "margins_approximate"
+    MARGINS_NOT_COUNTED = "margins_not_counted"
     MESH_FILE = "mesh_file"
     MESH_REPAIRED = "mesh_repaired"
     MESH_UNITS = "mesh_units"
@@ -37,6 +41,7 @@ class Code(StrEnum):
     POLYGON_NOT_FLAT = "polygon_not_flat"
     SHORT_RETRACT = "short_retract"
     SUB_VOLUME_ABSENT = "sub_volume_absent"
+    TABLE_WITHOUT_SHAPE = "table_without_shape"
 
 
 WRONG_LAYER = frozenset(

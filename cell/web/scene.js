@@ -20,8 +20,7 @@ export class Cell {
     this.scene.bodies.forEach((body, i) => {
       if (i === 0) return;
       let m = multiply(this.world[body.parent], this.local[i]);
-      if (body.joint) {
-        const { angle, axis, pos, zero } = body.joint;
+      for (const { angle, axis, pos, zero } of body.joints) {
         m = multiply(m, turnAbout(pos, axis, angles[angle] - zero));
       }
       this.world[i] = m;
