@@ -2,6 +2,7 @@
 
     python bench/second_opinion.py                          # 60 random cases
     python bench/second_opinion.py --cases 500 --seed 7 --keep refuted/
+    python bench/second_opinion.py --samplings              # the same curves sampled in three ways: same verdict?
 
 Targets: rolls every 0.5 deg, all branches, with limits, margins and clearance. Beads: a graph of rolls every 2 deg, in
 which the roll may turn as far as the joints are fast enough for, its edges followed along the closed form. Travels: a
@@ -113,7 +114,7 @@ class Search:
                 for kk, r0, gg, r1 in blocked:
                     if kk == k and gg == g:
                         price[r0, r1] = np.inf
-                total = here[:, None] + np.nan_to_num(price, nan=np.inf)
+                total = here[:, None] + np.where(np.isnan(price), np.inf, price)
                 back.append(total.argmin(axis=0))
                 here = np.where(good[:, g], total.min(axis=0), np.inf)
             r = int(here.argmin())
@@ -241,6 +242,32 @@ def opinions(result: Result, rng: np.random.Generator, seconds: float, most: int
     return out
 
 
+SAMPLINGS = ((8.0, 0.2), (4.0, 0.2), (2.0, 0.1))  # min_segment_mm, chord_tolerance_mm
+
+
+def samplings(cases: int, seed: int) -> int:
+    """Verdicts of random cases whose curves are sampled in several ways; how many are not the same."""
+    differ = 0
+    for k in range(cases):
+        said = []
+        for segment, chord in SAMPLINGS:
+            with tempfile.TemporaryDirectory() as name:
+                sampling = {"min_segment_mm": segment, "chord_tolerance_mm": chord}
+                path = random_case(np.random.default_rng([seed, k]), Path(name), sampling=sampling)
+                try:
+                    case = load_case(path)
+                    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+                except InputError:
+                    break
+            reasons = {reason: n for reason, n in result.reasons.items() if n}
+            said.append((result.feasible, len(result.rows), reasons))
+        if len({feasible for feasible, *_ in said}) > 1:
+            differ += 1
+            print(f"case {k}: {said}", flush=True)
+    print(f"{cases} cases, {differ} with verdicts that hang on the sampling")
+    return differ
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=60, help="random cases (default 60)")
@@ -248,7 +275,10 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=8.0, help="a travel's tree may grow (default 8)")
     parser.add_argument("--most", type=int, default=12, help="verdicts of a kind looked at in a case (default 12)")
     parser.add_argument("--keep", type=Path, help="folder to write refuted cases to")
+    parser.add_argument("--samplings", action="store_true", help="sample the same curves in three ways instead")
     args = parser.parse_args()
+    if args.samplings:
+        sys.exit(1 if samplings(args.cases, args.seed) else 0)
     total: Counter[tuple[str, str]] = Counter()
     verdicts: Counter[str] = Counter()
     for k in range(args.cases):

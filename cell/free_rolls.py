@@ -1,6 +1,6 @@
-"""Rolls at which a target can be stood at, between the samples too.
+"""Rolls at which targets can be stood at, between the samples too.
 
-    found = free_rolls(setup, i, step)           # [(low, high), ...] rad: stretches of the roll that are free
+    found = free_rolls(setup, targets, step)     # {i: [(low, high), ...]} rad: stretches of the roll that are free
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
 
 Between two samples of a branch the arm has only so far to go: where it is deeper in a collision than that at both of
@@ -10,8 +10,8 @@ proof: depths are what the collision engine says. Metres and radians.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,101 +20,140 @@ from ik.chain import Floats
 from ik.roll import apply_roll, wrap
 from ik.singularity import margins
 
+from .collision import Ints
 from .setup import Setup
 
 FINEST = np.deg2rad(0.3)  # closer samples are not looked at
 ROUNDABOUT = 1.5  # how much longer the way between two samples can be than the straight one in joints
+TOGETHER = 64  # targets looked at together, to keep memory flat
 Stretches = list[tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
 class _Looked:
-    """What is known of one branch of a target: rolls, ascending, (m,), configurations, (m, j), and room, (m,), m.
+    """What is known of targets' branches, sorted by target, branch and roll.
 
-    Room is the least clearance less what is asked for; -inf where limits or margins forbid the configuration.
+    Attributes:
+        target: (m,).
+        branch: (m,).
+        roll: (m,), rad.
+        q: (m, j), rad.
+        room: least clearance less what is asked for, (m,), m: at most that; -inf where limits or margins forbid it.
     """
 
+    target: Ints
+    branch: Ints
     roll: Floats
     q: Floats
     room: Floats
 
+    def sorted_with(self, *others: _Looked) -> _Looked:
+        """All of them together."""
+        every = [np.concatenate([getattr(x, f.name) for x in (self, *others)]) for f in fields(self)]
+        order = np.lexsort((every[2], every[1], every[0]))
+        return _Looked(*(values[order] for values in every))
 
-def free_rolls(setup: Setup, i: int, step: float, also: Iterable[float] = ()) -> Stretches:
-    """Stretches of the roll at which a target is free by itself.
+
+def free_rolls(
+    setup: Setup, targets: Iterable[int], step: float, also: Mapping[int, float] | None = None
+) -> dict[int, Stretches]:
+    """Stretches of the roll at which targets are free by themselves.
 
     Args:
         setup: the arm and the cell.
-        i: the target.
+        targets: which.
         step: distance of the rolls that are looked at in any case, rad.
-        also: further ones, rad.
+        also: by target a further one, rad.
 
     Returns:
-        Lowest and highest of neighbouring rolls that were found free, rad, of every branch by itself.
+        By target lowest and highest of neighbouring rolls that were found free, rad, of every branch by itself.
     """
-    window = setup.window
-    rolls = np.unique(np.concatenate([window.samples(step), np.array(list(also), dtype=float)]))
-    if window.is_full and len(rolls) > 1:
-        rolls = np.append(rolls, rolls[0] + 2 * np.pi)
-    T = setup.placed.rows([i]).Ts_base_target[0]
-    stage = int(setup.stage[i])
-    branches, total = _looked_at(setup, T, stage, rolls, None), []
-    for g, branch in enumerate(branches):
-        if setup.solver.form is not None:
-            branch = _halved(setup, T, stage, branch, g)
-        total += _stretches(branch)
-    return total
-
-
-def _looked_at(setup: Setup, T: Floats, stage: int, rolls: Floats, group: int | None) -> list[_Looked]:
-    """Every branch at some rolls, or one of them."""
-    solver = setup.solver
-    found = solver.candidates(apply_roll(T, rolls))
-    groups = range(found.q.shape[1]) if group is None else [group]
-    q = found.q if solver.form is not None else np.swapaxes(found.q, 1, 2)  # without branches each by itself
-    groups = groups if solver.form is not None else range(q.shape[1])
-    least = setup.limits.values(solver.geometry is not None)
-    out = []
-    for g in groups:
-        here = q[:, g]  # (m, k, j)
-        good = np.isfinite(here[..., 0]) & (margins(solver.chain, solver.geometry, here) >= least).all(axis=-1)
-        k = np.argmax(good, axis=1)
-        mine, some = here[np.arange(len(rolls)), k], good.any(axis=1)
-        room = np.full(len(rolls), -np.inf)
-        if some.any():
-            seen = setup.screen.clearances(mine[some], np.full(int(some.sum()), stage))
-            room[some] = seen.distance - setup.settings.clearance
-        out.append(_Looked(rolls, mine, room))
+    every = list(targets)
+    out: dict[int, Stretches] = {i: [] for i in every}
+    for first in range(0, len(every), TOGETHER):
+        some = every[first : first + TOGETHER]
+        rolls = setup.window.samples(step)
+        if setup.window.is_full:
+            rolls = np.append(rolls, rolls[0] + 2 * np.pi)
+        target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
+        more = [(i, (also or {})[i]) for i in some if i in (also or {})]
+        target = np.concatenate([target, np.array([i for i, _ in more], dtype=np.int64)])
+        roll = np.concatenate([roll, np.array([r for _, r in more], dtype=float)])
+        known = _looked_at(setup, target, roll, None)
+        while setup.solver.form is not None:
+            at = np.flatnonzero(_may_hide(setup, known))
+            if not len(at):
+                break
+            middle = (known.roll[at] + known.roll[at + 1]) / 2
+            known = known.sorted_with(_looked_at(setup, known.target[at], middle, known.branch[at]))
+        for i, low, high in _stretches(known):
+            out[i].append((low, high))
     return out
 
 
-def _halved(setup: Setup, T: Floats, stage: int, known: _Looked, group: int) -> _Looked:
-    """A branch looked at more closely wherever something free may hide."""
-    while True:
-        at = np.flatnonzero(_may_hide(setup, known))
+def _looked_at(setup: Setup, target: Ints, roll: Floats, branch: Ints | None) -> _Looked:
+    """Targets at rolls, (m,): all their branches, or one of each."""
+    solver = setup.solver
+    found = solver.candidates(apply_roll(setup.placed.rows(target).Ts_base_target, roll)).q
+    # without a closed form there are no branches, and every configuration stands by itself
+    found = found if solver.form is not None else np.swapaxes(found, 1, 2)
+    if branch is None:
+        branch = np.tile(np.arange(found.shape[1]), len(target))
+        target, roll = np.repeat(target, found.shape[1]), np.repeat(roll, found.shape[1])
+        found = found.reshape(-1, *found.shape[2:])
+    else:
+        found = found[np.arange(len(target)), branch]
+    least = setup.limits.values(solver.geometry is not None)
+    good = np.isfinite(found[..., 0]) & (margins(solver.chain, solver.geometry, found) >= least).all(axis=-1)
+    # standings that differ by whole turns are one to look at
+    q = found[np.arange(len(found)), np.argmax(good, axis=1)]
+    looked = _Looked(target, branch, roll, q, np.where(good.any(axis=1), np.nan, -np.inf)).sorted_with()
+    return _with_room(setup, looked)
+
+
+def _with_room(setup: Setup, looked: _Looked) -> _Looked:
+    """The same with the room where it is NaN: of one branch of each roll first, as the tool stands alike in all."""
+    room = looked.room.copy()
+    _, alike = np.unique(np.stack([looked.target, looked.roll]), axis=1, return_inverse=True)
+    alike = alike.reshape(-1)
+    for one_a_roll in (True, False):
+        at = np.flatnonzero(np.isnan(room))
+        if one_a_roll:
+            at = at[np.unique(alike[at], return_index=True)[1]]
         if not len(at):
-            return known
-        roll = (known.roll[at] + known.roll[at + 1]) / 2
-        (new,) = _looked_at(setup, T, stage, roll, group)
-        known = _Looked(*(np.insert(getattr(known, n), at + 1, getattr(new, n), axis=0) for n in ("roll", "q", "room")))
+            break
+        seen = setup.screen.clearances(looked.q[at], setup.stage[looked.target[at]])
+        room[at] = seen.distance - setup.settings.clearance
+        tool = at[(room[at] < 0) & setup.screen.of_tool(seen.pair)]
+        most = np.full(int(alike.max(initial=0)) + 1, np.nan)
+        most[alike[tool]] = room[tool]
+        room = np.where(np.isnan(room), most[alike], room)
+    return _Looked(looked.target, looked.branch, looked.roll, looked.q, room)
 
 
 def _may_hide(setup: Setup, known: _Looked) -> NDArray[np.bool_]:
     """Steps between neighbouring rolls that may hide something free, (m - 1,)."""
     a, b = known.room[:-1], known.room[1:]
-    out = (np.diff(known.roll) > FINEST) & ((a < 0) | (b < 0)) & ~(np.isinf(a) & np.isinf(b))
+    out = (np.diff(known.target) == 0) & (np.diff(known.branch) == 0) & (np.diff(known.roll) > FINEST)
+    out &= ((a < 0) | (b < 0)) & ~(np.isinf(a) & np.isinf(b))
     both = np.flatnonzero(out & np.isfinite(a) & np.isfinite(b) & (a < 0) & (b < 0))
     if len(both):
         from_q = known.q[both]
         to_q = from_q + wrap(known.q[both + 1] - from_q)
-        way = ROUNDABOUT * setup.screen.way(setup.radius, from_q, to_q)
-        out[both] = -(a[both] + b[both]) < way
+        out[both] = -(a[both] + b[both]) < ROUNDABOUT * setup.screen.way(setup.radius, from_q, to_q)
     return out
 
 
-def _stretches(known: _Looked) -> Stretches:
-    free = known.room >= 0
-    ends = np.flatnonzero(np.diff(free, prepend=False, append=False))
-    return [(float(known.roll[a]), float(known.roll[b - 1])) for a, b in zip(ends[::2], ends[1::2], strict=True)]
+def _stretches(known: _Looked) -> list[tuple[int, float, float]]:
+    """Targets, lowest and highest rolls of what is free without a gap."""
+    free = np.flatnonzero(known.room >= 0)
+    if not len(free):
+        return []
+    apart = (np.diff(free) > 1) | (np.diff(known.target[free]) != 0) | (np.diff(known.branch[free]) != 0)
+    return [
+        (int(known.target[run[0]]), float(known.roll[run[0]]), float(known.roll[run[-1]]))
+        for run in np.split(free, np.flatnonzero(apart) + 1)
+    ]
 
 
 def stabbing(stretches: Iterable[tuple[float, float]]) -> Floats:

@@ -314,10 +314,12 @@ def add_positioner(pieces: Pieces) -> Held:
         numeric.name = f"positioner_{numeric.name}"
     _prepared(pieces, positioner, "positioner")
     pieces.table = _stands_at(positioner, told.table, "positioner")
-    root = world.worldbody if told.joints else world.worldbody.add_body(name=ROOT)
+    root, place, quat = world.worldbody, np.array(told.position_mm) * METRES_PER_MM, _quat(told.rotation_deg)
+    if not told.joints:
+        root = root.add_body(name=ROOT, pos=place, quat=quat)
+        place, quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
     pieces.piece[ROOT] = pieces.piece[PLATE] = Piece.POSITIONER
-    place = np.array(told.position_mm) * METRES_PER_MM
-    _put(pieces, positioner, Piece.POSITIONER, root, place, _quat(told.rotation_deg))
+    _put(pieces, positioner, Piece.POSITIONER, root, place, quat)
     if not told.joints:
         pos, quat = pieces.table
         plate = world.site(pieces.name(Piece.POSITIONER, "sites", told.table)).parent

@@ -166,12 +166,9 @@ def _free_between(
     setup: Setup, plan: BeadPlan, step: float, known: Mapping[int, Stretches] | None = None
 ) -> dict[int, Stretches]:
     """Rolls at which the missing targets of a bead are free by themselves, of those that are not proved out."""
-    found = {}
-    for i, missing in plan.missing.items():
-        if not missing.exhaustive and i not in (known or {}):
-            reached = missing.detail.get("reached_alone_at_roll_deg")
-            found[i] = free_rolls(setup, i, step, () if reached is None else [np.deg2rad(reached)])
-    return found
+    some = [i for i, missing in plan.missing.items() if not missing.exhaustive and i not in (known or {})]
+    reached = {i: plan.missing[i].detail.get("reached_alone_at_roll_deg") for i in some}
+    return free_rolls(setup, some, step, {i: float(np.deg2rad(deg)) for i, deg in reached.items() if deg is not None})
 
 
 def _all(found: Mapping[int, Stretches]) -> Floats:

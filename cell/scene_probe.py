@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from slicing.warning import Code, Warning
+
 from .absent_shapes import link_of_body
 from .composition import Piece
 
@@ -42,7 +44,7 @@ class SceneProbe:
         often: share of the random configurations in which nothing touches.
         home_deg: the arm's home; None where none is known.
         turning: joints whose range is a whole turn or more, with the range, deg.
-        standing: joints that are not planned, and where they stand.
+        standing: joints that are not planned, and where they stand, one line each.
         warnings: of the scene.
     """
 
@@ -52,7 +54,7 @@ class SceneProbe:
     often: float
     home_deg: tuple[float, ...] | None
     turning: tuple[tuple[str, float], ...]
-    standing: tuple[tuple[str, str], ...]
+    standing: tuple[Warning, ...]
     warnings: tuple[str, ...]
 
 
@@ -92,7 +94,7 @@ def probe_scene(scene: Scene, table: tuple[float, float], count: int = CONFIGURA
         turning=tuple(
             (n, round(float(t), 3)) for n, t in zip(chain.names, turns, strict=True) if np.deg2rad(t) >= TURN
         ),
-        standing=tuple(_standing(scene)),
+        standing=tuple(line for line in scene.warnings if line.code is Code.JOINT_HELD),
         warnings=scene.warnings,
     )
 
@@ -125,23 +127,6 @@ def _links(scene: Scene) -> Iterator[tuple[str, int, int]]:
         if piece is Piece.ROBOT:
             mine = (scene.piece_of_geom == Piece.TOOL) & (link == last)
             yield "tool", int((mine & hard).sum()), int((mine & ~hard).sum())
-
-
-def _standing(scene: Scene) -> Iterator[tuple[str, str]]:
-    """Joints that nothing moves, and where they stand."""
-    model = scene.model
-    planned = {*scene.arm_joints.tolist(), *scene.table_joints.tolist()}
-    qpos = mujoco.MjData(model).qpos
-    for j in range(model.njnt):
-        if j in planned:
-            continue
-        kind, value = DIRECT.get(int(model.jnt_type[j])), float(qpos[model.jnt_qposadr[j]])
-        place = "as the model places it"
-        if kind == "hinge":
-            place = f"{np.rad2deg(value):g} deg"
-        elif kind == "slide":
-            place = f"{value * 1e3:g} mm"
-        yield model.joint(j).name, place
 
 
 def probe_lines(found: SceneProbe) -> Iterator[RenderableType]:
@@ -184,7 +169,8 @@ def _facts(found: SceneProbe) -> Iterator[tuple[str, str]]:
     yield "home", home if found.home_deg is None else ", ".join(f"{v:g}" for v in found.home_deg) + " deg"
     for name, turn in found.turning:
         yield "whole turns", f"{name} has a range of {turn:g} deg: the same direction at several angles"
-    for name, place in found.standing:
-        yield "not planned", f"{name} stands at {place}"
+    for line in found.standing:
+        yield "not planned", line
     for line in found.warnings:
-        yield "warning", line
+        if line not in found.standing:
+            yield "warning", line

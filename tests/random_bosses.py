@@ -19,15 +19,16 @@ def random_case(rng: np.random.Generator, folder: Path, name: str = "case", **se
     box.export(folder / "boss.stl")
     window = {"fixed_deg": round(rng.uniform(-180, 180))}
     low = round(rng.uniform(-180, 90))
-    roll: Any = ("free", window, window, {"range_deg": [low, low + round(rng.uniform(10, 120))]})[rng.integers(4)]
+    roll: Any = ("free", "free", window, {"range_deg": [low, low + round(rng.uniform(10, 120))]})[rng.integers(4)]
+    at = [float(rng.uniform(900, 1600)), float(rng.uniform(-400, 400)), float(rng.uniform(0, 500))]
     fixtures = [
         {
             "name": f"box{k}",
-            "box": {"size_mm": rng.uniform(40, 400, 3).round().tolist()},
+            "box": {"size_mm": rng.uniform(30, 250, 3).round().tolist()},
             "position_mm": [
-                float(rng.uniform(600, 1800)),
-                float(rng.uniform(-700, 700)),
-                float(rng.uniform(200, 1900)),
+                float(at[0] + rng.uniform(-500, 300)),
+                float(at[1] + rng.uniform(-400, 400)),
+                float(at[2] + rng.uniform(100, 1100)),
             ],
         }
         for k in range(rng.integers(0, 7))
@@ -38,7 +39,7 @@ def random_case(rng: np.random.Generator, folder: Path, name: str = "case", **se
         "slicing": {"h_layer_mm": 2.5, "h_min_mm": 2, "h_max_mm": 3.2},
         "sampling": {"min_segment_mm": float(rng.uniform(2, 8)), "chord_tolerance_mm": float(rng.uniform(0.1, 1.0))},
         "positioner": {
-            "position_mm": [float(rng.uniform(900, 1900)), float(rng.uniform(-400, 400)), float(rng.uniform(0, 700))],
+            "position_mm": at,
             "rotation_deg": [0, 0, float(rng.uniform(-180, 180))],
         },
         "tool": {"dimensions": {"neck_angle_deg": float(rng.choice([0, 22, 45]))}},
@@ -46,7 +47,7 @@ def random_case(rng: np.random.Generator, folder: Path, name: str = "case", **se
         "roll": roll,
         "process": {
             "deposition_speed_mm_s": float(rng.uniform(4, 15)),
-            "retract_mm": float(rng.choice([20, 30, 50])),
+            "retract_mm": float(rng.choice([20, 30, 50, 150])),
             "least_speed_share": float(rng.choice([0.0, 0.5])),
         },
         "fixtures": fixtures,

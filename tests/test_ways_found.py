@@ -10,6 +10,7 @@ import trimesh
 import yaml
 from boss_motion import boss_case
 from boss_motion import result_of as result_of_path
+from random_bosses import random_case
 from test_quick import setup_of
 
 from cell.collision import Clearances
@@ -109,20 +110,18 @@ def with_slit(setup, *slit):
     return replace(setup, checker=Slit(setup.checker, setup, *slit), screen=Slit(setup.screen, setup, *slit))
 
 
-@pytest.mark.parametrize("half_deg", [0.25, 1.0, 4.0])
+@pytest.mark.parametrize("half_deg", [0.25, 3.0])
 def test_a_free_stretch_of_the_roll_is_found_however_narrow_and_deep_what_is_beside_it(boss, half_deg):
     _, setup = boss
-    for at_deg in (-61.3, 2.4, 33.0):
-        found = free_rolls(with_slit(setup, np.deg2rad(at_deg), np.deg2rad(half_deg)), 0, np.deg2rad(5.0))
+    for at_deg in (-61.3, 2.4):
+        found = free_rolls(with_slit(setup, np.deg2rad(at_deg), np.deg2rad(half_deg)), [0], np.deg2rad(5.0))[0]
         assert found
         for low, high in np.rad2deg(found):
             assert at_deg - half_deg - 1e-6 <= low <= high <= at_deg + half_deg + 1e-6
-    assert free_rolls(with_slit(setup, 0.0, -0.01), 0, np.deg2rad(5.0)) == []
+    assert free_rolls(with_slit(setup, 0.0, -0.01), [0, 1], np.deg2rad(5.0)) == {0: [], 1: []}
 
 
-@pytest.mark.parametrize(
-    ("half_deg", "drift_deg", "step_deg"), [(1.0, 0.0, 15.0), (2.0, -2000.0, 15.0), (1.0, 0.0, 5.0)]
-)
+@pytest.mark.parametrize(("half_deg", "drift_deg", "step_deg"), [(1.0, 0.0, 15.0), (2.0, -2000.0, 15.0)])
 def test_a_bead_comes_out_whole_at_rolls_that_no_sample_has(boss, half_deg, drift_deg, step_deg):
     job, setup = boss
     stop = int(np.searchsorted(job.targets.path, 1))
@@ -196,3 +195,14 @@ def test_messages_say_what_was_found_and_what_is_needed():
     assert "no way found in 60 attempts" in way_in_words({**way, "attempts": 60})
     changed = {"from_target": 0, "on_the_way": "configuration change", "because": "joint_limit", "axis": "A6"}
     assert way_in_words({**changed, "over_deg": 12.3}).endswith("no configuration leads on: A6 12.3 deg over its limit")
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_verdict_does_not_hang_on_how_finely_curves_are_sampled(tmp_path, seed):
+    said = []
+    for segment in (8.0, 2.5):
+        sampling = {"min_segment_mm": segment, "chord_tolerance_mm": 0.2}
+        path = random_case(np.random.default_rng([5, seed]), tmp_path, f"s{segment:g}", sampling=sampling)
+        said.append(result_of_path(path))
+    assert len(said[0].rows) < len(said[1].rows)
+    assert said[0].feasible == said[1].feasible
