@@ -364,9 +364,7 @@ class Expect(Section):
     """What a case is expected to give, for pytest."""
 
     verdict: Literal["feasible", "infeasible"]
-    infeasible: Count | None = Field(
-        None, description="number of infeasible targets"
-    )
+    infeasible: Count | None = Field(None, description="number of infeasible targets")
     reasons: dict[str, Count] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
 
     @field_validator("reasons")
