@@ -12,6 +12,7 @@ import argparse
 import contextlib
 import copy
 import io
+import math
 import os
 import random
 import resource
@@ -50,17 +51,20 @@ PIECES = (
 )
 
 
-def known_keys() -> list[tuple[str, ...]]:
-    """All keys that a case may hold, as paths."""
-    from cell.config import _section_of
+Key = tuple[tuple[str, ...], list[tuple[float, float]]]
+
+
+def known_keys() -> list[Key]:
+    """All keys that a case may hold, as paths, with the ranges of their numbers."""
+    from cell.config import _ranges, _section_of
     from cell.sections import Case
 
-    def below(section: Any) -> Iterator[tuple[str, ...]]:
+    def below(section: Any) -> Iterator[Key]:
         for name, field in section.model_fields.items():
-            yield (name,)
             inner = _section_of(field.annotation)
+            yield (name,), [] if inner is not None else _ranges([field.metadata, field.annotation])
             if inner is not None:
-                yield from ((name, *path) for path in below(inner))
+                yield from (((name, *path), ranges) for path, ranges in below(inner))
 
     return list(below(Case))
 
@@ -88,15 +92,19 @@ class Mutator:
 
     def __init__(self) -> None:
         self.bases, self.keys = bases(), known_keys()
+        self.numbers = [key for key in self.keys if len(key[1]) == 1]
 
     def text(self, seed: int) -> str:
         """The mutated case file, as text."""
         rng = random.Random(seed)
         content = copy.deepcopy(rng.choice(self.bases))
-        for _ in range(rng.choice((0, 1, 1, 1, 2, 3))):
+        for _ in range(rng.choice((0, 1, 1, 2, 3))):
+            path, ((low, high),) = rng.choice(self.numbers)
+            _put(content, path, _between(low, high, rng))
+        for _ in range(rng.choice((0, 0, 1, 1, 2))):
             self._change(content, rng)
         text = _dumped(content, rng)
-        for _ in range(rng.choice((0, 0, 0, 1, 1, 2, 4))):
+        for _ in range(rng.choice((0, 0, 0, 0, 1, 3))):
             text = _changed_text(text, rng)
         return text
 
@@ -116,7 +124,7 @@ class Mutator:
         elif what == 4 and isinstance(holder[key], (int, float)) and not isinstance(holder[key], bool):
             holder[key] = holder[key] * rng.choice((-1, 10, 100, 1e3, 1e6, 0.1, 1e-3, 1e-6))
         elif what <= 6:
-            _put(content, rng.choice(self.keys), _value(rng))
+            _put(content, rng.choice(self.keys)[0], _value(rng))
         else:
             holder[key] = _value(rng)
 
@@ -142,6 +150,15 @@ def _put(content: dict[str, Any], path: tuple[str, ...], value: Any) -> None:
 
 def _value(rng: random.Random) -> Any:
     return copy.deepcopy(rng.choice(rng.choice((NUMBERS, NUMBERS, TEXTS, OTHERS))))
+
+
+def _between(low: float, high: float, rng: random.Random) -> float:
+    """A number that is allowed: an end, or one of any order of magnitude between them."""
+    if rng.random() < 0.3:
+        return rng.choice((low, high))
+    size = math.exp(rng.uniform(math.log(max(low, 1e-3)), math.log(high)))
+    value = size if low >= 0 else rng.choice((-1, 1)) * min(size, -low)
+    return float(f"{value:.3g}") if rng.random() < 0.5 else float(round(value))
 
 
 def _misspelt(key: str, rng: random.Random) -> str:
@@ -218,8 +235,8 @@ def outcome(path: Path, stop: str) -> tuple[int, str]:
     return 0, ""
 
 
-def problem(path: Path, stop: str) -> str | None:
-    """What is wrong with the answer to a case; None where it is one."""
+def answer(path: Path, stop: str) -> tuple[int | None, str | None]:
+    """The exit code of a case, and what is wrong with the answer; None where it is one."""
     try:
         code, said = outcome(path, stop)
     except BaseException as error:
@@ -229,12 +246,12 @@ def problem(path: Path, stop: str) -> str | None:
         while where is not None and where.tb_next is not None:
             where = where.tb_next
         at = "" if where is None else f" at {Path(where.tb_frame.f_code.co_filename).name}:{where.tb_lineno}"
-        return f"{type(error).__name__}: {str(error)[:120]}{at}"
+        return None, f"{type(error).__name__}: {str(error)[:120]}{at}"
     if code not in (0, 1, 2):
-        return f"exit code {code}: {said.strip()[:300]}"
+        return code, f"exit code {code}: {said.strip()[:300]}"
     if code == 2 and said.count("\n") != 1:
-        return f"{said.count(chr(10))} lines: {said[:200]!r}"
-    return None
+        return code, f"{said.count(chr(10))} lines: {said[:200]!r}"
+    return code, None
 
 
 class TooLong(BaseException):
@@ -261,7 +278,7 @@ def work(seeds: range, stop: str) -> None:
             path.write_text(mutator.text(seed), encoding="utf-8", errors="replace")
             start = time.perf_counter()
             signal.alarm(SECONDS)
-            wrong = problem(path, stop)
+            _, wrong = answer(path, stop)
             signal.alarm(0)
             worst = max(worst, (time.perf_counter() - start, seed))
             count["wrong" if wrong else "answered"] += 1

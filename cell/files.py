@@ -87,10 +87,10 @@ def check_outputs(outputs: Mapping[str, str | None], inputs: Iterable[str | Path
         if key in taken:
             raise InputError(f"{option}: {path} is the file of {taken[key]} as well; each needs one of its own")
         taken[key] = option
-    for path in inputs if taken else ():
-        option = taken.get(_identity(path))
-        if option is not None:
-            raise InputError(f"{option}: {outputs[option]} is read by this run ({path}); name another file")
+    for name in inputs if taken else ():
+        found = taken.get(_identity(name))
+        if found is not None:
+            raise InputError(f"{found}: {outputs[found]} is read by this run ({name}); name another file")
 
 
 def _identity(path: str | Path) -> object:

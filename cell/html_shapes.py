@@ -128,7 +128,7 @@ def _units(corner: Ints, weighted: Floats, flat: Floats) -> tuple[Ints, Ints, Fl
     own = np.where(crowded, -1, np.arange(len(corner)))
     key, first, unit = np.unique(np.column_stack([corner, own, like]), axis=0, return_index=True, return_inverse=True)
     sums = np.stack([np.bincount(unit.ravel(), weighted[:, k], len(key)) for k in range(3)], axis=1)
-    return unit.ravel(), corner[first], sums
+    return unit.ravel().astype(np.int64), corner[first], sums.astype(np.float64)
 
 
 def _smooth_sums(at: Ints, weight: Floats) -> Floats:

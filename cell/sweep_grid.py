@@ -134,7 +134,7 @@ def grid(
     named: Sequence[str | None] = [*rolls] or [roll_text(roll) for roll in asked.roll] or [None]
     places: list[Placement | None] = [*([_placement(text, case) for text in placements] or _places_of(case))] or [None]
     axes = (list(dict.fromkeys(axis)) for axis in (named, places, heights, tilts, turns))
-    named, places, heights, tilts, turns = axes  # type: ignore[assignment]
+    named, places, heights, tilts, turns = axes
     count = len(named) * len(places) * len(heights) * len(tilts) * len(turns)
     if count > MOST_POSES:
         raise InputError(f"sweep: {count} poses; at most {MOST_POSES} at once")
@@ -186,4 +186,4 @@ def _places_of(case: Case) -> list[Placement]:
         return []
     own = (*case.positioner.position_mm, case.positioner.rotation_deg[2])
     axes = (asked.x_mm, asked.y_mm, asked.z_mm, asked.rz_deg)
-    return list(product(*(values or [value] for values, value in zip(axes, own, strict=True))))  # type: ignore[arg-type]
+    return list(product(*(values or [value] for values, value in zip(axes, own, strict=True))))

@@ -115,6 +115,7 @@ def _check_size(text: str) -> None:
     sizes: dict[str, int] = {}  # of what an anchor stands for
     open_: list[tuple[str | None, int]] = []  # collections not yet closed: anchor, nodes before it
     count = 0
+    event: Any
     for event in yaml.parse(text, Loader=_Base):
         anchor = getattr(event, "anchor", None)
         if isinstance(event, yaml.AliasEvent):

@@ -75,7 +75,7 @@ def test_only_who_has_the_address_may_talk_to_the_viewer() -> None:
         assert guard.refusal(path, headers("localhost:9000", Origin="http://localhost:9000", **cookie)) is None
         assert guard.refusal(path, headers()) is not None
         assert guard.refusal(path, headers(Cookie="rbam-8080=guess")) is not None
-        assert guard.refusal(path, headers(Cookie="\0;=;\xff")) is not None
+        assert guard.refusal(path, headers(Cookie=";=;;a")) is not None
         assert other.refusal(path, headers(**cookie)) is not None
         for origin in ("http://evil.example", "null", "http://127.0.0.1:8081", "http://localhost:8080"):
             assert guard.refusal(path, headers(Origin=origin, **cookie)) == "another origin"
