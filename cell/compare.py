@@ -24,13 +24,13 @@ import yaml
 
 from slicing.beads import BeadParameters
 from slicing.bodies import Body, RoundBody, fits
-from slicing.deposition import share_of
+from slicing.deposition import layer_metal, share_of
 from slicing.ends import NO_ENDS
 from slicing.indices import Indices, indices
 from slicing.layers import SlicingParameters
 from slicing.laying import lay_beads
 from slicing.load import load_mesh
-from slicing.overhang import worst_angle
+from slicing.overhang import ALLOWED, overhangs, worst_angle
 from slicing.part import Mesh, PartError
 from slicing.scores import ZERO_RAD, Scores, scores_of
 from slicing.slicer import slice_sub_volume
@@ -146,11 +146,13 @@ def _row(
         sliced = slice_sub_volume(mesh, body, parameters, body_z_mm)
     except PartError as error:
         return Row(parameters.strategy, None, str(error))
-    laid = lay_beads([sliced], beads)
+    laid = lay_beads([sliced], beads, locate=False)
     targets = sample_beads(laid, sampling.chord_tolerance_mm, sampling.min_segment_mm)
     thin = sum(layer.thickness_mm[0] < parameters.h_min_mm - 1e-6 for layer in sliced.layers)
     found = indices(sliced, targets)
-    return Row(parameters.strategy, found, None, thin, worst_angle(laid[0].overhangs), share_of(laid[0].metal))
+    angle = worst_angle(overhangs(sliced, ALLOWED * beads.width_mm))
+    share = share_of(layer_metal(sliced, laid[0].beads, beads.pitch_mm))
+    return Row(parameters.strategy, found, None, thin, angle, share)
 
 
 @stage("comparing")

@@ -22,6 +22,7 @@ import numpy as np
 
 from slicing.charts import FlatChart, RoundChart, lengths_along
 from slicing.clip import body_section
+from slicing.families import family_of
 from slicing.islands import poles
 from slicing.layers import Layer, SlicedSubVolume
 from slicing.part import Bools, Floats, PartError
@@ -144,8 +145,9 @@ def _overhang(sliced: SlicedSubVolume, layer: Layer, below: Layer | None, allowe
 def _put_onto(layer: Layer, below: Layer) -> list[tuple[Floats, int]]:
     """The borders of the layer below on this layer's surface, along its normals, with their turns about the axis."""
     surface, out = layer.surface, []
+    offsets = family_of(surface) == family_of(below.surface)  # lines between points stay lines
     for curve in below.curves:
-        points = _dense(curve.points)
+        points = curve.points if offsets else _dense(curve.points)
         points = points - surface.distance(points)[:, None] * surface.normals(points)
         out.append((points, 0 if isinstance(surface, Plane) else curve.winding))
     return out
@@ -167,17 +169,21 @@ def _chart(layer: Layer, under: Sequence[tuple[Floats, int]]) -> FlatChart | Rou
         return FlatChart(layer.surface)
     if any(poles(layer)):
         raise PartError(f"layer {layer.index}: lies over the end of its body")
-    return RoundChart.around(layer.surface, [curve.points for curve in layer.curves] + [p for p, _ in under], ring=True)
+    loops = [curve.points for curve in layer.curves]
+    chart = RoundChart.around(layer.surface, loops + [p for p, _ in under], ring=True)
+    ahead = np.concatenate(loops)[:, :2].mean(axis=0) - layer.surface.axis_point
+    return replace(chart, angle=math.atan2(ahead[1], ahead[0]))
 
 
 def _region(chart: FlatChart | RoundChart, curves: Sequence[tuple[Floats, int]]) -> Any:
-    """The region between curves, by turns inside and outside; right round the axis three times of it."""
+    """The region between curves, by turns inside and outside; three times right round where it goes so far."""
     import shapely
     from shapely.affinity import translate
 
     parts: list[Any] = []
     period = chart.period
     flats = [(chart.flat(points), winding) for points, winding in curves]
+    apart = period is None or not any(w or np.abs(flat[:, 0]).max() > 0.5 * period for flat, w in flats)
     top = max((float(flat[:, 1].max()) for flat, _ in flats), default=0.0) + 1.0
     for flat, winding in flats:
         if winding and period is not None:
@@ -186,15 +192,15 @@ def _region(chart: FlatChart | RoundChart, curves: Sequence[tuple[Floats, int]])
             above = np.concatenate([line, [[line[-1, 0], top], [line[0, 0], top]]])
             parts.append(shapely.Polygon(above).buffer(0))
         else:
-            polygon = shapely.Polygon(flat).buffer(0)
-            copies = [0.0] if period is None else [k * period for k in (-2, -1, 0, 1, 2)]
-            parts += [translate(polygon, by) for by in copies]
+            polygon = shapely.Polygon(flat).buffer(0).simplify(SIMPLE_MM)
+            copies = (0,) if apart else (-2, -1, 0, 1, 2)
+            parts += [translate(polygon, k * (period or 0.0)) for k in copies]
     region = shapely.Polygon()
     for part in parts:
         region = region.symmetric_difference(part)
-    if period is not None:
-        region = region.intersection(shapely.box(-1.5 * period, -1e9, 1.5 * period, top - 1e-9))
-    return region.simplify(SIMPLE_MM)
+    if period is None or apart:
+        return region
+    return region.intersection(shapely.box(-1.5 * period, -1e9, 1.5 * period, top - 1e-9))
 
 
 def _one_period(chart: FlatChart | RoundChart, region: Any) -> Any:
