@@ -37,7 +37,7 @@ REASONS = (
 NEAR = 1e-6  # m beyond the limit off the bead
 FASTEST_SHARE = 1.05  # of the deposition speed: a bead laid faster is too thin
 WAIT_SLACK = 0.1  # s
-NO_WAY = 1e-6  # m between targets: the digits of a file are as much
+NO_WAY = 1e-6  # m between targets: as much as the digits of a file
 SKIP = 1e-3  # m: at a hairpin two samples are as far apart along the bead, and near one another
 
 
