@@ -41,7 +41,7 @@ FASTEST_SHARE = 1.05  # of the deposition speed: a bead laid faster is too thin
 SHARE_SLACK = 1e-3  # of a share: where a row is along its bead is measured
 SHORT = 1e-4  # m: how fast a shorter way is laid says nothing
 WAIT_SLACK = 0.1  # s
-NO_WAY = 1e-6  # m between targets: the digits of a file are as much
+NO_WAY = 1e-6  # m between targets: as much as the digits of a file
 SKIP = 1e-3  # m: at a hairpin two samples are as far apart along the bead, and near one another
 
 

@@ -63,7 +63,8 @@ def test_a_checked_motion_passes_and_is_measured_alike(good: Result) -> None:
     found = look(good.job, good.motion)
     assert found.findings == ()
     assert found.welded == len(good.job.targets)
-    assert found.clearance[0] == pytest.approx(good.clearance.value, abs=1e-9)
+    # of the same way, sampled otherwise
+    assert found.clearance[0] == pytest.approx(good.clearance.value, abs=1e-6)
     assert found.off[0] < 5e-5
     assert np.rad2deg(found.askew[0]) < 0.05
     # the law runs the drives to their limit and no further
