@@ -169,8 +169,8 @@ def _facts(found: SceneProbe) -> Iterator[tuple[str, str]]:
     yield "home", home if found.home_deg is None else ", ".join(f"{v:g}" for v in found.home_deg) + " deg"
     for name, turn in found.turning:
         yield "whole turns", f"{name} has a range of {turn:g} deg: the same direction at several angles"
-    for line in found.standing:
-        yield "not planned", line
+    for held in found.standing:
+        yield "not planned", held
     for line in found.warnings:
         if line not in found.standing:
             yield "warning", line

@@ -120,7 +120,8 @@ def _check_size(text: str) -> None:
         anchor = getattr(event, "anchor", None)
         if isinstance(event, yaml.AliasEvent):
             if any(name == anchor for name, _ in open_):
-                raise yaml.composer.ComposerError(None, None, f"*{anchor} refers to itself", event.start_mark)
+                mark: Any = event.start_mark
+                raise yaml.composer.ComposerError(None, None, f"*{anchor} refers to itself", mark)
             count += sizes.get(str(anchor), 1)
         elif isinstance(event, yaml.CollectionStartEvent):
             open_.append((anchor, count))
