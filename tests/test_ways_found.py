@@ -197,7 +197,7 @@ def test_messages_say_what_was_found_and_what_is_needed():
     assert way_in_words({**changed, "over_deg": 12.3}).endswith("no configuration leads on: A6 12.3 deg over its limit")
 
 
-@pytest.mark.parametrize("seed", [1, 4])
+@pytest.mark.parametrize("seed", [10, 24])
 def test_a_verdict_does_not_hang_on_how_finely_curves_are_sampled(tmp_path, seed):
     said = []
     for segment in (8.0, 2.5):
