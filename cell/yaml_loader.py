@@ -81,7 +81,7 @@ def _whole(loader: Any, node: yaml.ScalarNode) -> int:
     return int(text, 0 if text[:2] in ("0o", "0x") else 10)
 
 
-def _date(_: Any, node: yaml.ScalarNode) -> None:
+def _date(_: Any, node: Any) -> None:
     problem = f"{node.value[:40]!r} would be a date; put it in quotes"
     raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
 
@@ -115,12 +115,11 @@ def _check_size(text: str) -> None:
     sizes: dict[str, int] = {}  # of what an anchor stands for
     open_: list[tuple[str | None, int]] = []  # collections not yet closed: anchor, nodes before it
     count = 0
-    event: Any
-    for event in yaml.parse(text, Loader=_Base):
-        anchor = getattr(event, "anchor", None)
+    events: Any = yaml.parse(text, Loader=_Base)
+    for event in events:
+        anchor, mark = getattr(event, "anchor", None), event.start_mark
         if isinstance(event, yaml.AliasEvent):
             if any(name == anchor for name, _ in open_):
-                mark: Any = event.start_mark
                 raise yaml.composer.ComposerError(None, None, f"*{anchor} refers to itself", mark)
             count += sizes.get(str(anchor), 1)
         elif isinstance(event, yaml.CollectionStartEvent):
@@ -136,7 +135,7 @@ def _check_size(text: str) -> None:
                 sizes[anchor] = 1
         if count > MOST_NODES:
             problem = f"holds more than {MOST_NODES} values, its aliases filled in"
-            raise yaml.composer.ComposerError(None, None, problem, event.start_mark)
+            raise yaml.composer.ComposerError(None, None, problem, mark)
         if len(open_) > MOST_DEPTH:
             problem = f"nests deeper than {MOST_DEPTH} levels"
-            raise yaml.composer.ComposerError(None, None, problem, event.start_mark)
+            raise yaml.composer.ComposerError(None, None, problem, mark)
