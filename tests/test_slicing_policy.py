@@ -48,7 +48,7 @@ def test_report_leaves_the_beads_and_lists_the_places():
         assert ends == pytest.approx([-Y_MIN, Y_MIN], abs=1e-6)
     # the slicer's own line stands, and is not said twice
     assert len(laid.sliced.warnings) == 1
-    assert laid.warnings == ()
+    assert [line.code for line in laid.warnings] == ["deposit_share"]  # borders alone do not fill
 
 
 def test_trim_ends_the_bead_at_the_limit():
@@ -62,7 +62,8 @@ def test_trim_ends_the_bead_at_the_limit():
     assert all(bead.closed for bead in laid.beads if bead.layer > 0)
     assert sum(p.length_mm for p in laid.places) == pytest.approx(4 * Y_MIN, abs=1e-4)
     assert {p.done for p in laid.places} == {"trimmed"}
-    (line,) = laid.warnings
+    line, metal = laid.warnings
+    assert metal.code == "deposit_share"
     assert "layer 0" in line
     assert "19.2 mm" in line or "19.1 mm" in line
 
