@@ -8,6 +8,8 @@ A mutant is a module, the exact text that is replaced, and what takes its place.
 said: the list has to follow the code. Exit code 1 if a mutant survives or does not apply.
 """
 
+# ruff: noqa: E501  (texts as they stand in the code)
+
 from __future__ import annotations
 
 import argparse
