@@ -92,3 +92,11 @@ def test_what_stays_off_the_bead_is_no_bead(setup: Setup, bead: Stretch, monkeyp
     assert spoilt
     assert {why["on_the_way"] for why in spoilt.values()} == {"jump"}
     assert all(i == why["from_target"] + 1 for i, why in spoilt.items())
+
+
+def test_new_rows_that_come_too_near_are_refused(setup: Setup, bead: Stretch) -> None:
+    # the bead's own rows were passed before: what is found now is found of what is put between them
+    beyond = float(bead.clearances.distance.max()) + 1e-3
+    (dense,), spoilt = refined(replace(setup, settings=replace(setup.settings, clearance=beyond)), [bead])
+    assert len(dense.q) > len(bead.q)
+    assert {why["on_the_way"] for why in spoilt.values()} == {"collision"}

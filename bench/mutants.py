@@ -1,0 +1,147 @@
+"""Weakenings of what is proved or checked, one at a time in a copy of the tree: a test must fail for each.
+
+    python bench/mutants.py                          # all of them, with the tests named beside each
+    python bench/mutants.py --only cell/between.py   # those of one module
+    python bench/mutants.py --list
+
+A mutant is a module, the exact text that is replaced, and what takes its place. A text that stands nowhere, or twice, is
+said: the list has to follow the code. Exit code 1 if a mutant survives or does not apply.
+"""
+
+# ruff: noqa: E501  (texts as they stand in the code)
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyproject.toml", "README.md")
+LONGEST = 900  # s a mutant
+BOUNDS, DETECTION, OWN = "test_bounds.py", "test_detection.py", "test_own_motion.py"
+HITS = "test_motion_adversarial.py"
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A weakening.
+
+    Attributes:
+        module: path of the file.
+        text: what is replaced; stands there once.
+        by: what takes its place.
+        tests: files of tests that must notice, one of them at least.
+    """
+
+    module: str
+    text: str
+    by: str
+    tests: tuple[str, ...]
+
+
+MUTANTS = (
+    # bounds
+    Mutant("cell/between.py", " + model.geom_rbound[g]", "", (BOUNDS,)),
+    Mutant("cell/between.py", "room <= joint_way(radius, a, b)", "room <= 0.2 * joint_way(radius, a, b)", (BOUNDS,)),
+    Mutant("cell/between.py", "room[k] <= checker.way(radius, a[k], b[k])", "room[k] <= 0.5 * checker.way(radius, a[k], b[k])", (BOUNDS,)),
+    Mutant("cell/between.py", "    left = np.unique(step[open_])\n", "    left = np.unique(step[open_])[:0]\n", (BOUNDS,)),
+    Mutant("cell/between.py", "motion[step[hit]])", "motion[step[:1]])", (BOUNDS,)),
+    Mutant("cell/between.py", "known = np.minimum(found.distance, checker.reach) - least", "known = np.minimum(found.distance, checker.reach)", (BOUNDS,)),
+    Mutant("cell/between.py", "dm = np.minimum(seen.distance, checker.reach) - least", "dm = np.minimum(seen.distance, checker.reach)", (BOUNDS,)),
+    Mutant("cell/between.py", "if seen.distance[k] < best.distance[0]:", "if False:", (BOUNDS,)),
+    Mutant("cell/swept.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
+    Mutant("cell/swept.py", "2 * (straight + bow / 4)", "straight + bow / 4", (BOUNDS,)),
+    Mutant("cell/swept.py", "(straight + bow / 4)", "straight", (BOUNDS,)),
+    Mutant("cell/corners.py", "joint_way(radius, q[:-1], q[1:]) + 2 * bow)", "joint_way(radius, q[:-1], q[1:]))", (BOUNDS,)),
+    Mutant("cell/corners.py", "checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]", "checker.way(radius, q[k], q[k + 1])]", (BOUNDS,)),
+    Mutant("cell/corners.py", "low = known - joint_way(radius, path.q, q)", "low = known", (BOUNDS,)),
+    Mutant("cell/corners.py", "hit = np.flatnonzero(seen.distance < least)", "hit = np.flatnonzero(seen.distance < -1)", (BOUNDS, "test_corners.py")),
+    Mutant("cell/motion.py", "        if not _dwell(job, last, first):\n", "        if True:\n", (BOUNDS,)),
+    Mutant("cell/motion_hits.py", "+ model.geom_rbound[g])", ")", (BOUNDS,)),
+    # collision detection
+    Mutant("cell/detection.py", "int(disable.mjDSBL_MULTICCD)", "0", (DETECTION,)),
+    Mutant("cell/detection.py", "ITERATIONS = 200", "ITERATIONS = 35", (DETECTION,)),
+    Mutant("cell/detection.py", "        if geom.type == GEOM.mjGEOM_BOX:\n", "        if False:\n", (DETECTION,)),
+    Mutant("cell/collision.py", "np.multiply(self._hard, far / 2,", "np.multiply(self._hard, far / 4,", (DETECTION, "test_clearances.py")),
+    Mutant("cell/collision.py", "(scene.deposit_of_geom < stage)", "(scene.deposit_of_geom < stage - 1)", (DETECTION, "test_clearances.py")),
+    Mutant("cell/collision.py", "copy.copy(scene.model)", "scene.model", ("test_shared_scene.py",)),
+    Mutant("cell/nearby.py", "self.radius + reach", "self.radius", ("test_clearances.py",)),
+    # verification
+    Mutant("cell/motion_hits.py", "stretches_of(clear.distance < least,", "stretches_of(clear.distance < 0,", (HITS, "test_motion_check.py")),
+    Mutant("cell/motion_hits.py", "unproved(checker, radius, way.q, stage, clear, least=least)", "unproved(checker, radius, way.q, stage, clear)", (HITS, OWN)),
+    Mutant("cell/motion_hits.py", "*_wire_collisions(job, motion, way, stage), ", "", (HITS,)),
+    Mutant("cell/motion_check.py", "SPEED_SLACK = 1.001", "SPEED_SLACK = 1.2", ("test_motion_check.py", HITS)),
+    Mutant("cell/motion_order.py", "if behind.max() > _tolerance(job):", "if False:", ("test_motion_check.py", HITS)),
+    Mutant("cell/motion_bead.py", "best - MORE", "best - 1e-6", (OWN,)),
+    # timing
+    Mutant("cell/motion.py", "np.maximum(dt[1:], TICK)", "dt[1:]", (OWN, "test_motion_file.py")),
+    Mutant("cell/timing.py", "np.concatenate([bend, bend], axis=1)", "np.concatenate([0 * bend, bend], axis=1)", ("test_timing.py",)),
+    Mutant("cell/timing.py", "limit = np.tile(max_acceleration, 2)", "limit = 1.2 * np.tile(max_acceleration, 2)", ("test_timing.py",)),
+    # planning
+    Mutant("cell/refine.py", "        spoilt.update(_checked(setup, stretch, new))\n", "        _checked(setup, stretch, new)\n", ("test_refine.py",)),
+    Mutant("cell/examine.py", "        elif least[e] < setup.settings.clearance:\n", "        elif least[e] < 0:\n", ("test_check.py", "test_quick.py")),
+    Mutant("cell/travel.py", "    step, nearest = unproved(setup.checker, setup.radius, q, laid, found, least=setup.settings.kept)\n", "    step, nearest = unproved(setup.checker, setup.radius, q, laid, found, least=-1.0)\n", (OWN, "test_home.py")),
+    # slicing
+    Mutant("slicing/skin.py", "/ 3", "/ 3.03", ("test_slicing_skin.py", "test_slicing_volume.py")),
+    Mutant("slicing/volume.py", "4.0 * ends[1]", "3.9 * ends[1]", ("test_slicing_volume.py",)),
+    Mutant("slicing/thickness.py", "np.minimum(to_below, to_body)", "to_below", ("test_slicing_layers.py", "test_slicing_analytic.py")),
+)  # fmt: skip
+
+
+def survives(mutant: Mutant) -> str:
+    """What became of a mutant: "killed", "survives" or why it does not apply."""
+    source = (ROOT / mutant.module).read_text(encoding="utf-8")
+    if source.count(mutant.text) != 1:
+        return f"does not apply: its text stands {source.count(mutant.text)} times"
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "tree"
+        copy.mkdir()
+        for name in COPIED:
+            here = ROOT / name
+            if here.is_dir():
+                shutil.copytree(here, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+            elif here.exists():
+                shutil.copy2(here, copy / name)
+        (copy / mutant.module).write_text(source.replace(mutant.text, mutant.by), encoding="utf-8")
+        tests = [f"tests/{name}" for name in mutant.tests]
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
+        try:
+            done = subprocess.run(
+                command,
+                cwd=copy,
+                env={**os.environ, "PYTHONPATH": str(copy)},
+                capture_output=True,
+                timeout=LONGEST,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return "killed (does not end)"
+    if done.returncode == 1:
+        return "killed"
+    return "survives" if done.returncode == 0 else f"pytest ended with {done.returncode}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", default="", help="mutants of modules whose path begins so")
+    parser.add_argument("--list", action="store_true")
+    args = parser.parse_args()
+    bad = 0
+    for mutant in MUTANTS:
+        if not mutant.module.startswith(args.only):
+            continue
+        words = "listed" if args.list else survives(mutant)
+        bad += not (words.startswith("killed") or args.list)
+        print(f"{words:12} {mutant.module}: {' '.join(mutant.text.split())[:90]}", flush=True)
+    print(f"{bad} mutants survive or do not apply")
+    return int(bad > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
