@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slicing.part import Bools, Floats, Ints
+from slicing.robust_line import Line, fit_line
 
 HALF_FACET_RAD = np.deg2rad(13.0)  # a body of fewer than 14 sides is no round one
 STEEPEST = 0.1  # least radial part of a turned face's normal: cones up to 84° from the axis
@@ -26,7 +27,10 @@ WINDOW_SHARE = 4e-3  # of the part's greatest radius: bands closer than this are
 LEAST_TURN = 0.55  # of 24 directions that a body's surface faces: rounded edges and ends are none
 HINTED_TURN = 0.2  # where the radius is given
 LEAST_COVERAGE = 0.1  # of the full turn: a band with less is no body's surface
-MOST_BANDS = 60
+LONG_CONE = 0.25  # of its mean radius: a shorter one is a stretch of a dome
+STEEP_CONE = 1.75  # rise over length: to 60 degrees from the axis
+MOST_BANDS = 400
+LEAST_SHARE = 1e-6  # of the turned faces: bands smaller than this are not looked for
 SAME_PLANE = 2e-4  # unit normals and distances (as a share of the extent) of one plane
 
 
@@ -89,6 +93,8 @@ class FoundBand:
         face_high: (k,) their highest.
         face_area: (k,) mm².
         turn: share of 24 directions about the axis in which it is there.
+        within_mm: how close its corners lie to it.
+        share: of the faces first taken for it, how much lies that close.
     """
 
     band: Band
@@ -97,6 +103,8 @@ class FoundBand:
     face_high: Floats
     face_area: Floats
     turn: float
+    within_mm: float = 0.0
+    share: float = 1.0
 
     def is_round(self, least_turn: float = LEAST_TURN) -> bool:
         """A cylinder that goes far enough round the axis to be a body's surface."""
@@ -109,6 +117,17 @@ class FoundBand:
             return False
         sided = band.flat_mm <= (1.0 - np.cos(HALF_FACET_RAD)) * band.radius_low
         return not band.is_cylinder or bool(self.turn >= least_turn and sided)
+
+    def is_body(self, least_turn: float = LEAST_TURN) -> bool:
+        """A cylinder or a long cone that goes far enough round the axis to be what an axis is known by."""
+        band = self.band
+        if band.is_cylinder:
+            return self.is_round(least_turn)
+        least = min(band.radius_low, band.radius_high)
+        rise = abs(band.radius_high - band.radius_low)
+        sided = band.flat_mm <= (1.0 - np.cos(HALF_FACET_RAD)) * band.middle_radius
+        long = np.hypot(band.length, rise) >= LONG_CONE * band.middle_radius and rise <= STEEP_CONE * band.length
+        return bool(self.goes_round(least_turn) and self.turn >= least_turn and sided and long and least > 0)
 
     def coverage(self, low: float, high: float) -> float:
         """Share of the full turn that its faces cover between two heights (their area spread evenly over z)."""
@@ -162,7 +181,7 @@ def turned_faces(vertices: Floats, faces: Ints, facets: Facets) -> Bools:
     aside = corners[:, :, 1] * facets.outward[:, None, 0] - corners[:, :, 0] * facets.outward[:, None, 1]
     square = (np.abs(aside) <= np.tan(HALF_FACET_RAD) * ahead).all(axis=1)
     turned = square & (np.cos(facets.slope) > STEEPEST) & (facets.distance > 0) & (facets.area > 0)
-    extent = float(np.abs(vertices).max())
+    extent = float(np.ptp(vertices, axis=0).max())
     offset = (facets.distance + np.tan(facets.slope) * facets.centroid[:, 2]) * np.cos(facets.slope)
     keys = np.round(np.column_stack([facets.outward, np.sin(facets.slope), offset / max(extent, 1e-300)]) / SAME_PLANE)
     plane = _numbered(keys)
@@ -180,13 +199,16 @@ def _numbered(keys: Floats) -> Ints:
     return number
 
 
-def find_bands(vertices: Floats, faces: Ints, most: int = MOST_BANDS) -> list[FoundBand]:
+def find_bands(
+    vertices: Floats, faces: Ints, most: int = MOST_BANDS, noise_mm: float = 0.0
+) -> list[FoundBand]:
     """Cylinders and cones about z that look outward.
 
     Args:
         vertices: (n, 3) mm, z the axis.
         faces: (m, 3), outward.
         most: how many to look for.
+        noise_mm: rounding of the coordinates.
 
     Returns:
         Bands, the largest first.
@@ -195,18 +217,23 @@ def find_bands(vertices: Floats, faces: Ints, most: int = MOST_BANDS) -> list[Fo
     left = np.flatnonzero(turned_faces(vertices, faces, facets))
     reach = float(np.hypot(vertices[:, 0], vertices[:, 1]).max())
     window = WINDOW_SHARE * reach
-    least = 1e-4 * float(facets.area.sum())
+    least = LEAST_SHARE * float(facets.area[left].sum())
     offset = facets.distance * np.cos(facets.slope) + facets.centroid[:, 2] * np.sin(facets.slope)
     cell = _numbered(np.round(np.column_stack([facets.slope / SLOPE_WINDOW_RAD, offset / window])))
     bands: list[FoundBand] = []
     while len(left) and len(bands) < most:
         area = facets.area[left]
         chosen = _heaviest(facets.slope[left], offset[left], area, cell[left], window)
-        members, left = left[chosen], left[~chosen]
+        members = left[chosen]
         if area[chosen].sum() < least:
             break
-        bands.append(fit_band(vertices, faces[members], members))
-    return bands
+        band = fit_band(vertices, faces[members], members, noise_mm)
+        if band is not None:
+            bands.append(band)
+        # what strayed into it may be another's
+        gone = members if band is None else band.faces
+        left = left[~np.isin(left, gone)]
+    return sorted(bands, key=lambda found: -found.band.area_mm2)
 
 
 def _heaviest(slope: Floats, offset: Floats, area: Floats, cell: Ints, window: float) -> Bools:
@@ -221,40 +248,59 @@ def _heaviest(slope: Floats, offset: Floats, area: Floats, cell: Ints, window: f
     return near
 
 
-def fit_band(vertices: Floats, triangles: Ints, members: Ints) -> FoundBand:
-    """The cylinder or cone through the outer corners of its faces.
+def fit_band(vertices: Floats, triangles: Ints, members: Ints, noise_mm: float = 0.0) -> FoundBand | None:
+    """The cylinder or cone on which most of some faces' corners lie, with the faces that belong to it.
 
     Args:
         vertices: (n, 3) mm, z the axis.
-        triangles: (k, 3) its faces.
+        triangles: (k, 3) faces about as far from the axis, at about one slope.
         members: (k,) what they are numbered in the mesh.
+        noise_mm: rounding of the coordinates.
 
     Returns:
-        The band.
+        The band; None where no face lies on it.
     """
     facets = facets_of(vertices, triangles)
-    area = facets.area
-    weight = area / area.sum()
-    slope = float(weight @ facets.slope)
-    rise = 0.0 if abs(slope) < CYLINDER_RAD else -float(np.tan(slope))
-    level = float(weight @ (facets.distance - rise * facets.centroid[:, 2]))
     corners = vertices[triangles]
-    heights = corners[..., 2]
-    line = np.maximum(level + rise * heights, 1e-3 * level)
-    # corners lie outside the facets' middles by one factor, on a cone as on a cylinder
-    beyond = np.hypot(corners[..., 0], corners[..., 1]) / line - 1.0
-    top = beyond.max(axis=1)
-    order = np.argsort(top)
-    usual = float(top[order][np.searchsorted(np.cumsum(weight[order]), 0.9 - 1e-9).clip(max=len(top) - 1)])
-    # the outermost corners; a face that strayed into the band does not count
-    factor = 1.0 + float(beyond[beyond <= usual + 0.5 * abs(usual) + 1e-9].max(initial=usual))
+    heights, radii = corners[..., 2], np.hypot(corners[..., 0], corners[..., 1])
+    line = _line(facets, heights, radii, noise_mm)
+    off = line.off(heights, radii)
+    slack = 3 * line.width
+    on = (off <= slack).all(axis=1)
+    if not on.any():
+        return None
+    heights, radii, off, area = heights[on], radii[on], off[on], facets.area[on]
     low, high = float(heights.min()), float(heights.max())
-    first, last = ((level + rise * z) * factor for z in (low, high))
-    # a dome is a stack of cones that its corners bulge out of
-    over = 0.0 if rise == 0.0 else float(((1.0 + beyond - factor) * line).max())
-    flat = max((factor - 1.0) / factor * 0.5 * (first + last), 0.0)
-    band = Band(low, high, first, last, flat, float(area.sum()), over)
-    return FoundBand(band, members, heights.min(axis=1), heights.max(axis=1), area, _turn(corners))
+    over = max(float(off.max()), 0.0)
+    first, last = line.level + line.slope * low, line.level + line.slope * high
+    depth = (line.level + line.slope * facets.centroid[on, 2]) - facets.distance[on]
+    order = np.argsort(depth)
+    flat = float(depth[order][np.searchsorted(np.cumsum(area[order]), 0.5 * area.sum()).clip(max=len(order) - 1)])
+    band = Band(low, high, first, last, max(flat, 0.0), float(area.sum()), over if over > 2 * line.width else 0.0)
+    return FoundBand(
+        band, members[on], heights.min(axis=1), heights.max(axis=1), area, _turn(corners[on]), line.width, line.share
+    )
+
+
+def _line(facets: Facets, heights: Floats, radii: Floats, noise_mm: float) -> Line:
+    """The meridian of a band: upright where as many corners lie on an upright one."""
+    weight = np.repeat(facets.area, 3)
+    rise = -float(np.tan(_median(facets.slope, facets.area)))
+    middle = 0.5 * (float(heights.min()) + float(heights.max()))
+    level = float(np.median(facets.distance))
+    reach = max(float(np.ptp(radii)), 0.02 * level, 8 * noise_mm)
+    floor = max(4 * noise_mm, 1e-6 * level)
+    # a slope that is not told from none is none
+    slopes = (0.0, rise if abs(rise) > 1e-4 else 1e-4) if abs(rise) < np.tan(2 * CYLINDER_RAD) else (rise,)
+    line = fit_line(heights.ravel() - middle, radii.ravel(), weight, slopes, (0.5 * reach, floor))
+    return replace(line, level=line.level - line.slope * middle)
+
+
+def _median(values: Floats, weight: Floats) -> float:
+    """Weighted median."""
+    order = np.argsort(values)
+    total = np.cumsum(weight[order])
+    return float(values[order][np.searchsorted(total, 0.5 * total[-1]).clip(max=len(order) - 1)])
 
 
 def _turn(corners: Floats) -> float:

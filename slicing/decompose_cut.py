@@ -21,7 +21,7 @@ from slicing.decompose_outline import Outline
 from slicing.part import Bools, Floats, Ints, PartError
 
 AROUND = 1024  # sides of the cutter: its corners are 5e-6 of the radius outside
-SLIVER_MM = 0.05  # a piece that stands out less is none
+SLIVER_MM, SLIVER_SIZE = 0.05, 2e-3  # a piece that stands out less (and less than that share of the radius) is none
 LEVELS = 40  # looked at beyond an end
 BULGE = 0.05  # of the body's radius: a dome's, beyond the cones it is taken for
 SLIVER_SHARE = 1e-6  # of the part's volume: neither is a smaller one
@@ -65,6 +65,22 @@ class Piece:
         return middle
 
 
+@dataclass(frozen=True)
+class Left:
+    """A piece that is no sub-volume: its volume, and how near it comes to the body."""
+
+    volume_mm3: float
+    gap_mm: float
+
+
+@dataclass(frozen=True)
+class Sliver:
+    """What is too small to keep: how far it stands out, and its volume."""
+
+    height_mm: float
+    volume_mm3: float
+
+
 @dataclass(frozen=True, eq=False)
 class Cut:
     """What a cut gives.
@@ -72,14 +88,16 @@ class Cut:
     Attributes:
         pieces: what stands on the outline's cylinders and cones.
         body: the rest.
-        on_ends_mm3: volume (k,) of what stands on ends and steps alone, left with the body.
-        sliver_mm: heights (k,) of what was too small to keep.
+        on_ends: what stands on ends and steps alone, left with the body.
+        floating: what touches nothing, left with the body.
+        slivers: what was too small to keep.
     """
 
     pieces: list[Piece]
     body: Piece
-    on_ends_mm3: list[float]
-    sliver_mm: list[float]
+    on_ends: list[Left]
+    floating: list[Left]
+    slivers: list[Sliver]
 
 
 def solid_of(vertices: Floats, faces: Ints, name: str) -> Any:
@@ -155,11 +173,22 @@ def _surrounded(solid: Any, radius: float, end: float, heights: Floats, way: flo
     if len(levels) > LEVELS:
         levels = levels[np.linspace(0, len(levels) - 1, LEVELS).astype(np.int64)]
     ring = CrossSection.circle(1.02 * radius, 180) - CrossSection.circle(1.002 * radius, 180)
+
+    def surrounded(height: float) -> bool:
+        return bool((ring - solid.slice(way * height)).area() <= 0.01 * ring.area())
+
     for level in levels.tolist():
-        missing = ring - solid.slice(way * 0.5 * (end + level))
-        if missing.area() > 0.01 * ring.area():
-            break
-        end = level
+        if surrounded(0.5 * (end + level)):
+            end = level
+            continue
+        if not surrounded(end + 1e-3 * (level - end)):
+            return end
+        # what is round it ends between two corners: where, does not depend on how it is tessellated
+        low, high = end, 0.5 * (end + level)
+        while high - low > 1e-4 * radius:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if surrounded(middle) else (low, middle)
+        return low
     return end
 
 
@@ -176,22 +205,30 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float) -> Cut:
     """
     cutter = _cutter(outline, noise_mm)
     number, least = cutter.original_id(), SLIVER_SHARE * solid.volume()
-    kept, pieces, ends, slivers = solid ^ cutter, [], [], []
+    kept, pieces, ends, floating, slivers = solid ^ cutter, [], [], [], []
+    thin = min(SLIVER_MM, SLIVER_SIZE * outline.widest)
     for part in (solid - cutter).decompose():
         vertices, faces, cut = arrays_of(part, number)
         height = _standing_out(vertices, outline)
-        if part.volume() < least or height < SLIVER_MM:
-            slivers.append(height)
+        sliver = Sliver(height, float(part.volume()))
+        if part.volume() < least or height < thin:
+            slivers.append(sliver)
             continue
         piece = _on_outline(vertices, faces, cut, outline)
         if len(piece.root) and _thin_on_cones(piece, height, outline):
-            slivers.append(height)
+            slivers.append(sliver)
         elif len(piece.root):
             pieces.append(piece)
         else:
             kept += part
-            ends.append(float(part.volume()))
-    return Cut(pieces, _on_outline(*arrays_of(kept, number), outline), ends, slivers)
+            (ends if len(cut) else floating).append(Left(float(part.volume()), _least_off(part, outline)))
+    return Cut(pieces, _on_outline(*arrays_of(kept, number), outline), ends, floating, slivers)
+
+
+def _least_off(part: Any, outline: Outline) -> float:
+    """How near a piece's corners come to the body, mm."""
+    vertices = arrays_of(part)[0]
+    return float(outline.off(np.hypot(vertices[:, 0], vertices[:, 1]), vertices[:, 2]).min())
 
 
 def _cutter(outline: Outline, noise_mm: float) -> Any:
@@ -223,10 +260,8 @@ def _cutter(outline: Outline, noise_mm: float) -> Any:
 
 
 def _standing_out(vertices: Floats, outline: Outline) -> float:
-    """Greatest distance of vertices outside the body, along the radius or beyond its ends."""
-    z = vertices[:, 2]
-    radial = np.hypot(vertices[:, 0], vertices[:, 1]) - outline.radius_at(z)
-    return float(np.maximum(radial, np.maximum(outline.low - z, z - outline.high)).max())
+    """Greatest distance of vertices from the body."""
+    return float(outline.off(np.hypot(vertices[:, 0], vertices[:, 1]), vertices[:, 2]).max())
 
 
 def _thin_on_cones(piece: Piece, height: float, outline: Outline) -> bool:

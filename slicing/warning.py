@@ -15,8 +15,19 @@ from typing import Any, Self
 class Code(StrEnum):
     """What a warning is about. In alphabetical order."""
 
+    BODY_AXIS = "body_axis"
+    BODY_COLLAR = "body_collar"
+    BODY_POLYGON = "body_polygon"
+    BODY_RADIUS = "body_radius"
+    BODY_RIVAL = "body_rival"
+    BODY_UNLIKE = "body_unlike"
+    BODY_VOLUME = "body_volume"
+    FLOATING_PIECE = "floating_piece"
     LAYER_AREA = "layer_area"
+    LEFT_ON_ENDS = "left_on_ends"
     OTHER = "other"
+    SLIVERS = "slivers"
+    SUB_VOLUME_ROOT = "sub_volume_root"
 
 
 class Warning(str):
