@@ -19,15 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from slicing.arrays import Bools, Floats, Ints
-from slicing.decompose_bands import HALF_FACET_RAD
-from slicing.edges import edge_table
+from slicing.decompose_bands import COPLANAR_RAD, HALF_FACET_RAD, neighbours
 
 SAMPLES = 1500  # faces looked at
 FROM_CURVED, FROM_PATCHES = 0.45, 0.35  # shares drawn from the curved ones by area, and evenly over their patches
 PAIRS, TRIPLES = 300, 300
 EDGE_DIRECTIONS, FLAT_DIRECTIONS, DIRECTIONS = 12, 8, 18
 LEAST_BEND_RAD, MOST_BEND_RAD = np.deg2rad(0.15), 2.1 * HALF_FACET_RAD
-COPLANAR_RAD = np.deg2rad(0.05)
 SAME_DIRECTION = 1 - 1e-5  # cosine
 SAME_DISTANCE = 4e-3  # of the part's reach: facets of one surface
 ACROSS = 0.05  # cosine: facets of one slope
@@ -124,13 +122,7 @@ class _Curvature:
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         length = np.sqrt((normal**2).sum(axis=1))
         normal, area, middle = normal / np.maximum(length, 1e-300)[:, None], 0.5 * length, corners.mean(axis=1)
-        edges, of_side = edge_table(len(vertices), faces)
-        order = np.argsort(of_side.ravel(), kind="stable")
-        first = np.flatnonzero(np.append(True, np.diff(of_side.ravel()[order]) > 0))
-        count = np.diff(np.append(first, len(order)))
-        first = first[count == 2]
-        edges = edges[count == 2]
-        a, b = order[first] // 3, order[first + 1] // 3
+        a, b = neighbours(len(vertices), faces)
         bend = np.arctan2(
             np.sqrt((np.cross(normal[a], normal[b]) ** 2).sum(axis=1)), (normal[a] * normal[b]).sum(axis=1)
         )
@@ -142,7 +134,7 @@ class _Curvature:
         joined = bent | (bend < COPLANAR_RAD)
         graph = coo_array((np.ones(int(joined.sum())), (a[joined], b[joined])), shape=(len(faces), len(faces)))
         patch = connected_components(graph, directed=False)[1].astype(np.int64)
-        run = vertices[edges[bent, 1]] - vertices[edges[bent, 0]]
+        run = np.cross(normal[a[bent]], normal[b[bent]])
         run = run / np.maximum(np.sqrt((run**2).sum(axis=1)), 1e-300)[:, None]
         patch_area = np.bincount(patch, area)[patch]
         weight = np.minimum(area[a[bent]], area[b[bent]])

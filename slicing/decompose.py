@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from slicing.bodies import Body, ConicalBody, RevolvedBody, RoundBody
-from slicing.decompose_bands import HINTED_TURN, LEAST_TURN, Band, FoundBand, find_bands
+from slicing.decompose_bands import HINTED_TURN, LEAST_TURN, Band, FoundBand, Skin, find_bands
 from slicing.decompose_cut import Cut, Piece, arrays_of, carried_through, clearance, cut_off, solid_of
 from slicing.decompose_doubts import (
     Evidence,
@@ -45,7 +45,7 @@ from slicing.decompose_doubts import (
 )
 from slicing.decompose_outline import Outline, body_outline, without_collars
 from slicing.faces import face_normals
-from slicing.part import Floats, Ints, Mesh, PartError, mesh_from_arrays
+from slicing.part import Floats, Mesh, PartError, mesh_from_arrays
 from slicing.revolution import Axis, find_axis
 from slicing.warning import Code, Warning
 
@@ -160,7 +160,9 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
     hint = hint or BodyHint()
     solid = solid_of(mesh.vertices, mesh.faces, mesh.name)
     vertices, faces, _ = arrays_of(solid)
-    axis = _hinted_axis(mesh, hint, vertices, faces)
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    skin = Skin.of(vertices - middle, faces, mesh.noise_mm)
+    axis = _hinted_axis(mesh, hint, skin, middle)
     T_part_input, axis_xy = _frame(axis, vertices)
     # about the part's own middle: lengths are the part's, however far it lies from the origin
     into_axis = T_part_input.copy()
@@ -169,10 +171,10 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
     up = 0.5 * float(heights.min() + heights.max())
     into_axis[2, 3] -= up
     solid = solid.transform(into_axis[:3])
-    bands = find_bands(vertices @ into_axis[:3, :3].T + into_axis[:3, 3], faces, noise_mm=mesh.noise_mm)
+    bands = find_bands(replace(skin, vertices=vertices).moved(into_axis))
     bands, outline, radius = _outline(mesh, bands, hint)
     outline, cut, told = _cut(mesh, solid, outline, radius)
-    extent = float(np.ptp(vertices, axis=0).max())
+    extent = skin.extent
     pieces = [cut.pieces[k] for k in _order([piece.centroid for piece in cut.pieces], extent)]
     outline = outline.lifted(up)
     roots = [_root(f"SV{k + 1}", piece, outline, up) for k, piece in enumerate(pieces)]
@@ -205,20 +207,18 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
     )
 
 
-def _hinted_axis(mesh: Mesh, hint: BodyHint, vertices: Floats, faces: Ints) -> Axis:
+def _hinted_axis(mesh: Mesh, hint: BodyHint, skin: Skin, middle: Floats) -> Axis:
     """The axis of a part, the hint's where it gives one; an error where there is none."""
-    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    extent = float(np.ptp(vertices, axis=0).max())
     least_turn = LEAST_TURN if hint.radius_mm is None else HINTED_TURN
     point = None if hint.point is None else hint.point - middle
-    axis = find_axis(vertices - middle, faces, mesh.noise_mm, point, hint.direction, least_turn)
+    axis = find_axis(skin, point, hint.direction, least_turn)
     if axis is None:
         given = " about the axis that the hint gives" if hint.axis_point_mm or hint.axis_direction else ""
         raise PartError(
             f"{mesh.name}: no round body found{given}; an outer cylinder or cone of at least 14 sides is needed, or the"
             " sub-volumes as meshes of their own and the body's radius"
         )
-    return _as_hinted(mesh, replace(axis, point=axis.point + middle), hint, (middle, extent))
+    return _as_hinted(mesh, replace(axis, point=axis.point + middle), hint, (middle, skin.extent))
 
 
 def _cut(mesh: Mesh, solid: Any, outline: Outline, radius: float) -> tuple[Outline, Cut, list[Warning]]:

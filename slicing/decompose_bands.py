@@ -4,7 +4,7 @@ A turned face is a facet of a cylinder or a cone about z: its plane touches the 
 half the angle of the coarsest polygon that still passes for round. Facets of one cylinder share their plane's
 distance from the axis however the mesh is cut up, so they are gathered by (slope, distance) into *bands*:
 
-    bands = find_bands(vertices, faces)          # frame: z is the axis; the largest first
+    bands = find_bands(Skin.of(vertices, faces, 1e-6))          # frame: z is the axis; the largest first
     bands[0].band.radius_low, bands[0].coverage(0.0, 10.0)
 
 Bores look inward and do not matter.
@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slicing.edges import edge_table
 from slicing.part import Bools, Floats, Ints
 from slicing.robust_line import Line, fit_line
 
@@ -29,9 +30,11 @@ HINTED_TURN = 0.2  # where the radius is given
 LEAST_COVERAGE = 0.1  # of the full turn: a band with less is no body's surface
 LONG_CONE = 0.25  # of its mean radius: a shorter one is a stretch of a dome
 STEEP_CONE = 1.75  # rise over length: to 60 degrees from the axis
-MOST_BANDS = 400
-LEAST_SHARE = 1e-6  # of the turned faces: bands smaller than this are not looked for
-SAME_PLANE = 2e-4  # unit normals and distances (as a share of the extent) of one plane
+MOST_BANDS = 200
+LEAST_SHARE = 2e-5  # of the turned faces: bands smaller than this are not looked for
+COPLANAR_RAD = np.deg2rad(0.03)  # neighbours that bend less are of one plane
+WITHIN_FACET = 0.02  # what a corner counts that is on one facet alone
+LEAST_SHARE_ON = 0.25  # of its corners' weight that lies on a band by which an axis is known
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,8 @@ class FoundBand:
     def is_body(self, least_turn: float = LEAST_TURN) -> bool:
         """A cylinder or a long cone that goes far enough round the axis to be what an axis is known by."""
         band = self.band
+        if self.share < LEAST_SHARE_ON:
+            return False
         if band.is_cylinder:
             return self.is_round(least_turn)
         least = min(band.radius_low, band.radius_high)
@@ -137,6 +142,67 @@ class FoundBand:
         slant = float(np.hypot(part.length, part.radius_high - part.radius_low))
         whole = 2 * np.pi * part.middle_radius * slant
         return float((self.face_area * np.clip(overlap / height, 0.0, 1.0)).sum() / max(whole, 1e-12))
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """The faces of a part, and which of them lie in one plane.
+
+    Attributes:
+        vertices: (n, 3) mm.
+        faces: (m, 3), outward.
+        plane: (m,) one number for all neighbours of one plane.
+        noise_mm: rounding of the coordinates.
+    """
+
+    vertices: Floats
+    faces: Ints
+    plane: Ints
+    noise_mm: float
+
+    @staticmethod
+    def of(vertices: Floats, faces: Ints, noise_mm: float) -> Skin:
+        """Number the planes of a mesh."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        corners = vertices[faces]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        a, b = neighbours(len(vertices), faces)
+        size = np.sqrt((normal**2).sum(axis=1))
+        # how far one's middle lies off the other's plane, as an angle and in mm
+        off = np.abs((normal[a] * (corners[b].mean(axis=1) - corners[a].mean(axis=1))).sum(axis=1))
+        off /= np.maximum(size[a], 1e-300)
+        bend = np.sqrt((np.cross(normal[a], normal[b]) ** 2).sum(axis=1)) / np.maximum(size[a] * size[b], 1e-300)
+        flat = ((bend < COPLANAR_RAD) | (off < 2 * noise_mm)) & ((normal[a] * normal[b]).sum(axis=1) >= 0)
+        graph = coo_array((np.ones(int(flat.sum())), (a[flat], b[flat])), shape=(len(faces), len(faces)))
+        return Skin(vertices, faces, connected_components(graph, directed=False)[1].astype(np.int64), noise_mm)
+
+    def moved(self, motion: Floats) -> Skin:
+        """The same elsewhere: a rigid motion (4, 4)."""
+        return replace(self, vertices=self.vertices @ motion[:3, :3].T + motion[:3, 3])
+
+    @property
+    def extent(self) -> float:
+        """Greatest extent, mm."""
+        return float(np.ptp(self.vertices, axis=0).max())
+
+
+def neighbours(count: int, faces: Ints) -> tuple[Ints, Ints]:
+    """Numbers (e,), (e,) of the faces on either side of each edge that has two.
+
+    Args:
+        count: of vertices.
+        faces: (m, 3).
+
+    Returns:
+        The one, and the other.
+    """
+    side = edge_table(count, faces)[1].ravel()
+    order = np.argsort(side, kind="stable")
+    first = np.flatnonzero(np.append(True, np.diff(side[order]) > 0))
+    first = first[np.diff(np.append(first, len(order))) == 2]
+    return order[first] // 3, order[first + 1] // 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,24 +236,20 @@ def facets_of(vertices: Floats, faces: Ints) -> Facets:
     return Facets(outward, np.arctan2(normal[:, 2], across), distance, 0.5 * length, centroid)
 
 
-def turned_faces(vertices: Floats, faces: Ints, facets: Facets) -> Bools:
+def turned_faces(skin: Skin, facets: Facets) -> Bools:
     """Which faces (m,) are facets of outward-looking cylinders and cones about z.
 
     A face counts if all its corners lie within half a facet of where its plane is nearest to the axis. Small
     faces of a large flat do so as well, so a plane must pass as a whole.
     """
-    corners = vertices[faces][:, :, :2]
+    corners = skin.vertices[skin.faces][:, :, :2]
     ahead = (corners * facets.outward[:, None]).sum(axis=2)
     aside = corners[:, :, 1] * facets.outward[:, None, 0] - corners[:, :, 0] * facets.outward[:, None, 1]
     square = (np.abs(aside) <= np.tan(HALF_FACET_RAD) * ahead).all(axis=1)
     turned = square & (np.cos(facets.slope) > STEEPEST) & (facets.distance > 0) & (facets.area > 0)
-    extent = float(np.ptp(vertices, axis=0).max())
-    offset = (facets.distance + np.tan(facets.slope) * facets.centroid[:, 2]) * np.cos(facets.slope)
-    keys = np.round(np.column_stack([facets.outward, np.sin(facets.slope), offset / max(extent, 1e-300)]) / SAME_PLANE)
-    plane = _numbered(keys)
-    total = np.bincount(plane, facets.area)
-    failing = np.bincount(plane, facets.area * ~turned)
-    return turned & (failing <= 0.1 * total)[plane]
+    total = np.bincount(skin.plane, facets.area)
+    failing = np.bincount(skin.plane, facets.area * ~turned)
+    return turned & (failing <= 0.1 * total)[skin.plane]
 
 
 def _numbered(keys: Floats) -> Ints:
@@ -199,41 +261,47 @@ def _numbered(keys: Floats) -> Ints:
     return number
 
 
-def find_bands(
-    vertices: Floats, faces: Ints, most: int = MOST_BANDS, noise_mm: float = 0.0
-) -> list[FoundBand]:
+def find_bands(skin: Skin, most: int = MOST_BANDS) -> list[FoundBand]:
     """Cylinders and cones about z that look outward.
 
     Args:
-        vertices: (n, 3) mm, z the axis.
-        faces: (m, 3), outward.
+        skin: of the part, z the axis.
         most: how many to look for.
-        noise_mm: rounding of the coordinates.
 
     Returns:
         Bands, the largest first.
     """
+    vertices, faces = skin.vertices, skin.faces
     facets = facets_of(vertices, faces)
-    left = np.flatnonzero(turned_faces(vertices, faces, facets))
+    left = np.flatnonzero(turned_faces(skin, facets))
     reach = float(np.hypot(vertices[:, 0], vertices[:, 1]).max())
     window = WINDOW_SHARE * reach
     least = LEAST_SHARE * float(facets.area[left].sum())
     offset = facets.distance * np.cos(facets.slope) + facets.centroid[:, 2] * np.sin(facets.slope)
     cell = _numbered(np.round(np.column_stack([facets.slope / SLOPE_WINDOW_RAD, offset / window])))
     bands: list[FoundBand] = []
+    taken = np.zeros(len(faces), dtype=bool)
     while len(left) and len(bands) < most:
         area = facets.area[left]
         chosen = _heaviest(facets.slope[left], offset[left], area, cell[left], window)
         members = left[chosen]
         if area[chosen].sum() < least:
             break
-        band = fit_band(vertices, faces[members], members, noise_mm)
-        if band is not None:
-            bands.append(band)
-        # what strayed into it may be another's
-        gone = members if band is None else band.faces
-        left = left[~np.isin(left, gone)]
+        band = fit_band(skin, members) if _goes_about(facets, members) else None
+        taken[members if band is None else band.faces] = True
+        if band is not None and band.turn >= HINTED_TURN:
+            bands.append(band)  # what strayed into it may be another's
+        else:
+            taken[members] = True
+        left = left[~taken[left]]
     return sorted(bands, key=lambda found: -found.band.area_mm2)
+
+
+def _goes_about(facets: Facets, members: Ints) -> bool:
+    """Some faces look into enough directions about z to be a body's."""
+    outward = facets.outward[members]
+    twelfths = np.floor((np.arctan2(outward[:, 1], outward[:, 0]) / np.pi + 1) * 12).astype(np.int64)
+    return len(np.unique(twelfths)) >= 24 * HINTED_TURN * 0.5
 
 
 def _heaviest(slope: Floats, offset: Floats, area: Floats, cell: Ints, window: float) -> Bools:
@@ -241,29 +309,29 @@ def _heaviest(slope: Floats, offset: Floats, area: Floats, cell: Ints, window: f
     near = cell == int(np.bincount(cell, area).argmax())
     for _ in range(3):  # the heaviest cell may hold only part of the band: move to where the area is
         weight = area[near] / area[near].sum()
-        here = (np.abs(slope - weight @ slope[near]) <= SLOPE_WINDOW_RAD) & (
-            np.abs(offset - weight @ offset[near]) <= window
-        )
+        middle = float((weight * slope[near]).sum()), float((weight * offset[near]).sum())
+        here = (np.abs(slope - middle[0]) <= SLOPE_WINDOW_RAD) & (np.abs(offset - middle[1]) <= window)
         near = here if here.any() else near
     return near
 
 
-def fit_band(vertices: Floats, triangles: Ints, members: Ints, noise_mm: float = 0.0) -> FoundBand | None:
+def fit_band(skin: Skin, members: Ints) -> FoundBand | None:
     """The cylinder or cone on which most of some faces' corners lie, with the faces that belong to it.
 
     Args:
-        vertices: (n, 3) mm, z the axis.
-        triangles: (k, 3) faces about as far from the axis, at about one slope.
-        members: (k,) what they are numbered in the mesh.
-        noise_mm: rounding of the coordinates.
+        skin: of the part, z the axis.
+        members: (k,) numbers of faces about as far from the axis, at about one slope.
 
     Returns:
         The band; None where no face lies on it.
     """
-    facets = facets_of(vertices, triangles)
-    corners = vertices[triangles]
+    triangles = skin.faces[members]
+    facets = facets_of(skin.vertices, triangles)
+    corners = skin.vertices[triangles]
     heights, radii = corners[..., 2], np.hypot(corners[..., 0], corners[..., 1])
-    line = _line(facets, heights, radii, noise_mm)
+    used, weight = ridge_weights(triangles, skin.plane[members], facets.area)
+    corner = skin.vertices[used]
+    line = _line(facets, (corner[:, 2], np.hypot(corner[:, 0], corner[:, 1])), weight, skin.noise_mm)
     off = line.off(heights, radii)
     slack = 3 * line.width
     on = (off <= slack).all(axis=1)
@@ -282,9 +350,31 @@ def fit_band(vertices: Floats, triangles: Ints, members: Ints, noise_mm: float =
     )
 
 
-def _line(facets: Facets, heights: Floats, radii: Floats, noise_mm: float) -> Line:
+def ridge_weights(triangles: Ints, plane: Ints, area: Floats) -> tuple[Ints, Floats]:
+    """Weights of faces' corners: their areas, but next to nothing within a facet or where a wall cuts it.
+
+    A corner is on the round surface where facets meet. Elsewhere on a facet it lies inside of it.
+
+    Args:
+        triangles: (k, 3) vertex numbers.
+        plane: (k,) of each.
+        area: (k,) of each.
+
+    Returns:
+        Numbers (n,) of the corners, and their weights (n,).
+    """
+    used, number = np.unique(triangles, return_inverse=True)
+    number = number.reshape(-1)
+    most = int(plane.max()) + 1
+    pairs = np.unique(number * most + np.repeat(plane, 3))
+    planes = np.bincount(pairs // most, minlength=len(used))
+    weight = np.bincount(number, np.repeat(area, 3), minlength=len(used))
+    return used, weight * np.where(planes >= 2, 1.0, WITHIN_FACET)
+
+
+def _line(facets: Facets, profile: tuple[Floats, Floats], weight: Floats, noise_mm: float) -> Line:
     """The meridian of a band: upright where as many corners lie on an upright one."""
-    weight = np.repeat(facets.area, 3)
+    heights, radii = profile
     rise = -float(np.tan(_median(facets.slope, facets.area)))
     middle = 0.5 * (float(heights.min()) + float(heights.max()))
     level = float(np.median(facets.distance))
@@ -292,7 +382,7 @@ def _line(facets: Facets, heights: Floats, radii: Floats, noise_mm: float) -> Li
     floor = max(4 * noise_mm, 1e-6 * level)
     # a slope that is not told from none is none
     slopes = (0.0, rise if abs(rise) > 1e-4 else 1e-4) if abs(rise) < np.tan(2 * CYLINDER_RAD) else (rise,)
-    line = fit_line(heights.ravel() - middle, radii.ravel(), weight, slopes, (0.5 * reach, floor))
+    line = fit_line(heights - middle, radii, weight, slopes, (0.5 * reach, floor))
     return replace(line, level=line.level - line.slope * middle)
 
 

@@ -7,7 +7,7 @@
    most lies within the least width is kept.
 3. The axis with the largest round surface wins; the next one that is another axis is its rival.
 
-    axis = find_axis(mesh.vertices, mesh.faces, noise_mm=mesh.noise_mm)
+    axis = find_axis(Skin.of(mesh.vertices, mesh.faces, mesh.noise_mm))
     axis.to_z @ point                        # homogeneous: the axis becomes z
 """
 
@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slicing.axis_candidates import LEVEL, candidates, rotation_to_z
-from slicing.decompose_bands import LEAST_TURN, FoundBand, find_bands
+from slicing.decompose_bands import LEAST_TURN, FoundBand, Skin, find_bands, ridge_weights
 from slicing.part import Floats, Ints
 from slicing.robust_line import biweights, densest
 from slicing.warning import Warning
@@ -31,6 +31,7 @@ ROUNDS = 16
 SHRINK = 0.5
 STARTING_TURN = 0.1  # share of the directions in which a surface must be seen before the axis is fitted
 SEARCHED = 12  # bands looked at on the way
+MEASURED = 24  # bands that tell one axis from another
 BANDS = 4  # of which so many are fitted together
 LEAST_CORNERS = 6
 RIVAL = 0.4  # of the area: another axis with as much is told of
@@ -79,19 +80,12 @@ class Axis:
 
 
 def find_axis(
-    vertices: Floats,
-    faces: Ints,
-    noise_mm: float,
-    point: Floats | None = None,
-    direction: Floats | None = None,
-    least_turn: float = LEAST_TURN,
+    skin: Skin, point: Floats | None = None, direction: Floats | None = None, least_turn: float = LEAST_TURN
 ) -> Axis | None:
     """The axis with the largest cylinders and cones about it.
 
     Args:
-        vertices: (n, 3) mm, the part about the origin.
-        faces: (m, 3), outward.
-        noise_mm: rounding of the coordinates.
+        skin: of the part, about the origin.
         point: (3,) a point of the axis where it is known, mm.
         direction: (3,) unit, where it is known.
         least_turn: share of the directions about the axis that its surfaces must face.
@@ -99,12 +93,11 @@ def find_axis(
     Returns:
         The axis, fitted to the mesh (near what was given), or None if nothing is turned about any.
     """
-    mesh = (vertices, faces)
     if point is not None and direction is not None:
-        axis = _refined(mesh, Axis(point, direction), noise_mm, least_turn)
+        axis = _refined(skin, Axis(point, direction), least_turn)
         return axis if axis.area_mm2 > 0 else None
-    reach = float(np.ptp(vertices, axis=0).max())
-    trials = candidates(vertices, faces, point, direction)
+    reach = skin.extent
+    trials = candidates(skin.vertices, skin.faces, point, direction)
     found: list[Axis] = []
     tried: list[Axis] = []
     for trial in trials:
@@ -114,7 +107,7 @@ def find_axis(
         if any(_same(start, axis, reach) for axis in found):
             continue
         tried.append(start)
-        axis = _refined(mesh, start, noise_mm, least_turn)
+        axis = _refined(skin, start, least_turn)
         if axis.area_mm2 > 0 and not any(_same(axis, other, 0.1 * reach) for other in found):
             found.append(axis)
     if not found:
@@ -135,21 +128,18 @@ def _same(a: Axis, b: Axis, reach: float) -> bool:
     return bool(np.linalg.norm(away - (away @ b.direction) * b.direction) <= SAME_AXIS * reach)
 
 
-def measured(vertices: Floats, faces: Ints, axis: Axis, noise_mm: float, least_turn: float = LEAST_TURN) -> Axis:
-    """An axis as it stands, with the bands about it.
+def measured(skin: Skin, axis: Axis, least_turn: float = LEAST_TURN) -> Axis:
+    """An axis as it stands, with the largest bands about it.
 
     Args:
-        vertices: (n, 3) mm.
-        faces: (m, 3), outward.
+        skin: of the part.
         axis: whose bands are not known, or no longer.
-        noise_mm: rounding of the coordinates.
         least_turn: share of the directions about the axis that its surfaces must face.
 
     Returns:
         The axis with its bands and their area.
     """
-    motion = axis.to_z
-    bands = find_bands(vertices @ motion[:3, :3].T + motion[:3, 3], faces, noise_mm=noise_mm)
+    bands = find_bands(skin.moved(axis.to_z), MEASURED)
     area = sum(f.band.area_mm2 for f in bands if f.is_body(least_turn))
     return replace(axis, bands=tuple(bands), area_mm2=area)
 
@@ -166,19 +156,16 @@ class _Corners:
     radius: float
 
 
-def _corners_of(mesh: tuple[Floats, Ints], axis: Axis, noise_mm: float, least_turn: float) -> _Corners | None:
+def _corners_of(skin: Skin, axis: Axis, least_turn: float) -> _Corners | None:
     """The corners of the largest bands that go round an axis; None where there are none."""
-    vertices, faces = mesh
-    motion = axis.to_z
-    found = find_bands(vertices @ motion[:3, :3].T + motion[:3, 3], faces, SEARCHED, noise_mm)
+    found = find_bands(skin.moved(axis.to_z), SEARCHED)
     bands = [f for f in found if f.is_body(least_turn)]
     if not bands:
         return None
     bands = [f for f in bands[:BANDS] if f.band.area_mm2 >= 0.1 * bands[0].band.area_mm2]
     parts = []
     for k, f in enumerate(bands):
-        used, number = np.unique(faces[f.faces], return_inverse=True)
-        weight = np.bincount(number.reshape(-1), np.repeat(f.face_area, 3), minlength=len(used))
+        used, weight = ridge_weights(skin.faces[f.faces], skin.plane[f.faces], f.face_area)
         parts.append((used, np.full(len(used), k), weight))
     vertex, band, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     slopes = [(f.band.radius_high - f.band.radius_low) / max(f.band.length, 1e-12) for f in bands]
@@ -186,17 +173,17 @@ def _corners_of(mesh: tuple[Floats, Ints], axis: Axis, noise_mm: float, least_tu
     return _Corners(vertex, band, weight / weight.sum(), slopes, flat, max(f.band.middle_radius for f in bands))
 
 
-def _refined(mesh: tuple[Floats, Ints], axis: Axis, noise_mm: float, least_turn: float) -> Axis:
+def _refined(skin: Skin, axis: Axis, least_turn: float) -> Axis:
     """Robust least squares on the corners of the largest bands, over place, tilt, radii and slopes."""
     best = replace(axis, spread_mm=np.inf)
     for turn in (STARTING_TURN, least_turn):
-        corners = _corners_of(mesh, best, noise_mm, turn)
+        corners = _corners_of(skin, best, turn)
         if corners is None:
             break
-        best = _narrowed(mesh[0], best, corners, noise_mm)
+        best = _narrowed(skin.vertices, best, corners, skin.noise_mm)
     if not np.isfinite(best.spread_mm):
         return axis
-    return measured(*mesh, best, noise_mm, least_turn)
+    return measured(skin, best, least_turn)
 
 
 def _narrowed(vertices: Floats, axis: Axis, corners: _Corners, noise_mm: float) -> Axis:
@@ -208,7 +195,7 @@ def _narrowed(vertices: Floats, axis: Axis, corners: _Corners, noise_mm: float) 
         motion = axis.to_z
         local = vertices[corners.vertex] @ motion[:3, :3].T + motion[:3, 3]
         away = np.hypot(local[:, 0], local[:, 1])
-        middle = float(corners.weight @ local[:, 2])
+        middle = float((corners.weight * local[:, 2]).sum())
         off = np.empty(len(away))
         for k, slope in enumerate(slopes):
             mine = corners.band == k
@@ -242,6 +229,9 @@ def _step(local: Floats, away: Floats, off: Floats, of: tuple[Floats, Ints, int,
     height = (local[:, 2] - middle)[:, None]
     belongs = band[:, None] == np.arange(count)
     columns = np.concatenate([unit, unit * height, belongs * height, belongs], axis=1)
-    root = np.sqrt(weight)[:, None]
-    solved: Floats = np.linalg.lstsq(columns * root, off * root[:, 0], rcond=1e-9)[0]
+    size = np.maximum(np.sqrt(np.einsum("ij,ij,i->j", columns, columns, weight)), 1e-300)
+    columns = columns / size
+    # few columns, normal equations; sums and not BLAS, whose threads cost more than they save
+    square = np.einsum("ij,ik,i->jk", columns, columns, weight)
+    solved: Floats = np.linalg.lstsq(square, np.einsum("ij,i,i->j", columns, off, weight), rcond=1e-9)[0] / size
     return solved[: 4 + count]

@@ -67,7 +67,8 @@ def densest(values: Floats, weight: Floats, width: float) -> tuple[float, float]
     inside = slice(best, int(last[best]))
     if held[best] <= 0:
         return float(ascending[best]), 0.0
-    return float(heavy[inside] @ ascending[inside] / held[best]), float(held[best] / total[-1])
+    # sums and not BLAS: its threads cost more than they save on so few numbers
+    return float((heavy[inside] * ascending[inside]).sum() / held[best]), float(held[best] / total[-1])
 
 
 def biweights(off: Floats, width: float) -> Floats:
@@ -102,17 +103,18 @@ def _shrunk(z: Floats, r: Floats, weight: Floats, slope: float, limits: tuple[fl
     width, floor = max(limits), limits[1]
     best: Line | None = None
     while True:
-        level, share = densest(r - slope * z, weight, width)
+        level, _ = densest(r - slope * z, weight, width)
         for _ in range(2 if free else 1):
             w = weight * biweights(r - level - slope * z, width)
-            if w.sum() <= 0:
+            total = float(w.sum())
+            if total <= 0:
                 break
-            middle = float(w @ z / w.sum())
+            middle = float((w * z).sum()) / total
             lever = w * (z - middle)
-            spread = float(lever @ (z - middle))
-            mean = float(w @ r / w.sum())
-            if free and spread > 1e-18 * w.sum():
-                slope = float(lever @ (r - mean)) / spread
+            spread = float((lever * (z - middle)).sum())
+            mean = float((w * r).sum()) / total
+            if free and spread > 1e-18 * total:
+                slope = float((lever * (r - mean)).sum()) / spread
             level = mean - slope * middle
         inside = np.abs(r - level - slope * z) <= width
         line = Line(level, slope, width, float(weight[inside].sum() / weight.sum()))
