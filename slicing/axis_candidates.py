@@ -23,16 +23,17 @@ from slicing.decompose_bands import COPLANAR_RAD, HALF_FACET_RAD, neighbours
 
 SAMPLES = 1500  # faces looked at
 FROM_CURVED, FROM_PATCHES = 0.45, 0.35  # shares drawn from the curved ones by area, and evenly over their patches
-PAIRS, TRIPLES = 300, 300
+PAIRS, TRIPLES = 160, 300
 EDGE_DIRECTIONS, FLAT_DIRECTIONS, DIRECTIONS = 12, 8, 18
 LEAST_BEND_RAD, MOST_BEND_RAD = np.deg2rad(0.15), 2.1 * HALF_FACET_RAD
-SAME_DIRECTION = 1 - 1e-5  # cosine
+SAME_DIRECTION = 1 - 1.5e-4  # cosine of 1 degree
 SAME_DISTANCE = 4e-3  # of the part's reach: facets of one surface
 ACROSS = 0.05  # cosine: facets of one slope
 AZIMUTHS = 24
 FACED = 0.5  # share of the azimuths that a body must face while candidates are weighed
-SLOPES = np.arange(-0.95, 1.0, 0.05)
-UPRIGHT = 19  # number of the slope 0
+ROWS = 201  # of slopes, as cosines from -1 to 1
+UPRIGHT = 100  # number of the slope 0
+FINE, COARSE = 1, 5  # rows on either side that are one slope
 STEEP = 0.9  # cosine: normals nearer to the axis are no body's sides
 CLUSTERED = 3000  # edges and flats looked at
 SLOPES_TRIED = 2  # of a direction
@@ -213,16 +214,22 @@ def _roundness(sample: _Sample, way: Floats) -> list[tuple[float, float]]:
     facing = sample.normal @ turn.T
     azimuth = np.floor((np.arctan2(facing[:, 1], facing[:, 0]) / np.pi + 1) * AZIMUTHS / 2).astype(np.int64)
     azimuth %= AZIMUTHS
-    row = np.round((facing[:, 2] - SLOPES[0]) / ACROSS).astype(np.int64)
+    row = np.round((facing[:, 2] + 1) * (ROWS // 2)).astype(np.int64)
     level = np.abs(facing[:, 2]) < STEEP
-    held = np.bincount((row * AZIMUTHS + azimuth)[level], minlength=len(SLOPES) * AZIMUTHS).reshape(-1, AZIMUTHS)
-    held = held + np.maximum(np.roll(held, 1, axis=0), np.roll(held, -1, axis=0))  # a slope between two rows
-    weakest = np.partition(held, round((1 - FACED) * AZIMUTHS), axis=1)[:, round((1 - FACED) * AZIMUTHS)]
-    total = np.minimum(held, 4 * weakest[:, None]).sum(axis=1)
+    held = np.bincount((row * AZIMUTHS + azimuth)[level], minlength=ROWS * AZIMUTHS).reshape(ROWS, AZIMUTHS)
+    below = np.concatenate([np.zeros((COARSE + 1, AZIMUTHS)), np.cumsum(held, axis=0)])
+    below = np.concatenate([below, np.repeat(below[-1:], COARSE, axis=0)])
+    total = np.zeros(ROWS)
+    for about in (FINE, COARSE):  # the sharper the better
+        rows = COARSE + np.arange(ROWS)
+        near = below[rows + about + 1] - below[rows - about]
+        least = round((1 - FACED) * AZIMUTHS)
+        weakest = np.partition(near, least, axis=1)[:, least]
+        total += np.minimum(near, 4 * weakest[:, None]).sum(axis=1)
     best = int(total.argmax())
-    apart = np.where(np.abs(np.arange(len(total)) - best) > 2, total, 0)
-    chosen = [best, int(apart.argmax()), UPRIGHT][: SLOPES_TRIED + (abs(best - UPRIGHT) > 2)]
-    return [(float(SLOPES[k]), float(total[k])) for k in dict.fromkeys(chosen)]
+    apart = np.where(np.abs(np.arange(ROWS) - best) > 2 * COARSE, total, 0)
+    chosen = [best, int(apart.argmax()), UPRIGHT][: SLOPES_TRIED + (abs(best - UPRIGHT) > 2 * COARSE)]
+    return [(k / (ROWS // 2) - 1.0, float(total[k])) for k in dict.fromkeys(chosen)]
 
 
 def _centre(

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from slicing.bodies import Body, ConicalBody, RevolvedBody, RoundBody
-from slicing.decompose_bands import HINTED_TURN, LEAST_TURN, Band, FoundBand, Skin, find_bands
+from slicing.decompose_bands import HALF_FACET_RAD, HINTED_TURN, LEAST_TURN, Band, FoundBand, Skin, find_bands
 from slicing.decompose_cut import Cut, Piece, arrays_of, carried_through, clearance, cut_off, solid_of
 from slicing.decompose_doubts import (
     Evidence,
@@ -40,6 +40,7 @@ from slicing.decompose_doubts import (
     missing_volume,
     rings_of,
     rival_axis,
+    small_body,
     unlike_pieces,
     what_is_left,
 )
@@ -53,6 +54,8 @@ SAME_HEIGHT = 1e-3  # of the part's extent: centroids at one height
 AXIS_SHARE = 1e-5  # of the extent: an axis this close to z, to the origin or to a hint is there
 HINT_SHARE = 1e-2  # of the extent: how far a hint's axis may be off the one found
 HINT_MM = 0.01  # how far a hint's radius may
+LEAST_SEEN = 0.4  # of a body's length: with less it is no body
+LEAST_SIDES = math.ceil(math.pi / HALF_FACET_RAD)
 CARRIES = 0.1  # share of a root that makes a step count as what it stands on
 
 
@@ -173,6 +176,8 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
     solid = solid.transform(into_axis[:3])
     bands = find_bands(replace(skin, vertices=vertices).moved(into_axis))
     bands, outline, radius = _outline(mesh, bands, hint)
+    outline = carried_through(solid, outline)
+    _require_seen(mesh, outline if hint.radius_mm is None else None)
     outline, cut, told = _cut(mesh, solid, outline, radius)
     extent = skin.extent
     pieces = [cut.pieces[k] for k in _order([piece.centroid for piece in cut.pieces], extent)]
@@ -189,6 +194,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
         *coarse_bodies(mesh.name, outline, {radius, *(root.radius for root in roots)}),
         *left,
         *missing_volume(mesh.name, float(solid.volume()), cut),
+        *small_body(mesh.name, outline, float(solid.volume())),
         *unlike_pieces(pieces, extent),
         *(line for root in roots for line in root.lines),
         *axis.lines,
@@ -215,15 +221,28 @@ def _hinted_axis(mesh: Mesh, hint: BodyHint, skin: Skin, middle: Floats) -> Axis
     if axis is None:
         given = " about the axis that the hint gives" if hint.axis_point_mm or hint.axis_direction else ""
         raise PartError(
-            f"{mesh.name}: no round body found{given}; an outer cylinder or cone of at least 14 sides is needed, or the"
+            f"{mesh.name}: no round body found{given}; an outer cylinder or cone of at least {LEAST_SIDES} sides is"
+            " needed, or the"
             " sub-volumes as meshes of their own and the body's radius"
         )
     return _as_hinted(mesh, replace(axis, point=axis.point + middle), hint, (middle, skin.extent))
 
 
+def _require_seen(mesh: Mesh, outline: Outline | None) -> None:
+    """Refuse a body most of whose length is inside of what should stand on it (None: it was given)."""
+    if outline is None:
+        return
+    seen = sum(s.length for s in outline.sections if s.area_mm2 > 0) / (outline.high - outline.low)
+    if seen < LEAST_SEEN:
+        raise PartError(
+            f"{mesh.name}: no round body found; an outer cylinder or cone of at least {LEAST_SIDES} sides is needed: the"
+            f" largest there is, of radius {outline.widest:.6g} mm, is seen along {100 * seen:.0f} % of its length alone"
+            " (part.body.radius_mm takes it for the body)"
+        )
+
+
 def _cut(mesh: Mesh, solid: Any, outline: Outline, radius: float) -> tuple[Outline, Cut, list[Warning]]:
     """What stands on the body; where nothing does, the rings that were taken for its steps."""
-    outline = carried_through(solid, outline)
     cut = cut_off(solid, outline, mesh.noise_mm)
     if cut.pieces:
         return outline, cut, []
@@ -321,8 +340,9 @@ def _tidy(found: FoundBand, noise_mm: float) -> FoundBand:
     if not found.band.is_cylinder:
         return found
     radius = found.band.radius_low
-    step = max(2 * clearance(noise_mm, radius), found.within_mm)
-    radius = round(radius, math.ceil(-math.log10(step)))
+    step = 2 * clearance(noise_mm, radius)
+    digits = min(math.ceil(-math.log10(step)), math.floor(-math.log10(max(found.within_mm, 0.1 * step))))
+    radius = round(radius, digits)
     return replace(found, band=replace(found.band, radius_low=radius, radius_high=radius))
 
 

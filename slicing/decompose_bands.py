@@ -121,10 +121,10 @@ class FoundBand:
         sided = band.flat_mm <= (1.0 - np.cos(HALF_FACET_RAD)) * band.radius_low
         return not band.is_cylinder or bool(self.turn >= least_turn and sided)
 
-    def is_body(self, least_turn: float = LEAST_TURN) -> bool:
+    def is_body(self, least_turn: float = LEAST_TURN, least_share: float = LEAST_SHARE_ON) -> bool:
         """A cylinder or a long cone that goes far enough round the axis to be what an axis is known by."""
         band = self.band
-        if self.share < LEAST_SHARE_ON:
+        if self.share < least_share:
             return False
         if band.is_cylinder:
             return self.is_round(least_turn)

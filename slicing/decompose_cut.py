@@ -22,7 +22,7 @@ from slicing.part import Bools, Floats, Ints, PartError
 
 AROUND = 1024  # sides of the cutter: its corners are 5e-6 of the radius outside
 SLIVER_MM, SLIVER_SIZE = 0.05, 2e-3  # a piece that stands out less (and less than that share of the radius) is none
-LEVELS = 40  # looked at beyond an end
+LEVELS, STEP = 200, 0.05  # looked at beyond an end: at most so many, and how far apart, of the radius
 BULGE = 0.05  # of the body's radius: a dome's, beyond the cones it is taken for
 SLIVER_SHARE = 1e-6  # of the part's volume: neither is a smaller one
 
@@ -169,27 +169,28 @@ def _surrounded(solid: Any, radius: float, end: float, heights: Floats, way: flo
     """How far up (way 1; down, with heights turned over, -1) from an end a cylinder lies in the solid right round."""
     from manifold3d import CrossSection
 
-    levels = np.unique(np.round(heights[heights > end + 1e-3 * radius], 6))
-    if len(levels) > LEVELS:
-        levels = levels[np.linspace(0, len(levels) - 1, LEVELS).astype(np.int64)]
+    far = float(heights.max())
+    if far - end <= 1e-3 * radius:
+        return end
     ring = CrossSection.circle(1.02 * radius, 180) - CrossSection.circle(1.002 * radius, 180)
 
     def surrounded(height: float) -> bool:
         return bool((ring - solid.slice(way * height)).area() <= 0.01 * ring.area())
 
-    for level in levels.tolist():
-        if surrounded(0.5 * (end + level)):
-            end = level
-            continue
-        if not surrounded(end + 1e-3 * (level - end)):
-            return end
-        # what is round it ends between two corners: where, does not depend on how it is tessellated
-        low, high = end, 0.5 * (end + level)
-        while high - low > 1e-4 * radius:
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if surrounded(middle) else (low, middle)
-        return low
-    return end
+    # equal steps, so that it does not depend on where the mesh has corners; just beside the end it may be bare
+    step = min(max(STEP * radius, (far - end) / LEVELS), 0.5 * (far - end))
+    last = end
+    while last + step < far and surrounded(last + step):
+        last += step
+    if last == end:
+        return end
+    bare = min(last + step, far)
+    if bare == far and surrounded(far - 1e-3 * step):
+        return far
+    while bare - last > 1e-5 * radius:
+        middle = 0.5 * (last + bare)
+        last, bare = (middle, bare) if surrounded(middle) else (last, middle)
+    return last
 
 
 def cut_off(solid: Any, outline: Outline, noise_mm: float) -> Cut:

@@ -24,6 +24,7 @@ VISIBLE_MM = 0.1  # a polygon's flats farther inside the cylinder than this are 
 MISSING = 2e-4  # of the whole volume: what does not add up
 ALIKE, DIFFERENT = 0.03, 3e-3  # of the volume: pieces that are meant to be alike, and are not
 SAME_PLACE = 2e-3  # of the radius: heights and distances from the axis of pieces that are alike
+SMALL = 0.15  # of the part's volume: a body this small may be a boss
 LEAST_SHARE, STRAYING = 0.25, 2e-3  # of the corners that lie on a body's surface; of its radius, how far they stray
 
 
@@ -138,7 +139,7 @@ def rival_axis(name: str, axis: Axis) -> list[Warning]:
     largest = None if rival is None else rival.largest()
     if rival is None or largest is None:
         return []
-    direction = ", ".join(f"{v:.4g}" for v in rival.direction + 0.0)
+    direction = ", ".join(f"{v:.4g}" for v in np.round(rival.direction, 5) + 0.0)
     return [
         Warning(
             Code.BODY_RIVAL,
@@ -213,6 +214,23 @@ def missing_volume(name: str, whole_mm3: float, cut: Cut) -> list[Warning]:
             Code.BODY_VOLUME,
             f"{name}: body and sub-volumes are {parts:.6g} mm³, the part {whole_mm3:.6g} mm³:"
             f" {whole_mm3 - parts:+.4g} mm³ are {'missing' if parts < whole_mm3 else 'too much'}",
+        )
+    ]
+
+
+def small_body(name: str, outline: Outline, whole_mm3: float) -> list[Warning]:
+    """A line where the body, without its bores, is a small part of the whole."""
+    sections = outline.sections
+    full = sum(
+        math.pi / 3 * s.length * (s.radius_low**2 + s.radius_low * s.radius_high + s.radius_high**2) for s in sections
+    )
+    if full >= SMALL * whole_mm3:
+        return []
+    return [
+        Warning(
+            Code.BODY_SMALL,
+            f"{name}: the body, radius {outline.widest:.6g} mm, is {100 * full / whole_mm3:.0f} % of the part's volume;"
+            " if another is meant: part.body.radius_mm, or the sub-volumes as meshes of their own",
         )
     ]
 

@@ -28,14 +28,15 @@ __all__ = ["LEVEL", "Axis", "find_axis", "measured", "rotation_to_z"]
 REFINED = 8  # candidates worth a least-squares fit
 WORTH = 0.15  # of the best candidate's score
 ROUNDS = 16
+ROUGH = 1e-3  # of the part's extent: a quarter of what corners may stray by about an axis that is not fitted yet
 SHRINK = 0.5
 STARTING_TURN = 0.1  # share of the directions in which a surface must be seen before the axis is fitted
 SEARCHED = 12  # bands looked at on the way
 MEASURED = 24  # bands that tell one axis from another
 BANDS = 4  # of which so many are fitted together
 LEAST_CORNERS = 6
-RIVAL = 0.4  # of the area: another axis with as much is told of
-SAME_AXIS_RAD, SAME_AXIS = np.deg2rad(2.0), 0.02  # of the part's reach: axes closer than this are one
+RIVAL = 0.5  # of the area: another axis with as much is told of
+SAME_AXIS_RAD, SAME_AXIS = np.deg2rad(6.0), 0.05  # of the part's reach: axes closer than this are one
 Z_FIRST = 0.98  # of the area: as good as equal
 
 
@@ -159,7 +160,7 @@ class _Corners:
 def _corners_of(skin: Skin, axis: Axis, least_turn: float) -> _Corners | None:
     """The corners of the largest bands that go round an axis; None where there are none."""
     found = find_bands(skin.moved(axis.to_z), SEARCHED)
-    bands = [f for f in found if f.is_body(least_turn)]
+    bands = [f for f in found if f.is_body(least_turn, 0.0)]
     if not bands:
         return None
     bands = [f for f in bands[:BANDS] if f.band.area_mm2 >= 0.1 * bands[0].band.area_mm2]
@@ -176,8 +177,9 @@ def _corners_of(skin: Skin, axis: Axis, least_turn: float) -> _Corners | None:
 def _refined(skin: Skin, axis: Axis, least_turn: float) -> Axis:
     """Robust least squares on the corners of the largest bands, over place, tilt, radii and slopes."""
     best = replace(axis, spread_mm=np.inf)
-    for turn in (STARTING_TURN, least_turn):
-        corners = _corners_of(skin, best, turn)
+    rough = replace(skin, noise_mm=max(ROUGH * skin.extent, skin.noise_mm))
+    for seen, turn in ((rough, STARTING_TURN), (skin, least_turn)):
+        corners = _corners_of(seen, best, turn)
         if corners is None:
             break
         best = _narrowed(skin.vertices, best, corners, skin.noise_mm)

@@ -20,6 +20,7 @@ class Code(StrEnum):
     BODY_POLYGON = "body_polygon"
     BODY_RADIUS = "body_radius"
     BODY_RIVAL = "body_rival"
+    BODY_SMALL = "body_small"
     BODY_UNLIKE = "body_unlike"
     BODY_VOLUME = "body_volume"
     FLOATING_PIECE = "floating_piece"

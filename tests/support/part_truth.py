@@ -19,7 +19,7 @@ from slicing.warning import Code, Warning
 
 AXIS_DEG, RADIUS_SHARE, VOLUME_SHARE = 0.05, 1e-3, 5e-3
 LEAST_SIDES = math.ceil(math.pi / HALF_FACET_RAD)
-DOUBTS = {Code.BODY_RADIUS, Code.BODY_RIVAL, Code.BODY_UNLIKE, Code.BODY_VOLUME}
+DOUBTS = {Code.BODY_RADIUS, Code.BODY_RIVAL, Code.BODY_SMALL, Code.BODY_UNLIKE, Code.BODY_VOLUME}
 
 
 @dataclass(frozen=True)
