@@ -32,11 +32,13 @@ from slicing.bodies import Body, ConicalBody, RevolvedBody, RoundBody
 from slicing.decompose_bands import HALF_FACET_RAD, HINTED_TURN, LEAST_TURN, Band, FoundBand, Skin, find_bands
 from slicing.decompose_cut import Cut, Piece, arrays_of, carried_through, clearance, cut_off, solid_of
 from slicing.decompose_doubts import (
+    SMALL,
     Evidence,
     coarse_bodies,
     conical,
     doubtful_radius,
     evidence_of,
+    full_volume,
     missing_volume,
     rings_of,
     rival_axis,
@@ -54,7 +56,7 @@ SAME_HEIGHT = 1e-3  # of the part's extent: centroids at one height
 AXIS_SHARE = 1e-5  # of the extent: an axis this close to z, to the origin or to a hint is there
 HINT_SHARE = 1e-2  # of the extent: how far a hint's axis may be off the one found
 HINT_MM = 0.01  # how far a hint's radius may
-LEAST_SEEN = 0.4  # of a body's length: with less it is no body
+LEAST_SEEN, SMALL_SEEN = 0.5, 0.9  # of a body's length: with less it is no body; of one that is small against the part
 LEAST_SIDES = math.ceil(math.pi / HALF_FACET_RAD)
 CARRIES = 0.1  # share of a root that makes a step count as what it stands on
 
@@ -176,8 +178,10 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None) -> Decomposition:
     solid = solid.transform(into_axis[:3])
     bands = find_bands(replace(skin, vertices=vertices).moved(into_axis))
     bands, outline, radius = _outline(mesh, bands, hint)
-    outline = carried_through(solid, outline)
-    _require_seen(mesh, outline if hint.radius_mm is None else None)
+    bare = outline
+    outline = carried_through(solid, bare)
+    if hint.radius_mm is None:
+        _require_seen(mesh, bare, outline, float(solid.volume()))
     outline, cut, told = _cut(mesh, solid, outline, radius)
     extent = skin.extent
     pieces = [cut.pieces[k] for k in _order([piece.centroid for piece in cut.pieces], extent)]
@@ -228,12 +232,11 @@ def _hinted_axis(mesh: Mesh, hint: BodyHint, skin: Skin, middle: Floats) -> Axis
     return _as_hinted(mesh, replace(axis, point=axis.point + middle), hint, (middle, skin.extent))
 
 
-def _require_seen(mesh: Mesh, outline: Outline | None) -> None:
-    """Refuse a body most of whose length is inside of what should stand on it (None: it was given)."""
-    if outline is None:
-        return
-    seen = sum(s.length for s in outline.sections if s.area_mm2 > 0) / (outline.high - outline.low)
-    if seen < LEAST_SEEN:
+def _require_seen(mesh: Mesh, bare: Outline, outline: Outline, whole_mm3: float) -> None:
+    """Refuse a body most of whose length is inside of what should stand on it; bare: before it was carried on."""
+    seen = sum(s.length for s in bare.sections if s.area_mm2 > 0) / (outline.high - outline.low)
+    least = LEAST_SEEN if full_volume(outline) >= SMALL * whole_mm3 else SMALL_SEEN
+    if seen < least:
         raise PartError(
             f"{mesh.name}: no round body found; an outer cylinder or cone of at least {LEAST_SIDES} sides is needed: the"
             f" largest there is, of radius {outline.widest:.6g} mm, is seen along {100 * seen:.0f} % of its length alone"

@@ -218,12 +218,17 @@ def missing_volume(name: str, whole_mm3: float, cut: Cut) -> list[Warning]:
     ]
 
 
+def full_volume(outline: Outline) -> float:
+    """Volume of a body without its bores, mm³."""
+    return sum(
+        math.pi / 3 * s.length * (s.radius_low**2 + s.radius_low * s.radius_high + s.radius_high**2)
+        for s in outline.sections
+    )
+
+
 def small_body(name: str, outline: Outline, whole_mm3: float) -> list[Warning]:
     """A line where the body, without its bores, is a small part of the whole."""
-    sections = outline.sections
-    full = sum(
-        math.pi / 3 * s.length * (s.radius_low**2 + s.radius_low * s.radius_high + s.radius_high**2) for s in sections
-    )
+    full = full_volume(outline)
     if full >= SMALL * whole_mm3:
         return []
     return [
