@@ -1,7 +1,7 @@
 """Decompose parts of known truth by the hundred: right, refused, doubted or silently wrong.
 
-    python bench/parts_truth.py 200                 # seeds 0 .. 199
-    python bench/parts_truth.py 200 --first 1000 --json out.json
+python bench/parts_truth.py 200                 # seeds 0 .. 199
+python bench/parts_truth.py 200 --first 1000 --json out.json
 """
 
 from __future__ import annotations

@@ -219,7 +219,7 @@ def _slice(args: argparse.Namespace) -> int:
     from slicing.travels import travels
 
     from .job import sample_part, slice_part
-    from .parts import read_part
+    from .parts import found_document, found_lines, read_part
     from .report import slice_lines
 
     case = _slice_input(args)
@@ -228,7 +228,8 @@ def _slice(args: argparse.Namespace) -> int:
     laid, targets, told = sample_part(case, sliced)
     found = [indices(s, targets) for s in sliced]
     if args.json:
-        _put_json(args.json, slices_document(sliced, found, part.warnings, laid))
+        document = slices_document(sliced, found, part.warnings, laid)
+        _put_json(args.json, {**document, **found_document(part.T_part_input, part.evidence)})
     if args.targets:
         from .files import write_csv
 
@@ -239,7 +240,8 @@ def _slice(args: argparse.Namespace) -> int:
         from .slice_picture import body_of, slice_picture
 
         write_bytes(args.picture, slice_picture(sliced, body_of(part), title=case.title, colour=args.colour))
-    _say(slice_lines(sliced, found, part.warnings, told), sys.stderr if args.json == "-" else sys.stdout)
+    lines = [*slice_lines(sliced, found, part.warnings, told), *found_lines(part.T_part_input, part.evidence)]
+    _say(lines, sys.stderr if args.json == "-" else sys.stdout)
     return FEASIBLE
 
 

@@ -8,7 +8,7 @@ What does not depend on the table's angles is done here once; ``cell.check`` and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -18,9 +18,10 @@ from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
 from slicing.beads import BeadParameters, SeamPlace
 from slicing.body import slice_body
+from slicing.decompose_doubts import Evidence
 from slicing.layers import SlicedSubVolume, SlicingParameters
 from slicing.laying import LaidSubVolume, lay_beads
-from slicing.part import PartError
+from slicing.part import Floats, PartError
 from slicing.slicer import slice_sub_volume
 from slicing.speeds import BeadSpeed
 from slicing.targets import Targets, sample_beads
@@ -47,6 +48,8 @@ class Job:
         targets: in the order of deposition, part frame, mm.
         scene: the composed cell.
         warnings: one line each.
+        T_part_input: (4, 4) rigid motion from the meshes' frame to the part frame, mm.
+        evidence: what the body of a part in one mesh was known by.
     """
 
     case: Case
@@ -55,6 +58,8 @@ class Job:
     targets: Targets
     scene: Scene
     warnings: tuple[str, ...]
+    T_part_input: Floats = field(default_factory=lambda: np.eye(4))
+    evidence: Evidence | None = None
 
     @cached_property
     def solver(self) -> Solver:
@@ -193,6 +198,7 @@ def prepare(case: Case) -> Job:
     beyond = [beyond_borders(one, parameters) for one in laid]
     shape = part_shape(sliced, part.body_mesh, part.profile, beyond)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
-    job = Job(case, sliced, shape, targets, compose(case, shape), warnings)
+    scene = compose(case, shape)
+    job = Job(case, sliced, shape, targets, scene, warnings, part.T_part_input, part.evidence)
     _ = job.drives  # what is wrong with them is to be said before any search
     return job

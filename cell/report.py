@@ -17,6 +17,7 @@ from slicing.warning import typed
 from .check import Result, Row
 from .lockout import in_words as layers_in_words
 from .pace import pace_document
+from .parts import found_document, found_lines
 from .place import METRES_PER_MM
 from .robot import inverse, pose
 from .terminal import is_verbose
@@ -114,6 +115,7 @@ def report_document(
         },
         "warnings": [str(line) for line in job.warnings],
         "typed_warnings": [typed(line).document() for line in job.warnings],
+        **found_document(job.T_part_input, job.evidence),
         "rows": rows,
         "help": [remedy.document() for remedy in remedies],
     }
@@ -231,6 +233,9 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         "part",
         f"{len(job.sliced)} sub-volume(s), {job.case.slicing.strategy}: {layers} layers, {beads} beads, {n} targets",
     )
+    for line in found_lines(job.T_part_input, job.evidence):
+        name, text = line.split(": ", 1)
+        yield name, text
     yield "reached", f"{n - result.infeasible} of {n} targets ({job.solver.name}, roll {_roll_text(result)})"
     counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
     if counts:

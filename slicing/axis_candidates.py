@@ -197,7 +197,7 @@ def _clusters(direction: Floats, weight: Floats, most: int) -> Floats:
     direction, weight = direction[left], weight[left]
     while len(weight) and len(means) < most:
         # the heaviest of some: the bundle with the most weight about it
-        some = direction[: 64]
+        some = direction[:64]
         near = np.abs(some @ direction.T) > np.cos(np.deg2rad(0.5))
         best = int((near @ weight).argmax())
         members = near[best]

@@ -368,7 +368,7 @@ def ridge_weights(triangles: Ints, plane: Ints, area: Floats) -> tuple[Ints, Flo
     most = int(plane.max()) + 1
     pairs = np.unique(number * most + np.repeat(plane, 3))
     planes = np.bincount(pairs // most, minlength=len(used))
-    weight = np.bincount(number, np.repeat(area, 3), minlength=len(used))
+    weight: Floats = np.bincount(number, np.repeat(area, 3), minlength=len(used)).astype(np.float64)
     return used, weight * np.where(planes >= 2, 1.0, WITHIN_FACET)
 
 

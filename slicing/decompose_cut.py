@@ -206,7 +206,9 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float) -> Cut:
     """
     cutter = _cutter(outline, noise_mm)
     number, least = cutter.original_id(), SLIVER_SHARE * solid.volume()
-    kept, pieces, ends, floating, slivers = solid ^ cutter, [], [], [], []
+    kept, pieces, slivers = solid ^ cutter, [], []
+    ends: list[Left] = []
+    floating: list[Left] = []
     thin = min(SLIVER_MM, SLIVER_SIZE * outline.widest)
     for part in (solid - cutter).decompose():
         vertices, faces, cut = arrays_of(part, number)

@@ -1,7 +1,7 @@
 """What a decomposition found held against the mesh it was made of: what is doubtful is a typed warning.
 
-    lines = doubts(mesh, solid_volume, evidence, pieces)     # () where nothing is
-    evidence.line                                            # "body: cylinder of radius 20 mm; 41.2 % of .."
+lines = doubts(mesh, solid_volume, evidence, pieces)     # () where nothing is
+evidence.line                                            # "body: cylinder of radius 20 mm; 41.2 % of .."
 """
 
 from __future__ import annotations
@@ -83,6 +83,26 @@ class Evidence:
             "directions": round(self.directions, 6),
             "left_out": list(self.left_out),
         }
+
+
+def frame_line(T_part_input: Floats) -> str:
+    """In words, how a part was moved from its input's frame; empty where it was not.
+
+    Args:
+        T_part_input: (4, 4) from the input's frame to the part frame, mm.
+
+    Returns:
+        One line, or "".
+    """
+    if (T_part_input == np.eye(4)).all():
+        return ""
+    up = ", ".join(f"{v:.6g}" for v in np.round(T_part_input[2, :3], 9) + 0.0)
+    origin = ", ".join(f"{v:.6g}" for v in np.round(-T_part_input[:3, :3].T @ T_part_input[:3, 3], 6) + 0.0)
+    turn = math.degrees(math.acos(min(max(0.5 * (float(np.trace(T_part_input[:3, :3])) - 1.0), -1.0), 1.0)))
+    return (
+        f"the part was turned by {turn:.6g}°, its axis to z: the part frame's z is ({up}) of the input and its origin"
+        f" ({origin}) mm there"
+    )
 
 
 def evidence_of(axis: Axis, bands: Sequence[FoundBand], radius_mm: float, area_mm2: float) -> Evidence:

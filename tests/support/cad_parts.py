@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -147,8 +148,13 @@ def from_arrays(vertices: np.ndarray, faces: np.ndarray) -> Manifold:
     return solid
 
 
-def _arc(centre: tuple[float, float], radius: float, first: float, last: float, steps: int) -> list[tuple[float, float]]:
-    return [(centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in np.linspace(first, last, steps + 1)]
+def _arc(
+    centre: tuple[float, float], radius: float, first: float, last: float, steps: int
+) -> list[tuple[float, float]]:
+    return [
+        (centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a))
+        for a in np.linspace(first, last, steps + 1)
+    ]
 
 
 def filleted_blade(radius: float, thickness: float, reach: float, fillet: float, steps: int) -> CrossSection:
@@ -188,14 +194,17 @@ def boss_fillet(radius: float, boss: float, fillet: float, around: int, steps: i
     rings.append(rings[-1] * [0.7, 0.7, 1.0])
     inner = np.array([[0.0, 0.0, 0.0]])
     vertices = np.concatenate([*rings, [[rings[0][:, 0].max(), 0.0, 0.0]], inner])
-    vertices[: around, 0] = rings[0][:, 0]
+    vertices[:around, 0] = rings[0][:, 0]
     i = np.arange(around)
     j, faces = (i + 1) % around, []
     for k in range(len(rings) - 1):
         a, b = k * around, (k + 1) * around
         faces += [np.column_stack([a + i, b + i, b + j]), np.column_stack([a + i, b + j, a + j])]
     top, bottom, last = len(vertices) - 2, len(vertices) - 1, (len(rings) - 1) * around
-    faces += [np.column_stack([i, j, np.full(around, top)]), np.column_stack([last + j, last + i, np.full(around, bottom)])]
+    faces += [
+        np.column_stack([i, j, np.full(around, top)]),
+        np.column_stack([last + j, last + i, np.full(around, bottom)]),
+    ]
     return from_arrays(vertices, np.concatenate(faces))
 
 
@@ -223,7 +232,7 @@ def hub(rng: np.random.Generator, kind: str, sides: int) -> _Build:
         sections = [Section(0.0, length, radius, top)]
     words = [kind, f"R{radius:.3f}", f"L{length:.2f}", f"sides {sides}"]
     points = [(0.0, 0.0), *_start(rng, sections[0], words)]
-    for before, after in zip(sections, sections[1:], strict=False):
+    for before, after in pairwise(sections):
         points.append((before.radius_high, before.high))
         step = before.radius_high - after.radius_low
         fillet = step * float(rng.uniform(0.2, 0.8)) if rng.random() < 0.5 else 0.0
@@ -271,7 +280,9 @@ def _keyway(build: _Build, azimuth: float, section: Section) -> None:
     """A groove along the hub, open at its lower end."""
     r = section.radius_low
     width, depth = 0.25 * r, 0.12 * r
-    groove = Manifold.cube((2 * depth, width, 0.5 * (section.high - section.low))).translate((r - depth, -0.5 * width, -0.1))
+    groove = Manifold.cube((2 * depth, width, 0.5 * (section.high - section.low))).translate(
+        (r - depth, -0.5 * width, -0.1)
+    )
     build.solid -= groove.rotate((0, 0, math.degrees(azimuth))).translate((0, 0, section.low))
     build.words.append("keyway")
 
@@ -294,12 +305,12 @@ def _stand(build: _Build, kind: str, section: Section, azimuth: float, room: flo
         build.words.append(f"{kind} t{thickness:.2f} f{fillet:.2f}/{steps}")
         build.add(kind, solid.rotate(turn), section)
         return
-    boss = min(room, 0.28 * length) * float(rng.uniform(0.4, 0.75))
+    boss = min(room, 0.22 * length) * float(rng.uniform(0.4, 0.75))
     free = sum(2 * math.pi * s.radius_low * (s.high - s.low) for s in build.sections)
     height = min(r * float(rng.uniform(0.3, 2.0)), 0.12 * free / (2 * math.pi * boss))
     reach = max(section.radius_low, section.radius_high) + height
     build.cylinder_mm2 += 2 * math.pi * boss * height
-    fillet = min(boss * float(rng.uniform(0.1, 0.5)), room - boss, 0.45 * height, 0.3 * length - boss)
+    fillet = min(boss * float(rng.uniform(0.1, 0.5)), room - boss, 0.45 * height, 0.23 * length - boss)
     fillet = fillet if on_cylinder and kind != "pin_in_pipe" and rng.random() < 0.7 else 0.0
     solid = radial_cylinder(boss, 0.5 * r, reach, around)
     build.words.append(f"{kind} r{boss:.2f} f{fillet:.2f}/{around}/{steps}")
@@ -345,7 +356,7 @@ def cad_part(seed: int) -> CadPart:
         The part.
     """
     rng = np.random.default_rng([seed, 15])
-    sides = int(round(math.exp(rng.uniform(math.log(8), math.log(500)))))
+    sides = round(math.exp(rng.uniform(math.log(8), math.log(500))))
     build = hub(rng, str(rng.choice(HUBS, p=(0.45, 0.25, 0.15, 0.15))), sides)
     for section in build.sections:
         if section is not build.sections[0] and rng.random() < 0.5:

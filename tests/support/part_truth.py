@@ -1,7 +1,7 @@
 """A decomposition held against what is known of the part.
 
-    found = judged(part, decompose(mesh))
-    found.kind, found.why                      # "right", ""
+found = judged(part, decompose(mesh))
+found.kind, found.why                      # "right", ""
 """
 
 from __future__ import annotations
@@ -101,4 +101,6 @@ def faults(part: CadPart, found: Decomposition) -> list[str]:
 
 
 def _off(want: Stands, volume: float, radius: float) -> float:
-    return abs(math.log(volume / want.volume_mm3)) + (abs(math.log(radius / want.radius_mm)) if want.half_angle_deg == 0 else 0.0)
+    return abs(math.log(volume / want.volume_mm3)) + (
+        abs(math.log(radius / want.radius_mm)) if want.half_angle_deg == 0 else 0.0
+    )
