@@ -343,10 +343,11 @@ def _tidy(found: FoundBand, noise_mm: float) -> FoundBand:
     if not found.band.is_cylinder:
         return found
     radius = found.band.radius_low
-    step = 2 * clearance(noise_mm, radius)
-    digits = min(math.ceil(-math.log10(step)), math.floor(-math.log10(max(found.within_mm, 0.1 * step))))
-    radius = round(radius, digits)
-    return replace(found, band=replace(found.band, radius_low=radius, radius_high=radius))
+    step, within = 2 * clearance(noise_mm, radius), found.within_mm
+    digits = math.ceil(-math.log10(step)) if within <= step else math.floor(-math.log10(within))
+    tidy = round(radius, digits)
+    over = found.band.over_mm + (max(radius - tidy, 0.0) if within > step else 0.0)
+    return replace(found, band=replace(found.band, radius_low=tidy, radius_high=tidy, over_mm=over))
 
 
 def _with_radius(mesh: Mesh, bands: list[FoundBand], radius_mm: float) -> list[FoundBand]:

@@ -225,9 +225,9 @@ def hills(sections: Sequence[Band]) -> list[Hill]:
         while last + 1 < len(r) and abs(r[last + 1] - r[k]) <= slack:
             last += 1
         i, j = k, last
-        while i > 0 and r[i - 1] <= r[i] + slack:
+        while i > 0 and _falls(r[k], (r[i], r[i - 1]), z[i] - z[i - 1], slack):
             i -= 1
-        while j + 1 < len(r) and r[j + 1] <= r[j] + slack:
+        while j + 1 < len(r) and _falls(r[k], (r[j], r[j + 1]), z[j + 1] - z[j], slack):
             j += 1
         feet = [float(r[n]) for n in (i, j) if r[n] < r[k] - slack]
         highest = not ((k > 0 and r[k - 1] > r[k] + slack) or (last + 1 < len(r) and r[last + 1] > r[k] + slack))
@@ -235,6 +235,14 @@ def hills(sections: Sequence[Band]) -> list[Hill]:
             found.append(_hill(z[i : j + 1], r[i : j + 1], max(feet), len(feet) == 2))
         k = last + 1
     return found
+
+
+def _falls(top: float, radii: tuple[float, float], length: float, slack: float) -> bool:
+    """A flank goes on: down a step or a short cone. It ends where a cylinder, or a long cone, begins."""
+    drop = radii[0] - radii[1]
+    if drop < -slack or (drop <= slack and length > slack):
+        return False
+    return length <= max(2 * drop, 0.5 * (top - radii[0]))
 
 
 def _hill(z: Floats, r: Floats, base: float, between: bool) -> Hill:
