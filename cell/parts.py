@@ -41,7 +41,8 @@ class PartInput:
         warnings: one line each.
         others: the same for every strategy that is made for what they stand on.
         body_solid: the body as a solid to be sliced; None where it is there from the start.
-        T_part_input: (4, 4) rigid motion from the input's frame to the part frame, mm; the identity where it is not moved.
+        T_part_input: (4, 4) rigid motion from the input's frame to the part frame, mm; the identity where it is
+            not moved.
         evidence: what the body of a part in one mesh was known by.
         round_body: its surface, where body_solid is given.
     """

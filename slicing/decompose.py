@@ -238,8 +238,9 @@ def _require_seen(mesh: Mesh, bare: Outline, outline: Outline, whole_mm3: float)
     least = LEAST_SEEN if full_volume(outline) >= SMALL * whole_mm3 else SMALL_SEEN
     if seen < least:
         raise PartError(
-            f"{mesh.name}: no round body found; an outer cylinder or cone of at least {LEAST_SIDES} sides is needed: the"
-            f" largest there is, of radius {outline.widest:.6g} mm, is seen along {100 * seen:.0f} % of its length alone"
+            f"{mesh.name}: no round body found; an outer cylinder or cone of at least {LEAST_SIDES} sides is needed:"
+            f" the largest there is, of radius {outline.widest:.6g} mm, is seen along {100 * seen:.0f} % of its length"
+            " alone"
             " (part.body.radius_mm takes it for the body)"
         )
 
@@ -297,8 +298,8 @@ def _as_hinted(mesh: Mesh, axis: Axis, hint: BodyHint, size: tuple[Floats, float
         shift = float(np.linalg.norm(away - (away @ direction) * direction))
         if shift > HINT_SHARE * extent:
             raise PartError(
-                f"{mesh.name}: axis_point_mm {hint.axis_point_mm} is {shift:.3g} mm off the axis of the round body found"
-                f" there, which passes through {tuple(round(float(v), 3) for v in point)}"
+                f"{mesh.name}: axis_point_mm {hint.axis_point_mm} is {shift:.3g} mm off the axis of the round body"
+                f" found there, which passes through {tuple(round(float(v), 3) for v in point)}"
             )
         if exact or shift <= slack:
             point, off = hint.point, max(off, shift)

@@ -63,8 +63,8 @@ class Evidence:
         """In words."""
         cone = f", half angle {self.half_angle_deg:.3g}°" if self.half_angle_deg else ""
         return (
-            f"{self.kind} of radius {self.radius_mm:.6g} mm{cone}; {100 * self.share:.1f} % of the part's surface lies on"
-            f" it within {self.within_mm:.2g} mm, in {100 * self.directions:.0f} % of the directions;"
+            f"{self.kind} of radius {self.radius_mm:.6g} mm{cone}; {100 * self.share:.1f} % of the part's surface lies"
+            f" on it within {self.within_mm:.2g} mm, in {100 * self.directions:.0f} % of the directions;"
             f" {100 * self.axis_share:.1f} % is turned about its axis"
         )
 
@@ -203,8 +203,8 @@ def what_is_left(name: str, cut: Cut) -> list[Warning]:
         lines.append(
             Warning(
                 Code.FLOATING_PIECE,
-                f"{name}: a piece of {left.volume_mm3:.0f} mm³ touches nothing, {left.gap_mm:.3f} mm off the body; it is"
-                " not sliced, and left with the body as if it were there from the start",
+                f"{name}: a piece of {left.volume_mm3:.0f} mm³ touches nothing, {left.gap_mm:.3f} mm off the body; it"
+                " is not sliced, and left with the body as if it were there from the start",
             )
         )
     seen = [sliver for sliver in cut.slivers if sliver.height_mm > 1e-3]

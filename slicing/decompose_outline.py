@@ -88,7 +88,7 @@ class Outline:
         return np.where(inside, 0.0, best)
 
     def dominant(self) -> Band | None:
-        """The cylinder with the largest area of the part's own faces, or the largest cone where there is no cylinder."""
+        """The cylinder with the largest area of the part's own faces; the largest cone where there is none."""
         totals: dict[float, float] = {}
         for section in self.sections:
             if section.is_cylinder:

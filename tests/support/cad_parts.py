@@ -180,7 +180,7 @@ def _signed_area(points: list[tuple[float, float]]) -> float:
 
 
 def boss_fillet(radius: float, boss: float, fillet: float, around: int, steps: int) -> Manifold:
-    """The ring between a cylinder about z and a boss along +x, as a ball that rolls round it leaves it; with its core."""
+    """The ring between a cylinder about z and a boss along +x, as a rolling ball leaves it; with its core."""
     phi = 2 * np.pi * np.arange(around) / around
     out = np.column_stack([np.zeros(around), np.cos(phi), np.sin(phi)])
     y, z = ((boss + fillet) * out[:, k] for k in (1, 2))

@@ -10,12 +10,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from support.cad_parts import CadPart, Stands
 
 from slicing.decompose import Decomposition, decompose
 from slicing.decompose_bands import HALF_FACET_RAD
 from slicing.part import Mesh, PartError
 from slicing.warning import Code, Warning
+from support.cad_parts import CadPart, Stands
 
 AXIS_DEG, RADIUS_SHARE, VOLUME_SHARE = 0.05, 1e-3, 5e-3
 LEAST_SIDES = math.ceil(math.pi / HALF_FACET_RAD)
