@@ -248,7 +248,6 @@ def _falls(top: float, radii: tuple[float, float], length: float, slack: float) 
 def _hill(z: Floats, r: Floats, base: float, between: bool) -> Hill:
     """A hill of points, where its flanks pass its base and half its height."""
     top = float(r.max())
-    slack = SAME_POINT * top
 
     def ends(level: float) -> tuple[float, float]:
         above = np.flatnonzero(r > level)
@@ -260,7 +259,7 @@ def _hill(z: Floats, r: Floats, base: float, between: bool) -> Hill:
             high = float(np.interp(level, r[last : last + 2][::-1], z[last : last + 2][::-1]))
         return low, high
 
-    low, high = ends(base + slack)
+    low, high = ends(base * (1.0 + 1e-9))
     middle = ends(0.5 * (base + top))
     return Hill(low, high, base, top, middle[1] - middle[0], between)
 
