@@ -260,7 +260,7 @@ def _slice(args: argparse.Namespace) -> int:
     from slicing.travels import travels
 
     from .job import sample_part, slice_part
-    from .parts import read_part
+    from .parts import found_document, found_lines, read_part
     from .report import slice_lines
 
     case = _slice_input(args)
@@ -271,7 +271,8 @@ def _slice(args: argparse.Namespace) -> int:
     found = [indices(s, targets) for s in sliced]
     metal = case.process.density_g_cm3, case.process.wire_diameter_mm
     if args.json:
-        _put_json(args.json, slices_document(sliced, found, part.warnings, laid, *metal))
+        document = slices_document(sliced, found, part.warnings, laid, *metal)
+        _put_json(args.json, {**document, **found_document(part.T_part_input, part.evidence)})
     if args.targets:
         ways = travels(targets, case.process.retract_mm, sliced[0].body.surface.axis_point)
         write_csv(args.targets, *targets_rows(targets, ways, case.process.travel_speed_mm_s))
@@ -281,6 +282,7 @@ def _slice(args: argparse.Namespace) -> int:
         png = slice_picture(sliced, body_of(part), title=case.title, colour=args.colour, laid=laid)
         write_bytes(args.picture, png)
     lines = slice_lines(sliced, found, part.warnings, told, laid, case.process)
+    lines = [*lines, *found_lines(part.T_part_input, part.evidence)]
     _say(lines, sys.stderr if args.json == STDOUT else sys.stdout)
     return FEASIBLE
 

@@ -8,7 +8,7 @@ What does not depend on the table's angles is done here once; ``cell.check`` and
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,10 +20,11 @@ from ik.singularity import SingularityLimits
 from slicing.beads import BeadParameters, SeamPlace
 from slicing.bodies import RoundBody
 from slicing.body import slice_body
+from slicing.decompose_doubts import Evidence
 from slicing.ends import NO_ENDS, body_ends
 from slicing.layers import SlicedSubVolume, SlicingParameters
 from slicing.laying import LaidSubVolume, lay_beads
-from slicing.part import PartError
+from slicing.part import Floats, PartError
 from slicing.slicer import slice_sub_volume
 from slicing.speeds import BeadSpeed
 from slicing.targets import Targets, sample_beads
@@ -52,6 +53,8 @@ class Job:
         scene: the composed cell.
         warnings: one line each.
         beads: the sub-volumes' beads, with their metal and what lies over nothing; empty where they are not known.
+        T_part_input: (4, 4) rigid motion from the meshes' frame to the part frame, mm.
+        evidence: what the body of a part in one mesh was known by.
     """
 
     case: Case
@@ -61,6 +64,8 @@ class Job:
     scene: Scene
     warnings: tuple[str, ...]
     beads: tuple[LaidSubVolume, ...] = ()
+    T_part_input: Floats = field(default_factory=lambda: np.eye(4))
+    evidence: Evidence | None = None
 
     @cached_property
     def solver(self) -> Solver:
@@ -269,7 +274,8 @@ def prepare(case: Case) -> Job:
     shape = part_shape(sliced, part.body_mesh, part.profile, beyond, there)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
     scene = compose(case, shape)
-    job = Job(case, sliced, shape, targets, scene, (*warnings, *scene.warnings), laid)
+    warnings = (*warnings, *scene.warnings)
+    job = Job(case, sliced, shape, targets, scene, warnings, laid, part.T_part_input, part.evidence)
     job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
     _ = job.drives  # what is wrong with them is to be said before any search
     return job

@@ -10,13 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from slicing.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody, fits
 from slicing.body import BODY_NAME, turned_solid
+from slicing.decompose_doubts import Evidence, frame_line
 from slicing.load import load_mesh
-from slicing.part import Mesh, PartError, low_part_warnings
+from slicing.part import Floats, Mesh, PartError, low_part_warnings
 from slicing.warning import Code, Warning
 
 from .errors import InputError
@@ -40,6 +42,9 @@ class PartInput:
         warnings: one line each.
         others: the same for every strategy that is made for what they stand on.
         body_solid: the body as a solid to be sliced; None where it is there from the start.
+        T_part_input: (4, 4) rigid motion from the input's frame to the part frame, mm; the identity where it is
+            not moved.
+        evidence: what the body of a part in one mesh was known by.
         round_body: its surface.
         built: sub-volumes that are there from the start, with what they stand on.
     """
@@ -51,8 +56,25 @@ class PartInput:
     warnings: tuple[str, ...] = ()
     others: dict[str, tuple[RoundBody, ...]] = field(default_factory=dict)
     body_solid: Mesh | None = None
+    T_part_input: Floats = field(default_factory=lambda: np.eye(4))
+    evidence: Evidence | None = None
     round_body: RoundBody | None = None
     built: tuple[tuple[Mesh, RoundBody], ...] = ()
+
+
+def found_lines(T_part_input: Floats, evidence: Evidence | None) -> tuple[str, ...]:
+    """What to say of the body that was found and of where the part was turned to, one line each."""
+    body = () if evidence is None else (f"body: {evidence.line}",)
+    frame = frame_line(T_part_input)
+    return (*body, *((f"frame: {frame}",) if frame else ()))
+
+
+def found_document(T_part_input: Floats, evidence: Evidence | None) -> dict[str, Any]:
+    """The same as it stands in a JSON document: keys `T_part_input` and `body`."""
+    return {
+        "T_part_input": [[float(v) for v in row] for row in T_part_input.tolist()],
+        "body": None if evidence is None else evidence.document(),
+    }
 
 
 @stage("reading the part")
@@ -143,6 +165,8 @@ def _whole(case: Case, loaded: list[Mesh]) -> PartInput:
         found.outline.points,
         found.warnings,
         others,
+        T_part_input=found.T_part_input,
+        evidence=found.evidence,
         round_body=found.body if not bodies else bodies[0],
     )
 

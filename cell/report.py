@@ -18,6 +18,7 @@ from slicing.warning import typed
 
 from .check import Result, Row
 from .pace import pace_document
+from .parts import found_document, found_lines
 from .place import METRES_PER_MM
 from .robot import inverse, pose
 from .terminal import is_verbose
@@ -119,6 +120,7 @@ def report_document(
         "metal": metal_of(job) if job.beads else None,
         "warnings": [str(line) for line in result.warnings],
         "typed_warnings": [typed(line).document() for line in result.warnings],
+        **found_document(job.T_part_input, job.evidence),
         "rows": rows,
         "help": [remedy.document() for remedy in remedies],
     }
@@ -241,6 +243,9 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         "part",
         f"{len(job.sliced)} sub-volume(s), {job.case.slicing.strategy}: {layers} layers, {beads} beads, {n} targets",
     )
+    for line in found_lines(job.T_part_input, job.evidence):
+        name, text = line.split(": ", 1)
+        yield name, text
     yield "reached", f"{n - result.infeasible} of {n} targets ({job.solver.name}, roll {_roll_text(result)})"
     counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
     if counts:

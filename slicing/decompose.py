@@ -24,21 +24,40 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from slicing.bodies import Body, ConicalBody, RevolvedBody, RoundBody
-from slicing.decompose_bands import HINTED_TURN, LEAST_TURN, Band, FoundBand
-from slicing.decompose_cut import Cut, Piece, arrays_of, carried_through, clearance, cut_off, solid_of, volume_warnings
-from slicing.decompose_outline import Outline, body_outline
+from slicing.decompose_bands import HALF_FACET_RAD, HINTED_TURN, LEAST_TURN, Band, FoundBand, Skin, find_bands
+from slicing.decompose_cut import Cut, Piece, arrays_of, carried_through, clearance, cut_off, solid_of
+from slicing.decompose_doubts import (
+    SMALL,
+    Evidence,
+    coarse_bodies,
+    conical,
+    doubtful_radius,
+    evidence_of,
+    full_volume,
+    missing_volume,
+    rings_of,
+    rival_axis,
+    small_body,
+    unlike_pieces,
+    what_is_left,
+)
+from slicing.decompose_outline import Outline, body_outline, without_collars
+from slicing.faces import face_normals
 from slicing.part import Floats, Mesh, PartError, mesh_from_arrays
 from slicing.revolution import Axis, find_axis
+from slicing.warning import Code, Warning
 
-VISIBLE_MM = 0.1  # a polygon's flats farther inside the cylinder than this are worth a warning
 SAME_HEIGHT = 1e-3  # of the part's extent: centroids at one height
 AXIS_SHARE = 1e-5  # of the extent: an axis this close to z, to the origin or to a hint is there
 HINT_SHARE = 1e-2  # of the extent: how far a hint's axis may be off the one found
 HINT_MM = 0.01  # how far a hint's radius may
+LEAST_SEEN, SMALL_SEEN = 0.5, 0.9  # of a body's length: with less it is no body; of one that is small against the part
+LEAST_SIDES = math.ceil(math.pi / HALF_FACET_RAD)
 CARRIES = 0.1  # share of a root that makes a step count as what it stands on
 
 
@@ -97,6 +116,7 @@ class Decomposition:
             is parallel to z in the input already; else the least rotation, the axis on z, and its point nearest to
             the input's origin at the part's origin.
         warnings: one line each.
+        evidence: what the body was known by.
     """
 
     body: Body
@@ -107,6 +127,7 @@ class Decomposition:
     outline: Outline
     T_part_input: Floats
     warnings: tuple[str, ...] = ()
+    evidence: Evidence | None = None
 
     def bodies_for(self, strategy: str) -> tuple[RoundBody, ...]:
         """What each sub-volume stands on, seen as a slicing strategy needs it.
@@ -145,78 +166,157 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     hint = hint or BodyHint()
     solid = solid_of(mesh.vertices, mesh.faces, mesh.name)
     vertices, faces, _ = arrays_of(solid)
-    extent = float(np.ptp(vertices, axis=0).max())
-    least_turn = LEAST_TURN if hint.radius_mm is None else HINTED_TURN
-    axis = find_axis(vertices, faces, mesh.noise_mm, hint.point, hint.direction, least_turn)
-    if axis is None:
-        given = " about the axis that the hint gives" if hint.axis_point_mm or hint.axis_direction else ""
-        raise PartError(
-            f"{mesh.name}: no round body found{given}; an outer cylinder of at least 14 sides is needed, or the"
-            " sub-volumes as meshes of their own and the body's radius"
-        )
-    axis = _as_hinted(mesh, axis, hint, vertices, extent)
-    T_part_input, axis_xy = _frame(axis, vertices, extent)
-    outline, radius = _outline(mesh, axis, hint)
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    skin = Skin.of(vertices - middle, faces, mesh.noise_mm)
+    axis = _hinted_axis(mesh, hint, skin, middle)
+    T_part_input, axis_xy = _frame(axis, vertices)
+    # about the part's own middle: lengths are the part's, however far it lies from the origin
     into_axis = T_part_input.copy()
     into_axis[:2, 3] -= axis_xy
+    heights = vertices @ into_axis[2, :3] + into_axis[2, 3]
+    up = 0.5 * float(heights.min() + heights.max())
+    into_axis[2, 3] -= up
     solid = solid.transform(into_axis[:3])
-    outline = carried_through(solid, outline)
-    cut = cut_off(solid, outline, mesh.noise_mm)
-    if not cut.pieces and not alone:
-        raise PartError(
-            f"{mesh.name}: nothing stands on its round body (radius {radius:.6g} mm); sub-volumes on the outside of"
-            " a cylinder are needed"
-        )
+    bands = find_bands(replace(skin, vertices=vertices).moved(into_axis))
+    bands, outline, radius = _outline(mesh, bands, hint)
+    bare = outline
+    outline = carried_through(solid, bare)
+    if hint.radius_mm is None:
+        _require_seen(mesh, bare, outline, float(solid.volume()))
+    outline, cut, told = _cut(mesh, solid, outline, radius, alone)
+    extent = skin.extent
     pieces = [cut.pieces[k] for k in (_order([piece.centroid for piece in cut.pieces], extent) if cut.pieces else [])]
-    roots = [_root(f"SV{k + 1}", piece, outline) for k, piece in enumerate(pieces)]
-    radii = {radius, *(root.radius for root in roots)}
-    missing = volume_warnings(mesh.name, float(solid.volume()), [cut.body, *pieces])
-    warnings = [*mesh.warnings, *_coarse(mesh, outline, radii), *_left(mesh, cut), *missing]
+    outline = outline.lifted(up)
+    roots = [_root(f"SV{k + 1}", piece, outline, up) for k, piece in enumerate(pieces)]
+    area = float(np.linalg.norm(face_normals(vertices, faces), axis=1).sum()) / 2
+    evidence = evidence_of(axis, bands, radius, area)
+    left = what_is_left(mesh.name, cut)
+    warnings = [
+        *mesh.warnings,
+        *doubtful_radius(mesh.name, evidence),
+        *rival_axis(mesh.name, axis),
+        *told,
+        *coarse_bodies(mesh.name, outline, {radius, *(root.radius for root in roots)}),
+        *left,
+        *missing_volume(mesh.name, float(solid.volume()), cut),
+        *small_body(mesh.name, outline, float(solid.volume())),
+        *unlike_pieces(pieces, extent),
+        *(line for root in roots for line in root.lines),
+        *axis.lines,
+    ]
+    shift = np.array([*axis_xy, up])
     return Decomposition(
         Body(radius, axis_xy),
         tuple(Body(root.radius, axis_xy) for root in roots),
-        tuple(None if root.cone is None else _conical(root.cone, axis_xy) for root in roots),
-        _mesh(f"{mesh.name} body", cut.body, axis_xy, mesh),
-        tuple(_mesh(f"SV{k + 1}", piece, axis_xy, mesh) for k, piece in enumerate(pieces)),
+        tuple(None if root.cone is None else ConicalBody(*conical(root.cone), axis_xy) for root in roots),
+        _mesh(f"{mesh.name} body", cut.body, shift, mesh),
+        tuple(_mesh(f"SV{k + 1}", piece, shift, mesh) for k, piece in enumerate(pieces)),
         outline,
         T_part_input,
-        (*warnings, *(line for root in roots for line in root.lines)),
+        tuple(warnings),
+        replace(evidence, left_out=(*map(str, left), *rings_of(outline))),
     )
 
 
-def _mesh(name: str, piece: Piece, axis_xy: tuple[float, float], source: Mesh) -> Mesh:
-    return mesh_from_arrays(name, piece.vertices + np.array([*axis_xy, 0.0]), piece.faces, source.noise_mm)
+def _hinted_axis(mesh: Mesh, hint: BodyHint, skin: Skin, middle: Floats) -> Axis:
+    """The axis of a part, the hint's where it gives one; an error where there is none."""
+    least_turn = LEAST_TURN if hint.radius_mm is None else HINTED_TURN
+    point = None if hint.point is None else hint.point - middle
+    axis = find_axis(skin, point, hint.direction, least_turn)
+    if axis is None:
+        given = " about the axis that the hint gives" if hint.axis_point_mm or hint.axis_direction else ""
+        raise PartError(
+            f"{mesh.name}: no round body found{given}; an outer cylinder or cone of at least {LEAST_SIDES} sides is"
+            " needed, or the"
+            " sub-volumes as meshes of their own and the body's radius"
+        )
+    return _as_hinted(mesh, replace(axis, point=axis.point + middle), hint, (middle, skin.extent))
 
 
-def _as_hinted(mesh: Mesh, axis: Axis, hint: BodyHint, vertices: Floats, extent: float) -> Axis:
-    """The axis with the hint's own numbers where they are as good; an error where they do not fit."""
+def _require_seen(mesh: Mesh, bare: Outline, outline: Outline, whole_mm3: float) -> None:
+    """Refuse a body most of whose length is inside of what should stand on it; bare: before it was carried on."""
+    seen = sum(s.length for s in bare.sections if s.area_mm2 > 0) / (outline.high - outline.low)
+    least = LEAST_SEEN if full_volume(outline) >= SMALL * whole_mm3 else SMALL_SEEN
+    if seen < least:
+        raise PartError(
+            f"{mesh.name}: no round body found; an outer cylinder or cone of at least {LEAST_SIDES} sides is needed:"
+            f" the largest there is, of radius {outline.widest:.6g} mm, is seen along {100 * seen:.0f} % of its length"
+            " alone"
+            " (part.body.radius_mm takes it for the body)"
+        )
+
+
+def _cut(mesh: Mesh, solid: Any, outline: Outline, radius: float, alone: bool) -> tuple[Outline, Cut, list[Warning]]:
+    """What stands on the body; where nothing does, the rings taken for its steps, or nothing if that will do."""
+    cut = cut_off(solid, outline, mesh.noise_mm)
+    if cut.pieces or alone:
+        return outline, cut, []
+    narrower = without_collars(outline)
+    if narrower.sections != outline.sections:
+        cut = cut_off(solid, narrower, mesh.noise_mm)
+        if cut.pieces:
+            line = (
+                f"{mesh.name}: nothing else stands on the round body, so its rings are taken for sub-volumes, however"
+                f" low; part.body.radius_mm: {narrower.widest:.6g} says the same"
+            )
+            return narrower, cut, [Warning(Code.BODY_COLLAR, line)]
+    radii = sorted({s.radius_low for s in outline.sections if s.is_cylinder})
+    steps = (
+        f"; its steps have the radii {', '.join(f'{r:g}' for r in radii)} mm: with part.body.radius_mm what is wider"
+        " stands on it"
+        if len(radii) > 1
+        else ""
+    )
+    raise PartError(
+        f"{mesh.name}: nothing stands on its round body (radius {radius:.6g} mm); sub-volumes on the outside of"
+        f" a cylinder are needed{steps}"
+    )
+
+
+def _mesh(name: str, piece: Piece, shift: Floats, source: Mesh) -> Mesh:
+    return mesh_from_arrays(name, piece.vertices + shift, piece.faces, source.noise_mm)
+
+
+def _as_hinted(mesh: Mesh, axis: Axis, hint: BodyHint, size: tuple[Floats, float]) -> Axis:
+    """The axis with the hint's own numbers: both given, they count as they stand; an error where they do not fit."""
+    middle, extent = size
     slack, direction, point = max(AXIS_SHARE * extent, 2 * axis.spread_mm), axis.direction, axis.point
+    point = point + ((middle - point) @ direction) * direction  # turn about the middle, not far away
+    exact = hint.direction is not None and hint.point is not None
+    off = 0.0
     if hint.direction is not None:
         towards = hint.direction if hint.direction @ direction > 0 else -hint.direction
-        off = float(np.linalg.norm(np.cross(direction, towards)))
-        if off > HINT_SHARE:
+        tilt = float(np.linalg.norm(np.cross(direction, towards)))
+        if tilt > HINT_SHARE:
             raise PartError(
-                f"{mesh.name}: axis_direction is {math.degrees(math.asin(min(off, 1.0))):.2f}° off the axis of the"
+                f"{mesh.name}: axis_direction is {math.degrees(math.asin(min(tilt, 1.0))):.2f}° off the axis of the"
                 f" round body found there, {tuple(round(float(v), 4) for v in direction)}"
             )
-        if off * extent <= slack:
-            middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-            point = point + ((middle - point) @ direction) * direction  # turn about the middle, not far away
-            direction = towards
+        if exact or tilt * extent <= slack:
+            direction, off = towards, tilt * extent
     if hint.point is not None:
         away = hint.point - point
-        off = float(np.linalg.norm(away - (away @ direction) * direction))
-        if off > HINT_SHARE * extent:
+        shift = float(np.linalg.norm(away - (away @ direction) * direction))
+        if shift > HINT_SHARE * extent:
             raise PartError(
-                f"{mesh.name}: axis_point_mm {hint.axis_point_mm} is {off:.3g} mm off the axis of the round body found"
-                f" there, which passes through {tuple(round(float(v), 3) for v in point)}"
+                f"{mesh.name}: axis_point_mm {hint.axis_point_mm} is {shift:.3g} mm off the axis of the round body"
+                f" found there, which passes through {tuple(round(float(v), 3) for v in point)}"
             )
-        point = hint.point if off <= slack else point
-    return replace(axis, point=point, direction=direction)
+        if exact or shift <= slack:
+            point, off = hint.point, max(off, shift)
+    if off <= 2 * slack:
+        return replace(axis, point=point, direction=direction)
+    line = (
+        f"{mesh.name}: the axis given is {off:.3g} mm off the one that the mesh is turned about, which passes through"
+        f" {tuple(round(float(v), 4) for v in axis.point)} along {tuple(round(float(v), 6) for v in axis.direction)};"
+        " the one given is used"
+    )
+    return replace(axis, point=point, direction=direction, lines=(Warning(Code.BODY_AXIS, line),))
 
 
-def _frame(axis: Axis, vertices: Floats, extent: float) -> tuple[Floats, tuple[float, float]]:
+def _frame(axis: Axis, vertices: Floats) -> tuple[Floats, tuple[float, float]]:
     """T_part_input (4, 4), and where the axis is in the part frame: kept if it is parallel to z."""
+    extent = float(np.ptp(vertices, axis=0).max())
     slack = max(AXIS_SHARE * extent, 2 * axis.spread_mm)
     if float(np.hypot(*axis.direction[:2])) * extent > slack:
         return axis.to_z, (0.0, 0.0)
@@ -227,16 +327,17 @@ def _frame(axis: Axis, vertices: Floats, extent: float) -> tuple[Floats, tuple[f
     return np.eye(4), (round(float(x), 6), round(float(y), 6))
 
 
-def _outline(mesh: Mesh, axis: Axis, hint: BodyHint) -> tuple[Outline, float]:
-    """The body's outline and its radius."""
-    bands = [_tidy(f, mesh.noise_mm) for f in axis.bands]
+def _outline(mesh: Mesh, bands: list[FoundBand], hint: BodyHint) -> tuple[list[FoundBand], Outline, float]:
+    """The bands, their radii without rounding, the body's outline and its radius."""
+    bands = [_tidy(f, mesh.noise_mm) for f in bands]
     if hint.radius_mm is not None:
         bands = _with_radius(mesh, bands, hint.radius_mm)
     outline = body_outline(bands, hint.radius_mm)
     largest = None if outline is None else outline.dominant()
     if outline is None or largest is None:
-        raise PartError(f"{mesh.name}: no round body found; an outer cylinder is needed")
-    return outline, largest.radius_low if hint.radius_mm is None else hint.radius_mm
+        raise PartError(f"{mesh.name}: no round body found; an outer cylinder or cone is needed")
+    radius = largest.radius_low if largest.is_cylinder else round(largest.middle_radius, 4)
+    return bands, outline, radius if hint.radius_mm is None else hint.radius_mm
 
 
 def _tidy(found: FoundBand, noise_mm: float) -> FoundBand:
@@ -244,8 +345,11 @@ def _tidy(found: FoundBand, noise_mm: float) -> FoundBand:
     if not found.band.is_cylinder:
         return found
     radius = found.band.radius_low
-    radius = round(radius, math.ceil(-math.log10(2 * clearance(noise_mm, radius))))
-    return replace(found, band=replace(found.band, radius_low=radius, radius_high=radius))
+    step, within = 2 * clearance(noise_mm, radius), found.within_mm
+    digits = math.ceil(-math.log10(step)) if within <= step else math.floor(-math.log10(within))
+    tidy = round(radius, digits)
+    over = found.band.over_mm + (max(radius - tidy, 0.0) if within > step else 0.0)
+    return replace(found, band=replace(found.band, radius_low=tidy, radius_high=tidy, over_mm=over))
 
 
 def _with_radius(mesh: Mesh, bands: list[FoundBand], radius_mm: float) -> list[FoundBand]:
@@ -274,16 +378,11 @@ class _Root:
     lines: tuple[str, ...]
 
 
-def _conical(cone: Band, axis_xy: tuple[float, float]) -> ConicalBody:
-    rise = (cone.radius_high - cone.radius_low) / cone.length
-    return ConicalBody(float(cone.radius_at(np.array(0.0))), math.degrees(math.atan(rise)), axis_xy)
-
-
-def _root(name: str, piece: Piece, outline: Outline) -> _Root:
+def _root(name: str, piece: Piece, outline: Outline, up: float) -> _Root:
     """What a piece stands on: on a step the lesser radius, so that no layer is missed; on a cone the mean one."""
     corners = piece.vertices[piece.faces[piece.root]]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    height = corners[:, :, 2].mean(axis=1)
+    height = corners[:, :, 2].mean(axis=1) + up
     share = np.bincount(outline.section_at(height), area, minlength=len(outline.sections)) / area.sum()
     carrying = [s for s, w in zip(outline.sections, share, strict=True) if w >= CARRIES]
     on_cylinders = sum(w for s, w in zip(outline.sections, share, strict=True) if s.is_cylinder)
@@ -323,31 +422,3 @@ def _order(centroids: list[Floats], extent: float) -> list[int]:
         return (math.atan2(y, x) + SAME_HEIGHT) % (2 * math.pi)  # just below +x is on +x
 
     return [k for group in groups for k in sorted(group, key=azimuth)]
-
-
-def _coarse(mesh: Mesh, outline: Outline, radii: set[float]) -> list[str]:
-    """A line for each cylinder in use that is visibly a polygon."""
-    flats = {
-        s.radius_low: s.flat_mm
-        for s in outline.sections
-        if s.is_cylinder and s.radius_low in radii and s.flat_mm > VISIBLE_MM
-    }
-    return [
-        f"{mesh.name}: the body of radius {radius:.6g} mm is a polygon of about"
-        f" {round(math.pi / math.acos(1 - flat / radius))} sides, its flats {flat:.2f} mm inside the cylinder;"
-        " sub-volumes begin on the cylinder"
-        for radius, flat in sorted(flats.items())
-    ]
-
-
-def _left(mesh: Mesh, cut: Cut) -> list[str]:
-    """Lines about what was not made a sub-volume."""
-    lines = []
-    if cut.on_ends_mm3:
-        lines.append(
-            f"{mesh.name}: {sum(cut.on_ends_mm3):.0f} mm³ stand on the body's ends or steps alone and are left with it"
-        )
-    seen = [height for height in cut.sliver_mm if height > 1e-3]
-    if seen:
-        lines.append(f"{mesh.name}: {len(seen)} slivers left out (at most {max(seen):.3f} mm high)")
-    return lines

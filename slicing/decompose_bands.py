@@ -4,7 +4,7 @@ A turned face is a facet of a cylinder or a cone about z: its plane touches the 
 half the angle of the coarsest polygon that still passes for round. Facets of one cylinder share their plane's
 distance from the axis however the mesh is cut up, so they are gathered by (slope, distance) into *bands*:
 
-    bands = find_bands(vertices, faces)          # frame: z is the axis; the largest first
+    bands = find_bands(Skin.of(vertices, faces, 1e-6))          # frame: z is the axis; the largest first
     bands[0].band.radius_low, bands[0].coverage(0.0, 10.0)
 
 Bores look inward and do not matter.
@@ -16,7 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slicing.edges import edge_table
 from slicing.part import Bools, Floats, Ints
+from slicing.robust_line import Line, fit_line
 
 HALF_FACET_RAD = np.deg2rad(13.0)  # a body of fewer than 14 sides is no round one
 STEEPEST = 0.1  # least radial part of a turned face's normal: cones up to 84° from the axis
@@ -26,8 +28,13 @@ WINDOW_SHARE = 4e-3  # of the part's greatest radius: bands closer than this are
 LEAST_TURN = 0.55  # of 24 directions that a body's surface faces: rounded edges and ends are none
 HINTED_TURN = 0.2  # where the radius is given
 LEAST_COVERAGE = 0.1  # of the full turn: a band with less is no body's surface
-MOST_BANDS = 60
-SAME_PLANE = 2e-4  # unit normals and distances (as a share of the extent) of one plane
+LONG_CONE = 0.25  # of its mean radius: a shorter one is a stretch of a dome
+STEEP_CONE = 1.75  # rise over length: to 60 degrees from the axis
+MOST_BANDS = 200
+LEAST_SHARE = 2e-5  # of the turned faces: bands smaller than this are not looked for
+COPLANAR_RAD = np.deg2rad(0.03)  # neighbours that bend less are of one plane
+WITHIN_FACET = 0.02  # what a corner counts that is on one facet alone
+LEAST_SHARE_ON = 0.25  # of its corners' weight that lies on a band by which an axis is known
 
 
 @dataclass(frozen=True)
@@ -89,6 +96,8 @@ class FoundBand:
         face_high: (k,) their highest.
         face_area: (k,) mm².
         turn: share of 24 directions about the axis in which it is there.
+        within_mm: how close its corners lie to it.
+        share: of the faces first taken for it, how much lies that close.
     """
 
     band: Band
@@ -97,6 +106,8 @@ class FoundBand:
     face_high: Floats
     face_area: Floats
     turn: float
+    within_mm: float = 0.0
+    share: float = 1.0
 
     def is_round(self, least_turn: float = LEAST_TURN) -> bool:
         """A cylinder that goes far enough round the axis to be a body's surface."""
@@ -110,6 +121,19 @@ class FoundBand:
         sided = band.flat_mm <= (1.0 - np.cos(HALF_FACET_RAD)) * band.radius_low
         return not band.is_cylinder or bool(self.turn >= least_turn and sided)
 
+    def is_body(self, least_turn: float = LEAST_TURN, least_share: float = LEAST_SHARE_ON) -> bool:
+        """A cylinder or a long cone that goes far enough round the axis to be what an axis is known by."""
+        band = self.band
+        if self.share < least_share:
+            return False
+        if band.is_cylinder:
+            return self.is_round(least_turn)
+        least = min(band.radius_low, band.radius_high)
+        rise = abs(band.radius_high - band.radius_low)
+        sided = band.flat_mm <= (1.0 - np.cos(HALF_FACET_RAD)) * band.middle_radius
+        long = np.hypot(band.length, rise) >= LONG_CONE * band.middle_radius and rise <= STEEP_CONE * band.length
+        return bool(self.goes_round(least_turn) and self.turn >= least_turn and sided and long and least > 0)
+
     def coverage(self, low: float, high: float) -> float:
         """Share of the full turn that its faces cover between two heights (their area spread evenly over z)."""
         overlap = np.minimum(self.face_high, high) - np.maximum(self.face_low, low)
@@ -118,6 +142,67 @@ class FoundBand:
         slant = float(np.hypot(part.length, part.radius_high - part.radius_low))
         whole = 2 * np.pi * part.middle_radius * slant
         return float((self.face_area * np.clip(overlap / height, 0.0, 1.0)).sum() / max(whole, 1e-12))
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """The faces of a part, and which of them lie in one plane.
+
+    Attributes:
+        vertices: (n, 3) mm.
+        faces: (m, 3), outward.
+        plane: (m,) one number for all neighbours of one plane.
+        noise_mm: rounding of the coordinates.
+    """
+
+    vertices: Floats
+    faces: Ints
+    plane: Ints
+    noise_mm: float
+
+    @staticmethod
+    def of(vertices: Floats, faces: Ints, noise_mm: float) -> Skin:
+        """Number the planes of a mesh."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        corners = vertices[faces]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        a, b = neighbours(len(vertices), faces)
+        size = np.sqrt((normal**2).sum(axis=1))
+        # how far one's middle lies off the other's plane, as an angle and in mm
+        off = np.abs((normal[a] * (corners[b].mean(axis=1) - corners[a].mean(axis=1))).sum(axis=1))
+        off /= np.maximum(size[a], 1e-300)
+        bend = np.sqrt((np.cross(normal[a], normal[b]) ** 2).sum(axis=1)) / np.maximum(size[a] * size[b], 1e-300)
+        flat = ((bend < COPLANAR_RAD) | (off < 2 * noise_mm)) & ((normal[a] * normal[b]).sum(axis=1) >= 0)
+        graph = coo_array((np.ones(int(flat.sum())), (a[flat], b[flat])), shape=(len(faces), len(faces)))
+        return Skin(vertices, faces, connected_components(graph, directed=False)[1].astype(np.int64), noise_mm)
+
+    def moved(self, motion: Floats) -> Skin:
+        """The same elsewhere: a rigid motion (4, 4)."""
+        return replace(self, vertices=self.vertices @ motion[:3, :3].T + motion[:3, 3])
+
+    @property
+    def extent(self) -> float:
+        """Greatest extent, mm."""
+        return float(np.ptp(self.vertices, axis=0).max())
+
+
+def neighbours(count: int, faces: Ints) -> tuple[Ints, Ints]:
+    """Numbers (e,), (e,) of the faces on either side of each edge that has two.
+
+    Args:
+        count: of vertices.
+        faces: (m, 3).
+
+    Returns:
+        The one, and the other.
+    """
+    side = edge_table(count, faces)[1].ravel()
+    order = np.argsort(side, kind="stable")
+    first = np.flatnonzero(np.append(True, np.diff(side[order]) > 0))
+    first = first[np.diff(np.append(first, len(order))) == 2]
+    return order[first] // 3, order[first + 1] // 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,24 +236,20 @@ def facets_of(vertices: Floats, faces: Ints) -> Facets:
     return Facets(outward, np.arctan2(normal[:, 2], across), distance, 0.5 * length, centroid)
 
 
-def turned_faces(vertices: Floats, faces: Ints, facets: Facets) -> Bools:
+def turned_faces(skin: Skin, facets: Facets) -> Bools:
     """Which faces (m,) are facets of outward-looking cylinders and cones about z.
 
     A face counts if all its corners lie within half a facet of where its plane is nearest to the axis. Small
     faces of a large flat do so as well, so a plane must pass as a whole.
     """
-    corners = vertices[faces][:, :, :2]
+    corners = skin.vertices[skin.faces][:, :, :2]
     ahead = (corners * facets.outward[:, None]).sum(axis=2)
     aside = corners[:, :, 1] * facets.outward[:, None, 0] - corners[:, :, 0] * facets.outward[:, None, 1]
     square = (np.abs(aside) <= np.tan(HALF_FACET_RAD) * ahead).all(axis=1)
     turned = square & (np.cos(facets.slope) > STEEPEST) & (facets.distance > 0) & (facets.area > 0)
-    extent = float(np.abs(vertices).max())
-    offset = (facets.distance + np.tan(facets.slope) * facets.centroid[:, 2]) * np.cos(facets.slope)
-    keys = np.round(np.column_stack([facets.outward, np.sin(facets.slope), offset / max(extent, 1e-300)]) / SAME_PLANE)
-    plane = _numbered(keys)
-    total = np.bincount(plane, facets.area)
-    failing = np.bincount(plane, facets.area * ~turned)
-    return turned & (failing <= 0.1 * total)[plane]
+    total = np.bincount(skin.plane, facets.area)
+    failing = np.bincount(skin.plane, facets.area * ~turned)
+    return turned & (failing <= 0.1 * total)[skin.plane]
 
 
 def _numbered(keys: Floats) -> Ints:
@@ -180,33 +261,47 @@ def _numbered(keys: Floats) -> Ints:
     return number
 
 
-def find_bands(vertices: Floats, faces: Ints, most: int = MOST_BANDS) -> list[FoundBand]:
+def find_bands(skin: Skin, most: int = MOST_BANDS) -> list[FoundBand]:
     """Cylinders and cones about z that look outward.
 
     Args:
-        vertices: (n, 3) mm, z the axis.
-        faces: (m, 3), outward.
+        skin: of the part, z the axis.
         most: how many to look for.
 
     Returns:
         Bands, the largest first.
     """
+    vertices, faces = skin.vertices, skin.faces
     facets = facets_of(vertices, faces)
-    left = np.flatnonzero(turned_faces(vertices, faces, facets))
+    left = np.flatnonzero(turned_faces(skin, facets))
     reach = float(np.hypot(vertices[:, 0], vertices[:, 1]).max())
     window = WINDOW_SHARE * reach
-    least = 1e-4 * float(facets.area.sum())
+    least = LEAST_SHARE * float(facets.area[left].sum())
     offset = facets.distance * np.cos(facets.slope) + facets.centroid[:, 2] * np.sin(facets.slope)
     cell = _numbered(np.round(np.column_stack([facets.slope / SLOPE_WINDOW_RAD, offset / window])))
     bands: list[FoundBand] = []
+    taken = np.zeros(len(faces), dtype=bool)
     while len(left) and len(bands) < most:
         area = facets.area[left]
         chosen = _heaviest(facets.slope[left], offset[left], area, cell[left], window)
-        members, left = left[chosen], left[~chosen]
+        members = left[chosen]
         if area[chosen].sum() < least:
             break
-        bands.append(fit_band(vertices, faces[members], members))
-    return bands
+        band = fit_band(skin, members) if _goes_about(facets, members) else None
+        taken[members if band is None else band.faces] = True
+        if band is not None and band.turn >= HINTED_TURN:
+            bands.append(band)  # what strayed into it may be another's
+        else:
+            taken[members] = True
+        left = left[~taken[left]]
+    return sorted(bands, key=lambda found: -found.band.area_mm2)
+
+
+def _goes_about(facets: Facets, members: Ints) -> bool:
+    """Some faces look into enough directions about z to be a body's."""
+    outward = facets.outward[members]
+    twelfths = np.floor((np.arctan2(outward[:, 1], outward[:, 0]) / np.pi + 1) * 12).astype(np.int64)
+    return len(np.unique(twelfths)) >= 24 * HINTED_TURN * 0.5
 
 
 def _heaviest(slope: Floats, offset: Floats, area: Floats, cell: Ints, window: float) -> Bools:
@@ -214,47 +309,88 @@ def _heaviest(slope: Floats, offset: Floats, area: Floats, cell: Ints, window: f
     near = cell == int(np.bincount(cell, area).argmax())
     for _ in range(3):  # the heaviest cell may hold only part of the band: move to where the area is
         weight = area[near] / area[near].sum()
-        here = (np.abs(slope - weight @ slope[near]) <= SLOPE_WINDOW_RAD) & (
-            np.abs(offset - weight @ offset[near]) <= window
-        )
+        middle = float((weight * slope[near]).sum()), float((weight * offset[near]).sum())
+        here = (np.abs(slope - middle[0]) <= SLOPE_WINDOW_RAD) & (np.abs(offset - middle[1]) <= window)
         near = here if here.any() else near
     return near
 
 
-def fit_band(vertices: Floats, triangles: Ints, members: Ints) -> FoundBand:
-    """The cylinder or cone through the outer corners of its faces.
+def fit_band(skin: Skin, members: Ints) -> FoundBand | None:
+    """The cylinder or cone on which most of some faces' corners lie, with the faces that belong to it.
 
     Args:
-        vertices: (n, 3) mm, z the axis.
-        triangles: (k, 3) its faces.
-        members: (k,) what they are numbered in the mesh.
+        skin: of the part, z the axis.
+        members: (k,) numbers of faces about as far from the axis, at about one slope.
 
     Returns:
-        The band.
+        The band; None where no face lies on it.
     """
-    facets = facets_of(vertices, triangles)
-    area = facets.area
-    weight = area / area.sum()
-    slope = float(weight @ facets.slope)
-    rise = 0.0 if abs(slope) < CYLINDER_RAD else -float(np.tan(slope))
-    level = float(weight @ (facets.distance - rise * facets.centroid[:, 2]))
-    corners = vertices[triangles]
-    heights = corners[..., 2]
-    line = np.maximum(level + rise * heights, 1e-3 * level)
-    # corners lie outside the facets' middles by one factor, on a cone as on a cylinder
-    beyond = np.hypot(corners[..., 0], corners[..., 1]) / line - 1.0
-    top = beyond.max(axis=1)
-    order = np.argsort(top)
-    usual = float(top[order][np.searchsorted(np.cumsum(weight[order]), 0.9 - 1e-9).clip(max=len(top) - 1)])
-    # the outermost corners; a face that strayed into the band does not count
-    factor = 1.0 + float(beyond[beyond <= usual + 0.5 * abs(usual) + 1e-9].max(initial=usual))
+    triangles = skin.faces[members]
+    facets = facets_of(skin.vertices, triangles)
+    corners = skin.vertices[triangles]
+    heights, radii = corners[..., 2], np.hypot(corners[..., 0], corners[..., 1])
+    used, weight = ridge_weights(triangles, skin.plane[members], facets.area)
+    corner = skin.vertices[used]
+    line = _line(facets, (corner[:, 2], np.hypot(corner[:, 0], corner[:, 1])), weight, skin.noise_mm)
+    off = line.off(heights, radii)
+    slack = 3 * line.width
+    on = (off <= slack).all(axis=1)
+    if not on.any():
+        return None
+    heights, radii, off, area = heights[on], radii[on], off[on], facets.area[on]
     low, high = float(heights.min()), float(heights.max())
-    first, last = ((level + rise * z) * factor for z in (low, high))
-    # a dome is a stack of cones that its corners bulge out of
-    over = 0.0 if rise == 0.0 else float(((1.0 + beyond - factor) * line).max())
-    flat = max((factor - 1.0) / factor * 0.5 * (first + last), 0.0)
-    band = Band(low, high, first, last, flat, float(area.sum()), over)
-    return FoundBand(band, members, heights.min(axis=1), heights.max(axis=1), area, _turn(corners))
+    over = max(float(off.max()), 0.0)
+    first, last = line.level + line.slope * low, line.level + line.slope * high
+    depth = (line.level + line.slope * facets.centroid[on, 2]) - facets.distance[on]
+    order = np.argsort(depth)
+    flat = float(depth[order][np.searchsorted(np.cumsum(area[order]), 0.5 * area.sum()).clip(max=len(order) - 1)])
+    band = Band(low, high, first, last, max(flat, 0.0), float(area.sum()), over if over > 2 * line.width else 0.0)
+    return FoundBand(
+        band, members[on], heights.min(axis=1), heights.max(axis=1), area, _turn(corners[on]), line.width, line.share
+    )
+
+
+def ridge_weights(triangles: Ints, plane: Ints, area: Floats) -> tuple[Ints, Floats]:
+    """Weights of faces' corners: their areas, but next to nothing within a facet or where a wall cuts it.
+
+    A corner is on the round surface where facets meet. Elsewhere on a facet it lies inside of it.
+
+    Args:
+        triangles: (k, 3) vertex numbers.
+        plane: (k,) of each.
+        area: (k,) of each.
+
+    Returns:
+        Numbers (n,) of the corners, and their weights (n,).
+    """
+    used, number = np.unique(triangles, return_inverse=True)
+    number = number.reshape(-1)
+    most = int(plane.max()) + 1
+    pairs = np.unique(number * most + np.repeat(plane, 3))
+    planes = np.bincount(pairs // most, minlength=len(used))
+    weight: Floats = np.bincount(number, np.repeat(area, 3), minlength=len(used)).astype(np.float64)
+    return used, weight * np.where(planes >= 2, 1.0, WITHIN_FACET)
+
+
+def _line(facets: Facets, profile: tuple[Floats, Floats], weight: Floats, noise_mm: float) -> Line:
+    """The meridian of a band: upright where as many corners lie on an upright one."""
+    heights, radii = profile
+    rise = -float(np.tan(_median(facets.slope, facets.area)))
+    middle = 0.5 * (float(heights.min()) + float(heights.max()))
+    level = float(np.median(facets.distance))
+    reach = max(float(np.ptp(radii)), 0.02 * level, 8 * noise_mm)
+    floor = max(4 * noise_mm, 1e-6 * level)
+    # a slope that is not told from none is none
+    slopes = (0.0, rise if abs(rise) > 1e-4 else 1e-4) if abs(rise) < np.tan(2 * CYLINDER_RAD) else (rise,)
+    line = fit_line(heights - middle, radii, weight, slopes, (0.5 * reach, floor))
+    return replace(line, level=line.level - line.slope * middle)
+
+
+def _median(values: Floats, weight: Floats) -> float:
+    """Weighted median."""
+    order = np.argsort(values)
+    total = np.cumsum(weight[order])
+    return float(values[order][np.searchsorted(total, 0.5 * total[-1]).clip(max=len(order) - 1)])
 
 
 def _turn(corners: Floats) -> float:

@@ -12,24 +12,20 @@ along the radius onto the outline, by a few millionths of it; the error of the f
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from slicing.decompose_outline import Outline
-from slicing.faces import enclosed_volume, face_normals
 from slicing.part import Bools, Floats, Ints, PartError
 from slicing.repair_shells import winding_numbers
-from slicing.warning import Code, Warning
 
 AROUND = 1024  # sides of the cutter: its corners are 5e-6 of the radius outside
-SLIVER_MM = 0.05  # a piece that stands out less is none
-LEVELS = 40  # looked at beyond an end
+SLIVER_MM, SLIVER_SIZE = 0.05, 2e-3  # a piece that stands out less (and less than that share of the radius) is none
+LEVELS, STEP = 200, 0.05  # looked at beyond an end: at most so many, and how far apart, of the radius
 BULGE = 0.05  # of the body's radius: a dome's, beyond the cones it is taken for
 SLIVER_SHARE = 1e-6  # of the part's volume: neither is a smaller one
-MISSING_SHARE = 1e-3  # of the part's volume: so much may be cut differently, or be slivers
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +66,22 @@ class Piece:
         return middle
 
 
+@dataclass(frozen=True)
+class Left:
+    """A piece that is no sub-volume: its volume, and how near it comes to the body."""
+
+    volume_mm3: float
+    gap_mm: float
+
+
+@dataclass(frozen=True)
+class Sliver:
+    """What is too small to keep: how far it stands out, and its volume."""
+
+    height_mm: float
+    volume_mm3: float
+
+
 @dataclass(frozen=True, eq=False)
 class Cut:
     """What a cut gives.
@@ -77,14 +89,16 @@ class Cut:
     Attributes:
         pieces: what stands on the outline's cylinders and cones.
         body: the rest.
-        on_ends_mm3: volume (k,) of what stands on ends and steps alone, left with the body.
-        sliver_mm: heights (k,) of what was too small to keep.
+        on_ends: what stands on ends and steps alone, left with the body.
+        floating: what touches nothing, left with the body.
+        slivers: what was too small to keep.
     """
 
     pieces: list[Piece]
     body: Piece
-    on_ends_mm3: list[float]
-    sliver_mm: list[float]
+    on_ends: list[Left]
+    floating: list[Left]
+    slivers: list[Sliver]
 
 
 def solid_of(vertices: Floats, faces: Ints, name: str) -> Any:
@@ -113,25 +127,6 @@ def solid_of(vertices: Floats, faces: Ints, name: str) -> Any:
     if len(shells) < 2 or any(shell.volume() <= 0 for shell in shells):
         return solid
     return manifold3d.Manifold.batch_boolean(shells, manifold3d.OpType.Add)
-
-
-def volume_warnings(name: str, whole_mm3: float, pieces: Sequence[Piece]) -> list[str]:
-    """A line if what a solid was cut into does not add up to it.
-
-    Args:
-        name: for the message.
-        whole_mm3: volume of the solid.
-        pieces: all that was made of it, the body among them.
-
-    Returns:
-        One line, or none.
-    """
-    volumes = [enclosed_volume(p.vertices, p.faces, face_normals(p.vertices, p.faces)) for p in pieces if len(p.faces)]
-    missing = whole_mm3 - sum(volumes)
-    if abs(missing) <= MISSING_SHARE * whole_mm3:
-        return []
-    told = f"{name}: body and sub-volumes together have {sum(volumes):.6g} mm³, the part {whole_mm3:.6g} mm³"
-    return [Warning(Code.PART_VOLUME, f"{told}: {abs(missing):.4g} mm³ are {'missing' if missing > 0 else 'too many'}")]
 
 
 def whole_solids(solid: Any) -> list[Any]:
@@ -226,16 +221,28 @@ def _surrounded(solid: Any, radius: float, end: float, heights: Floats, way: flo
     """How far up (way 1; down, with heights turned over, -1) from an end a cylinder lies in the solid right round."""
     from manifold3d import CrossSection
 
-    levels = np.unique(np.round(heights[heights > end + 1e-3 * radius], 6))
-    if len(levels) > LEVELS:
-        levels = levels[np.linspace(0, len(levels) - 1, LEVELS).astype(np.int64)]
+    far = float(heights.max())
+    if far - end <= 1e-3 * radius:
+        return end
     ring = CrossSection.circle(1.02 * radius, 180) - CrossSection.circle(1.002 * radius, 180)
-    for level in levels.tolist():
-        missing = ring - solid.slice(way * 0.5 * (end + level))
-        if missing.area() > 0.01 * ring.area():
-            break
-        end = level
-    return end
+
+    def surrounded(height: float) -> bool:
+        return bool((ring - solid.slice(way * height)).area() <= 0.01 * ring.area())
+
+    # equal steps, so that it does not depend on where the mesh has corners; just beside the end it may be bare
+    step = min(max(STEP * radius, (far - end) / LEVELS), 0.5 * (far - end))
+    last = end
+    while last + step < far and surrounded(last + step):
+        last += step
+    if last == end:
+        return end
+    bare = min(last + step, far)
+    if bare == far and surrounded(far - 1e-3 * step):
+        return far
+    while bare - last > 1e-5 * radius:
+        middle = 0.5 * (last + bare)
+        last, bare = (middle, bare) if surrounded(middle) else (last, middle)
+    return last
 
 
 def cut_off(solid: Any, outline: Outline, noise_mm: float) -> Cut:
@@ -251,22 +258,32 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float) -> Cut:
     """
     cutter = _cutter(outline, noise_mm)
     number, least = cutter.original_id(), SLIVER_SHARE * solid.volume()
-    kept, pieces, ends, slivers = solid ^ cutter, [], [], []
+    kept, pieces, slivers = solid ^ cutter, [], []
+    ends: list[Left] = []
+    floating: list[Left] = []
+    thin = min(SLIVER_MM, SLIVER_SIZE * outline.widest)
     for part in whole_solids(solid - cutter):
         vertices, faces, cut = arrays_of(part, number)
         height = _standing_out(vertices, outline)
-        if part.volume() < least or height < SLIVER_MM:
-            slivers.append(height)
+        sliver = Sliver(height, float(part.volume()))
+        if part.volume() < least or height < thin:
+            slivers.append(sliver)
             continue
         piece = _on_outline(vertices, faces, cut, outline)
         if len(piece.root) and _thin_on_cones(piece, height, outline):
-            slivers.append(height)
+            slivers.append(sliver)
         elif len(piece.root):
             pieces.append(piece)
         else:
             kept += part
-            ends.append(float(part.volume()))
-    return Cut(pieces, _on_outline(*arrays_of(kept, number), outline), ends, slivers)
+            (ends if len(cut) else floating).append(Left(float(part.volume()), _least_off(part, outline)))
+    return Cut(pieces, _on_outline(*arrays_of(kept, number), outline), ends, floating, slivers)
+
+
+def _least_off(part: Any, outline: Outline) -> float:
+    """How near a piece's corners come to the body, mm."""
+    vertices = arrays_of(part)[0]
+    return float(outline.off(np.hypot(vertices[:, 0], vertices[:, 1]), vertices[:, 2]).min())
 
 
 def _cutter(outline: Outline, noise_mm: float) -> Any:
@@ -298,10 +315,8 @@ def _cutter(outline: Outline, noise_mm: float) -> Any:
 
 
 def _standing_out(vertices: Floats, outline: Outline) -> float:
-    """Greatest distance of vertices outside the body, along the radius or beyond its ends."""
-    z = vertices[:, 2]
-    radial = np.hypot(vertices[:, 0], vertices[:, 1]) - outline.radius_at(z)
-    return float(np.maximum(radial, np.maximum(outline.low - z, z - outline.high)).max())
+    """Greatest distance of vertices from the body."""
+    return float(outline.off(np.hypot(vertices[:, 0], vertices[:, 1]), vertices[:, 2]).max())
 
 
 def _thin_on_cones(piece: Piece, height: float, outline: Outline) -> bool:

@@ -12,6 +12,7 @@ A section that sticks out farther than it is long is a flange: a ring that stand
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from slicing.decompose_bands import HINTED_TURN, LEAST_COVERAGE, LEAST_TURN, Ban
 from slicing.part import Floats, Ints
 
 SAME_POINT_MM, SAME_POINT = 1e-5, 1e-6  # points of an outline closer than this (and that share of r) are one
+SHORT_AND_HIGH = 0.999  # of its length: a ring that stands out this far is a flange
 SHORT_GAP = 0.05  # of the radius: what is not seen there is no hidden step
 
 
@@ -69,16 +71,37 @@ class Outline:
         radii = np.stack([section.radius_at(z) for section in self.sections])
         return np.take_along_axis(radii, numbers[None], axis=0)[0]
 
+    def lifted(self, height: float) -> Outline:
+        """The outline moved along z by a height, mm."""
+        return Outline(tuple(replace(s, low=s.low + height, high=s.high + height) for s in self.sections))
+
+    def off(self, r: Floats, z: Floats) -> Floats:
+        """Distances (n,) of points (r, z), mm, from the body of revolution; 0 within it."""
+        points = [(0.0, self.low), *((r, z) for s in self.sections for r, z in _ends(s)), (0.0, self.high)]
+        a = np.array(points)
+        best = np.full(len(r), np.inf)
+        for (r0, z0), (r1, z1) in itertools.pairwise(a.tolist()):
+            run = (r1 - r0) ** 2 + (z1 - z0) ** 2
+            t = np.clip(((r - r0) * (r1 - r0) + (z - z0) * (z1 - z0)) / max(run, 1e-300), 0.0, 1.0)
+            best = np.minimum(best, np.hypot(r - r0 - t * (r1 - r0), z - z0 - t * (z1 - z0)))
+        inside = (z >= self.low) & (z <= self.high) & (r <= self.radius_at(z))
+        return np.where(inside, 0.0, best)
+
     def dominant(self) -> Band | None:
-        """The cylinder with the largest area of the part's own faces; None if it has none."""
+        """The cylinder with the largest area of the part's own faces; the largest cone where there is none."""
         totals: dict[float, float] = {}
         for section in self.sections:
             if section.is_cylinder:
                 totals[section.radius_low] = totals.get(section.radius_low, 0.0) + section.area_mm2
         if not totals:
-            return None
+            return max(self.sections, key=lambda s: s.area_mm2) if self.sections[0].area_mm2 else None
         best = max(totals, key=lambda radius: totals[radius])
         return next(s for s in self.sections if s.is_cylinder and s.radius_low == best)
+
+
+def _ends(section: Band) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The (r, z) points of a section."""
+    return (section.radius_low, section.low), (section.radius_high, section.high)
 
 
 def body_outline(bands: list[FoundBand], radius_mm: float | None = None) -> Outline | None:
@@ -157,22 +180,126 @@ def _same(a: Band, b: Band) -> bool:
     return bool((np.abs(here - there) <= 1e-9 * a.middle_radius).all())
 
 
+@dataclass(frozen=True)
+class Hill:
+    """A stretch of an outline that is wider than what is beside it.
+
+    Attributes:
+        low: where it begins to stand out, mm.
+        high: where it ends.
+        base: radius of what it stands on: the wider of its two feet.
+        top: its greatest radius.
+        length: its length at half its height.
+        between: it has a foot on either side.
+    """
+
+    low: float
+    high: float
+    base: float
+    top: float
+    length: float
+    between: bool
+
+    @property
+    def is_flange(self) -> bool:
+        """It stands out at least as far as it is long."""
+        return self.top - self.base >= SHORT_AND_HIGH * self.length
+
+
+def hills(sections: Sequence[Band]) -> list[Hill]:
+    """The stretches of an outline that are wider than what is beside them, lowest first.
+
+    Args:
+        sections: of the outline.
+
+    Returns:
+        Cylinders and ridges that have a foot on one side or both.
+    """
+    z = np.array([v for s in sections for v in (s.low, s.high)])
+    r = np.array([v for s in sections for v in (s.radius_low, s.radius_high)])
+    slack = SAME_POINT * float(r.max())
+    found: list[Hill] = []
+    k = 0
+    while k < len(r):
+        last = k
+        while last + 1 < len(r) and abs(r[last + 1] - r[k]) <= slack:
+            last += 1
+        i, j = k, last
+        while i > 0 and _falls(r[k], (r[i], r[i - 1]), z[i] - z[i - 1], slack):
+            i -= 1
+        while j + 1 < len(r) and _falls(r[k], (r[j], r[j + 1]), z[j + 1] - z[j], slack):
+            j += 1
+        feet = [float(r[n]) for n in (i, j) if r[n] < r[k] - slack]
+        highest = not ((k > 0 and r[k - 1] > r[k] + slack) or (last + 1 < len(r) and r[last + 1] > r[k] + slack))
+        if feet and highest and (len(feet) == 2 or z[last] > z[k]):
+            found.append(_hill(z[i : j + 1], r[i : j + 1], max(feet), len(feet) == 2))
+        k = last + 1
+    return found
+
+
+def _falls(top: float, radii: tuple[float, float], length: float, slack: float) -> bool:
+    """A flank goes on: down a step or a short cone. It ends where a cylinder, or a long cone, begins."""
+    drop = radii[0] - radii[1]
+    if drop < -slack or (drop <= slack and length > slack):
+        return False
+    return length <= max(2 * drop, 0.5 * (top - radii[0]))
+
+
+def _hill(z: Floats, r: Floats, base: float, between: bool) -> Hill:
+    """A hill of points, where its flanks pass its base and half its height."""
+    top = float(r.max())
+
+    def ends(level: float) -> tuple[float, float]:
+        above = np.flatnonzero(r > level)
+        first, last = int(above[0]), int(above[-1])
+        low, high = float(z[first]), float(z[last])
+        if first > 0:
+            low = float(np.interp(level, r[first - 1 : first + 1], z[first - 1 : first + 1]))
+        if last + 1 < len(r):
+            high = float(np.interp(level, r[last : last + 2][::-1], z[last : last + 2][::-1]))
+        return low, high
+
+    low, high = ends(base * (1.0 + 1e-9))
+    middle = ends(0.5 * (base + top))
+    return Hill(low, high, base, top, middle[1] - middle[0], between)
+
+
 def _without_flanges(sections: list[Band]) -> list[Band]:
-    """Leave out sections that stick out farther than they are long, the shortest first."""
-    while len(sections) > 1:
-        flanges = []
-        for k, section in enumerate(sections):
-            beside = [
-                *([sections[k - 1].radius_high] if k else []),
-                *([sections[k + 1].radius_low] if k + 1 < len(sections) else []),
-            ]
-            height = min(section.radius_low, section.radius_high) - max(beside)
-            if section.is_cylinder and height > section.length:
-                flanges.append((section.length, k))
-        if not flanges:
-            break
-        sections = _bridged(sections, min(flanges)[1])
+    """Leave out what sticks out farther than it is long, the shortest first."""
+    while flanges := [hill for hill in hills(sections) if hill.is_flange]:
+        sections = _levelled(sections, min(flanges, key=lambda hill: hill.length))
     return sections
+
+
+def without_collars(outline: Outline) -> Outline:
+    """The outline with every ring between narrower stretches left out, however low it is.
+
+    Args:
+        outline: of a body.
+
+    Returns:
+        The narrower outline; the same where it has no such ring.
+    """
+    sections = list(outline.sections)
+    while rings := [hill for hill in hills(sections) if hill.between]:
+        sections = _levelled(sections, min(rings, key=lambda hill: hill.length))
+    return Outline(tuple(sections))
+
+
+def _levelled(sections: list[Band], hill: Hill) -> list[Band]:
+    """The sections with a hill cut down to its base."""
+    kept: list[Band] = []
+    for s in sections:
+        low, high = max(s.low, hill.low), min(s.high, hill.high)
+        if high - low <= 1e-9 * max(hill.high - hill.low, 1e-12) or max(s.radius_low, s.radius_high) <= hill.base:
+            kept.append(s)
+            continue
+        if low > s.low:
+            kept.append(s.between(s.low, low))
+        kept.append(Band(low, high, hill.base, hill.base))
+        if high < s.high:
+            kept.append(s.between(high, s.high))
+    return _joined(kept)
 
 
 def _without_larger(sections: list[Band], radius_mm: float) -> list[Band]:

@@ -1,38 +1,43 @@
-"""Find the axis a mesh is turned about: candidate directions, centres by consensus, least squares on corners.
+"""Find the axis a mesh is turned about: candidates by consensus, least squares on corners with outliers out.
 
-1. Directions: the coordinate axes, normals of large flats (end faces), and cross products of normals drawn at
-   random by area (two facets of one cylinder give its axis).
-2. Across each direction, facets of one cylinder have planes at one distance h from its axis: m·c = m·p + h, with
-   outward direction m and a point c of the facet. Three facets give the centre p and h; the facets that agree
-   are the cylinder, whatever else the part is made of (random sample consensus).
-3. The best are refined by least squares on the cylinder's outer corners (tilt, place, radius), and the axis
-   with the largest turned surface wins.
+1. Candidates: `slicing.axis_candidates`, by votes of the faces that are curved round something.
+2. The best are refined: the corners of all cylinders and cones about an axis are fitted at once, over the axis' place
+   and tilt and each surface's radius and slope, in ever narrower strips. A corner counts the less the farther off it
+   lies, and not at all where it lies outside the strip: fillets' and walls' corners drop out. The strip in which the
+   most lies within the least width is kept.
+3. The axis with the largest round surface wins; the next one that is another axis is its rival.
 
-    axis = find_axis(mesh.vertices, mesh.faces, noise_mm=mesh.noise_mm)
+    axis = find_axis(Skin.of(mesh.vertices, mesh.faces, mesh.noise_mm))
     axis.to_z @ point                        # homogeneous: the axis becomes z
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slicing.decompose_bands import HALF_FACET_RAD, LEAST_TURN, FoundBand, facets_of, find_bands, fit_band
-from slicing.part import Bools, Floats, Ints
+from slicing.axis_candidates import LEVEL, candidates, rotation_to_z
+from slicing.decompose_bands import LEAST_TURN, FoundBand, Skin, find_bands, ridge_weights
+from slicing.part import Floats, Ints
+from slicing.robust_line import biweights, densest
+from slicing.warning import Warning
 
-SAMPLES = 1500  # facets looked at while searching
-PAIRS = 600
-TRIPLES = 400
-DIRECTIONS = 14
-REFINED = 4  # candidates worth a least-squares fit
-SAME_DISTANCE = 4e-3  # of the part's reach: facets of one cylinder
-ACROSS = 0.05  # cosine: a normal across the direction
-ROUNDS = 8
-LEVEL = 1e-6  # z of a direction that is level
-STARTING_TURN = 0.1  # share of the directions in which a cylinder must be seen before the axis is fitted
-SEARCHED = 8  # bands looked at on the way
-CORNERS = 0.05  # least share of a cylinder's vertices to fit it to
+__all__ = ["LEVEL", "Axis", "find_axis", "measured", "rotation_to_z"]
+
+REFINED = 8  # candidates worth a least-squares fit
+WORTH = 0.15  # of the best candidate's score
+ROUNDS = 16
+ROUGH = 1e-3  # of the part's extent: a quarter of what corners may stray by about an axis that is not fitted yet
+SHRINK = 0.5
+STARTING_TURN = 0.1  # share of the directions in which a surface must be seen before the axis is fitted
+SEARCHED = 12  # bands looked at on the way
+MEASURED = 24  # bands that tell one axis from another
+BANDS = 4  # of which so many are fitted together
+LEAST_CORNERS = 6
+RIVAL = 0.5  # of the area: another axis with as much is told of
+SAME_AXIS_RAD, SAME_AXIS = np.deg2rad(6.0), 0.05  # of the part's reach: axes closer than this are one
+Z_FIRST = 0.98  # of the area: as good as equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +48,10 @@ class Axis:
         point: (3,) a point of the axis, mm.
         direction: (3,) unit.
         bands: cylinders and cones about it, in the frame in which it is z.
-        area_mm2: of the cylinders.
-        spread_mm: how far the cylinder's corners stray from it (standard deviation).
+        area_mm2: of those that are long and go round.
+        spread_mm: how far their corners stray from them (half the width of the strip that holds most).
+        rival: another axis with a large area about it, None where there is none.
+        lines: what is to be said of it.
     """
 
     point: Floats
@@ -52,6 +59,8 @@ class Axis:
     bands: tuple[FoundBand, ...] = ()
     area_mm2: float = 0.0
     spread_mm: float = 0.0
+    rival: Axis | None = None
+    lines: tuple[Warning, ...] = ()
 
     @property
     def to_z(self) -> Floats:
@@ -65,176 +74,166 @@ class Axis:
         motion[:3, :3], motion[:3, 3] = turn, -turn @ foot
         return motion
 
-
-def rotation_to_z(direction: Floats) -> Floats:
-    """Least rotation (3, 3) that makes a unit direction (3,) parallel to z, either way; of a level one, +x or +y up."""
-    level = abs(float(direction[2])) < LEVEL
-    leading = float(direction[int(np.abs(direction[:2]).argmax())]) if level else float(direction[2])
-    up = direction if leading >= 0 else -direction
-    x, y, z = up
-    return np.array(
-        [[1 - x * x / (1 + z), -x * y / (1 + z), -x], [-x * y / (1 + z), 1 - y * y / (1 + z), -y], [x, y, z]]
-    )
+    def largest(self) -> FoundBand | None:
+        """The largest cylinder, or the largest cone where there is no cylinder."""
+        round_ones = [f for f in self.bands if f.is_body()]
+        return max(round_ones, key=lambda f: (f.band.is_cylinder, f.band.area_mm2), default=None)
 
 
 def find_axis(
-    vertices: Floats,
-    faces: Ints,
-    noise_mm: float,
-    point: Floats | None = None,
-    direction: Floats | None = None,
-    least_turn: float = LEAST_TURN,
+    skin: Skin, point: Floats | None = None, direction: Floats | None = None, least_turn: float = LEAST_TURN
 ) -> Axis | None:
-    """The axis with the largest cylinders about it.
+    """The axis with the largest cylinders and cones about it.
 
     Args:
-        vertices: (n, 3) mm.
-        faces: (m, 3), outward.
-        noise_mm: rounding of the coordinates.
+        skin: of the part, about the origin.
         point: (3,) a point of the axis where it is known, mm.
         direction: (3,) unit, where it is known.
-        least_turn: share of the directions about the axis that its cylinders must face.
+        least_turn: share of the directions about the axis that its surfaces must face.
 
     Returns:
-        The axis, fitted to the mesh (near what was given), or None if no cylinder is there.
+        The axis, fitted to the mesh (near what was given), or None if nothing is turned about any.
     """
-    rng = np.random.default_rng(0)
     if point is not None and direction is not None:
-        axis = _refined(vertices, faces, Axis(point, direction), noise_mm, least_turn)
+        axis = _refined(skin, Axis(point, direction), least_turn)
         return axis if axis.area_mm2 > 0 else None
-    sample = _sample(vertices, faces, rng)
-    corners = vertices[faces[sample]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.sqrt((normal**2).sum(axis=1))[:, None]
-    ways = _directions(normal, rng) if direction is None else direction[None]
-    trials: list[tuple[float, float, int, Floats]] = []
-    for way in ways:
-        centre, score = _centre(corners.mean(axis=1), normal, way, point, rng)
-        trials.append((-round(score, 6), -round(abs(float(way[2])), 6), len(trials), centre))
-    found = []
-    trials.sort(key=lambda trial: trial[:3])
-    for score, _, k, centre in trials[:REFINED]:
-        if score < 0 and score <= 0.3 * trials[0][0]:
-            found.append(_refined(vertices, faces, Axis(centre, ways[k]), noise_mm, least_turn))
-    found = [axis for axis in found if axis.area_mm2 > 0]
+    reach = skin.extent
+    trials = candidates(skin.vertices, skin.faces, point, direction)
+    found: list[Axis] = []
+    tried: list[Axis] = []
+    for trial in trials:
+        start = Axis(trial.point, trial.direction)
+        if len(tried) == REFINED or trial.score < WORTH * trials[0].score:
+            break
+        if any(_same(start, axis, reach) for axis in found):
+            continue
+        tried.append(start)
+        axis = _refined(skin, start, least_turn)
+        if axis.area_mm2 > 0 and not any(_same(axis, other, 0.1 * reach) for other in found):
+            found.append(axis)
     if not found:
         return None
     most = max(axis.area_mm2 for axis in found)
     # as good as equal: the one nearest to z
-    return max((a for a in found if a.area_mm2 >= 0.98 * most), key=lambda a: round(abs(float(a.direction[2])), 6))
+    even = [axis for axis in found if axis.area_mm2 >= Z_FIRST * most]
+    best = max(even, key=lambda a: round(abs(float(a.direction[2])), 6))
+    rivals = [axis for axis in found if axis is not best and axis.area_mm2 >= RIVAL * most]
+    return replace(best, rival=max(rivals, key=lambda a: a.area_mm2, default=None))
 
 
-def _sample(vertices: Floats, faces: Ints, rng: np.random.Generator) -> Ints:
-    """Face numbers drawn by area, so that each stands for the same area."""
-    area = facets_of(vertices, faces).area
-    steps = (np.arange(SAMPLES) + rng.random(SAMPLES)) / SAMPLES
-    total = np.cumsum(area)
-    return np.searchsorted(total, steps * total[-1]).clip(max=len(faces) - 1).astype(np.int64)
+def _same(a: Axis, b: Axis, reach: float) -> bool:
+    """Two axes are one as far as a search goes."""
+    if np.linalg.norm(np.cross(a.direction, b.direction)) > np.sin(SAME_AXIS_RAD):
+        return False
+    away = a.point - b.point
+    return bool(np.linalg.norm(away - (away @ b.direction) * b.direction) <= SAME_AXIS * reach)
 
 
-def _directions(normal: Floats, rng: np.random.Generator) -> Floats:
-    """Candidate directions (k, 3): the coordinate axes first, then those with most faces along or across."""
-    first, second = rng.integers(0, len(normal), (2, PAIRS))
-    cross = np.cross(normal[first], normal[second])
-    length = np.sqrt((cross**2).sum(axis=1))
-    cross = cross[length > 0.1] / length[length > 0.1, None]
-    flats = normal[rng.integers(0, len(normal), PAIRS // 3)]
-    drawn = np.concatenate([cross, flats])
-    across = np.abs(drawn @ normal.T)
-    score = (across < ACROSS / 2).sum(axis=1) + 0.2 * (across > 1 - 1e-4).sum(axis=1)
-    chosen = [*np.eye(3)[::-1]]
-    for k in np.argsort(-score, kind="stable"):
-        if len(chosen) == DIRECTIONS:
+def measured(skin: Skin, axis: Axis, least_turn: float = LEAST_TURN) -> Axis:
+    """An axis as it stands, with the largest bands about it.
+
+    Args:
+        skin: of the part.
+        axis: whose bands are not known, or no longer.
+        least_turn: share of the directions about the axis that its surfaces must face.
+
+    Returns:
+        The axis with its bands and their area.
+    """
+    bands = find_bands(skin.moved(axis.to_z), MEASURED)
+    area = sum(f.band.area_mm2 for f in bands if f.is_body(least_turn))
+    return replace(axis, bands=tuple(bands), area_mm2=area)
+
+
+@dataclass(frozen=True, eq=False)
+class _Corners:
+    """Corners of the bands about an axis: which, of which band, what they weigh; and the bands' slopes."""
+
+    vertex: Ints
+    band: Ints
+    weight: Floats
+    slopes: list[float]
+    flat: float
+    radius: float
+
+
+def _corners_of(skin: Skin, axis: Axis, least_turn: float) -> _Corners | None:
+    """The corners of the largest bands that go round an axis; None where there are none."""
+    found = find_bands(skin.moved(axis.to_z), SEARCHED)
+    bands = [f for f in found if f.is_body(least_turn, 0.0)]
+    if not bands:
+        return None
+    bands = [f for f in bands[:BANDS] if f.band.area_mm2 >= 0.1 * bands[0].band.area_mm2]
+    parts = []
+    for k, f in enumerate(bands):
+        used, weight = ridge_weights(skin.faces[f.faces], skin.plane[f.faces], f.face_area)
+        parts.append((used, np.full(len(used), k), weight))
+    vertex, band, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
+    slopes = [(f.band.radius_high - f.band.radius_low) / max(f.band.length, 1e-12) for f in bands]
+    flat = max(max(f.band.flat_mm, f.within_mm) for f in bands)
+    return _Corners(vertex, band, weight / weight.sum(), slopes, flat, max(f.band.middle_radius for f in bands))
+
+
+def _refined(skin: Skin, axis: Axis, least_turn: float) -> Axis:
+    """Robust least squares on the corners of the largest bands, over place, tilt, radii and slopes."""
+    best = replace(axis, spread_mm=np.inf)
+    rough = replace(skin, noise_mm=max(ROUGH * skin.extent, skin.noise_mm))
+    for seen, turn in ((rough, STARTING_TURN), (skin, least_turn)):
+        corners = _corners_of(seen, best, turn)
+        if corners is None:
             break
-        if np.abs(np.array(chosen) @ drawn[k]).max() < 1 - 1e-6:  # not one that is there
-            chosen.append(drawn[k])
-    return np.array(chosen)
+        best = _narrowed(skin.vertices, best, corners, skin.noise_mm)
+    if not np.isfinite(best.spread_mm):
+        return axis
+    return measured(skin, best, least_turn)
 
 
-def _centre(
-    middles: Floats, normal: Floats, way: Floats, point: Floats | None, rng: np.random.Generator
-) -> tuple[Floats, float]:
-    """The centre (3,) of the best cylinder along a direction, and its share of the sampled area."""
-    turn = rotation_to_z(way)
-    facing = normal @ turn.T
-    lateral = np.abs(facing[:, 2]) < ACROSS
-    nothing = (np.zeros(3), 0.0)
-    if lateral.sum() < 3:
-        return nothing
-    outward = facing[lateral, :2] / np.hypot(facing[lateral, 0], facing[lateral, 1])[:, None]
-    flat = (middles[lateral] @ turn.T)[:, :2]
-    along = (outward * flat).sum(axis=1)
-    drawn = rng.integers(0, len(along), (TRIPLES, 3))
-    system = np.concatenate([outward[drawn], np.ones((TRIPLES, 3, 1))], axis=2)  # m·p + h = m·c
-    if point is not None:
-        centres = np.repeat((turn @ point)[None, :2], TRIPLES, axis=0)
-        distances = along[drawn[:, 0]] - outward[drawn[:, 0]] @ centres[0]
-    else:
-        solvable = np.abs(np.linalg.det(system)) > 0.05
-        solved = np.linalg.solve(system[solvable], along[drawn[solvable]][..., None])[..., 0]
-        centres, distances = solved[:, :2], solved[:, 2]
-    reach = float(np.ptp(flat, axis=0).max())
-    good = (distances > 0.005 * reach) & (distances < reach)
-    if not good.any():
-        return nothing
-    centres, distances = centres[good], distances[good]
-    score = _agreeing(outward, flat, along, centres, distances, SAME_DISTANCE * reach).sum(axis=1)
-    best = int(score.argmax())
-    return turn.T @ np.append(centres[best], 0.0), float(score[best]) / len(middles)
-
-
-def _agreeing(outward: Floats, flat: Floats, along: Floats, centres: Floats, distances: Floats, window: float) -> Bools:
-    """Which facets (k, n) belong to each of k cylinders."""
-    gap = along[None] - centres @ outward.T - distances[:, None]
-    tangent = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
-    aside = (tangent * flat).sum(axis=1)[None] - centres @ tangent.T
-    return (np.abs(gap) <= window) & (np.abs(aside) <= np.tan(HALF_FACET_RAD) * distances[:, None])
-
-
-def _measured(vertices: Floats, faces: Ints, point: Floats, direction: Floats, least_turn: float) -> Axis:
-    """An axis with the bands about it."""
-    axis = Axis(np.asarray(point, dtype=np.float64), np.asarray(direction, dtype=np.float64))
-    motion = axis.to_z
-    bands = find_bands(vertices @ motion[:3, :3].T + motion[:3, 3], faces)
-    area = sum(f.band.area_mm2 for f in bands if f.is_round(least_turn))
-    return Axis(axis.point, axis.direction, tuple(bands), area)
-
-
-def _refined(vertices: Floats, faces: Ints, axis: Axis, noise_mm: float, least_turn: float) -> Axis:
-    """Gauss-Newton on the outer corners of the largest cylinder, over place, tilt and radius."""
-    spread, members = 0.0, np.zeros(0, dtype=np.int64)
-    for k in range(ROUNDS):
+def _narrowed(vertices: Floats, axis: Axis, corners: _Corners, noise_mm: float) -> Axis:
+    """Fit in ever narrower strips; the axis of the best of them."""
+    floor = max(4 * noise_mm, 1e-7 * corners.radius)
+    width = max(2 * corners.flat, 1e-3 * corners.radius, 16 * floor)
+    slopes, best, most = list(corners.slopes), axis, -1.0
+    for _ in range(3 * ROUNDS):
         motion = axis.to_z
-        if k in (0, 3):  # which faces are its facets: once near, once about the true axis
-            found = find_bands(vertices @ motion[:3, :3].T + motion[:3, 3], faces, SEARCHED)
-            # a rough start sees only stretches of the cylinder
-            cylinders = [f for f in found if f.is_round(least_turn if k else STARTING_TURN)]
-            if not cylinders:
-                return axis
-            members = max(cylinders, key=lambda f: f.band.area_mm2).faces
-            used, compact = np.unique(faces[members], return_inverse=True)
-        corners = vertices[used] @ motion[:3, :3].T + motion[:3, 3]
-        band = fit_band(corners, compact.reshape(-1, 3), members).band
-        away = np.hypot(corners[:, 0], corners[:, 1])
-        gap = away - band.middle_radius
-        # first the whole facets, then ever closer to the corners, which lie on the true cylinder
-        depth = max(2.0 * band.flat_mm * 0.4**k, 4 * noise_mm, 1e-7 * band.middle_radius)
-        near = gap >= -depth
-        if near.sum() < max(6, CORNERS * len(near)):
-            break  # rough: what is left is chance
-        step = _step(corners[near], away[near], gap[near])
-        spread = float(np.std(gap[near]))
+        local = vertices[corners.vertex] @ motion[:3, :3].T + motion[:3, 3]
+        away = np.hypot(local[:, 0], local[:, 1])
+        middle = float((corners.weight * local[:, 2]).sum())
+        off = np.empty(len(away))
+        for k, slope in enumerate(slopes):
+            mine = corners.band == k
+            value = away[mine] - slope * (local[mine, 2] - middle)
+            off[mine] = value - densest(value, corners.weight[mine], width)[0]
+        inside = np.abs(off) <= width
+        share = float(corners.weight[inside].sum())
+        if share / width**0.5 > most:
+            most, best = share / width**0.5, replace(axis, spread_mm=width)
+        weight = corners.weight * biweights(off, width)
+        if (weight > 0).sum() < LEAST_CORNERS:
+            break
+        step = _step(local, away, off, (weight, corners.band, len(slopes), middle))
+        slopes = [slope + float(change) for slope, change in zip(slopes, step[4:], strict=True)]
         back = motion[:3, :3].T
-        middle = axis.point + back[:, 2] * float(corners[near, 2].mean() - (motion[:3, :3] @ axis.point)[2])
+        centre = axis.point + back[:, 2] * (middle - float((motion[:3, :3] @ axis.point)[2]))
         direction = back @ np.array([step[2], step[3], 1.0])
-        axis = Axis(middle + back @ np.array([step[0], step[1], 0.0]), direction / np.linalg.norm(direction))
-    final = _measured(vertices, faces, axis.point, axis.direction, least_turn)
-    return Axis(final.point, final.direction, final.bands, final.area_mm2, spread)
+        axis = Axis(centre + back @ np.array([step[0], step[1], 0.0]), direction / np.linalg.norm(direction))
+        moved = max(float(np.hypot(*step[:2])), float(np.hypot(*step[2:4])) * float(np.ptp(local[:, 2])))
+        if moved < 0.2 * width:
+            if width <= floor:
+                break
+            width = max(width * SHRINK, floor)
+    return best
 
 
-def _step(corners: Floats, away: Floats, gap: Floats) -> Floats:
-    """Least-squares step (4,): shift in x, y at the corners' middle height, and tilt in x, y."""
-    unit = corners[:, :2] / away[:, None]
-    height = corners[:, 2] - corners[:, 2].mean()
-    columns = np.column_stack([unit, unit * height[:, None], np.ones(len(away))])
-    return np.linalg.lstsq(columns, gap, rcond=None)[0][:4]
+def _step(local: Floats, away: Floats, off: Floats, of: tuple[Floats, Ints, int, float]) -> Floats:
+    """Weighted least-squares step (4 + bands,): shift in x, y at the middle height, tilt in x, y, and slopes."""
+    weight, band, count, middle = of
+    unit = local[:, :2] / np.maximum(away, 1e-300)[:, None]
+    height = (local[:, 2] - middle)[:, None]
+    belongs = band[:, None] == np.arange(count)
+    columns = np.concatenate([unit, unit * height, belongs * height, belongs], axis=1)
+    size = np.maximum(np.sqrt(np.einsum("ij,ij,i->j", columns, columns, weight)), 1e-300)
+    columns = columns / size
+    # few columns, normal equations; sums and not BLAS, whose threads cost more than they save
+    square = np.einsum("ij,ik,i->jk", columns, columns, weight)
+    solved: Floats = np.linalg.lstsq(square, np.einsum("ij,i,i->j", columns, off, weight), rcond=1e-9)[0] / size
+    return solved[: 4 + count]
