@@ -281,8 +281,10 @@ def _slice(args: argparse.Namespace) -> int:
 
         png = slice_picture(sliced, body_of(part), title=case.title, colour=args.colour, laid=laid)
         write_bytes(args.picture, png)
-    lines = slice_lines(sliced, found, part.warnings, told, laid, case.process)
-    lines = [*lines, *found_lines(part.T_part_input, part.evidence)]
+    lines = [
+        *slice_lines(sliced, found, part.warnings, told, laid, case.process),
+        *found_lines(part.T_part_input, part.evidence),
+    ]
     _say(lines, sys.stderr if args.json == STDOUT else sys.stdout)
     return FEASIBLE
 
