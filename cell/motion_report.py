@@ -195,7 +195,7 @@ def _facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str, str]]
     yield "drives", ", ".join(f"{axis} at {100 * v:.0f} % of its {kind}" for kind, (axis, v) in most.items())
     if d["speed"]["least_share"] is not None:
         share, start = d["speed"]["least_share"], d["speed"]["from_target"]
-        yield "speed", f"held to {100 * share:.0f} % or more from target to target, least from target {start}"
+        yield "speed", f"held to {100 * share:.0f} % or more over every 5 mm, least from target {start}"
     dwell = f", {d['dwell_s']:.0f} s waiting" if d["dwell_s"] else ""
     yield (
         "motion",

@@ -286,10 +286,10 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
 def speed_in_words(d: dict[str, Any]) -> str:
     """How far the deposition speed is held, of what ``cell.pace.pace_document`` says."""
     if not d["slowed"]:
-        return "held from target to target"
+        return "held all along"
     why = f" ({d['axis']}'s {d['by']})" if d["axis"] else ""
     return (
-        f"held to {100 * d['least_share']:.0f} % or more from target to target, least from target "
+        f"held to {100 * d['least_share']:.0f} % or more over every 5 mm, least from target "
         f"{d['from_target']}{why}; {d['slowed_s']:.0f} s on ways below 98 %"
     )
 
