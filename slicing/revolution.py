@@ -96,7 +96,8 @@ def find_axis(
     """
     if point is not None and direction is not None:
         axis = _refined(skin, Axis(point, direction), least_turn)
-        return axis if axis.area_mm2 > 0 else None
+        # nothing near: the one that is there says how far off the point is
+        return axis if axis.area_mm2 > 0 else find_axis(skin, None, direction, least_turn)
     reach = skin.extent
     trials = candidates(skin.vertices, skin.faces, point, direction)
     found: list[Axis] = []
@@ -112,7 +113,7 @@ def find_axis(
         if axis.area_mm2 > 0 and not any(_same(axis, other, 0.1 * reach) for other in found):
             found.append(axis)
     if not found:
-        return None
+        return None if point is None else find_axis(skin, None, direction, least_turn)
     most = max(axis.area_mm2 for axis in found)
     # as good as equal: the one nearest to z
     even = [axis for axis in found if axis.area_mm2 >= Z_FIRST * most]
