@@ -51,7 +51,6 @@ class Code(StrEnum):
     SHORT_RETRACT = "short_retract"
     SLIVERS = "slivers"
     SUB_VOLUME_ABSENT = "sub_volume_absent"
-    SUB_VOLUME_ROOT = "sub_volume_root"
     TABLE_WITHOUT_SHAPE = "table_without_shape"
 
 
