@@ -135,6 +135,8 @@ def _divided_anew(mesh: Mesh, rows: Ints, normal: Floats) -> Ints | None:
     u /= np.sqrt(u @ u)
     frame = np.stack([u, np.cross(normal / twice, u)], axis=1)
     origin = mesh.vertices[loops[0][0]]
+    if np.abs((mesh.vertices[mesh.faces[rows]] - origin) @ (normal / twice)).max() > 8.0 * mesh.noise_mm:
+        return None  # nearly flat is not flat
     flat = [np.ascontiguousarray((mesh.vertices[loop] - origin) @ frame) for loop in loops]
     local: Any = np.asarray(manifold3d.triangulate(flat)).reshape(-1, 3)
     places = np.concatenate(flat)
