@@ -171,7 +171,8 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
             for mesh, body in zip(part.meshes, part.bodies, strict=True)
         )
     except PartError as error:
-        hints = "".join(f"; {line}" for mesh in part.meshes for line in mesh.warnings)
+        meshes = part.meshes if part.body_mesh is None else (*part.meshes, part.body_mesh)
+        hints = "".join(f"; {line}" for mesh in meshes for line in mesh.warnings)
         raise InputError(f"{error}{hints}") from None
 
 
@@ -245,6 +246,16 @@ def _require_right_layers(case: Case, sliced: tuple[SlicedSubVolume, ...]) -> No
         raise InputError(f"{case.path}: {wrong[0]}{more}; no verdict on it: [{wrong[0].code}]; rbam slice shows it")
 
 
+def _built(case: Case, part: PartInput) -> list[tuple[SlicedSubVolume, float]]:
+    """Sub-volumes that are there from the start, sliced, and how far their beads reach beyond their borders, mm."""
+    if not part.built:
+        return []
+    meshes, bodies = zip(*part.built, strict=True)
+    sliced = slice_part(case, replace(part, meshes=meshes, bodies=bodies, body_solid=None))
+    parameters = replace(bead_parameters(case), seams=())
+    return [(one.sliced, beyond_borders(one, parameters)) for one in lay_beads(sliced, parameters)]
+
+
 def prepare(case: Case) -> Job:
     """Slice, sample and compose.
 
@@ -268,10 +279,7 @@ def prepare(case: Case) -> Job:
         )
     parameters = bead_parameters(case)
     beyond = [beyond_borders(one, parameters) for one in laid]
-    before = replace(part, meshes=tuple(m for m, _ in part.built), bodies=tuple(b for _, b in part.built))
-    built = slice_part(case, replace(before, body_solid=None))
-    there = [(one.sliced, beyond_borders(one, parameters)) for one in lay_part(case, built)]
-    shape = part_shape(sliced, part.body_mesh, part.profile, beyond, there)
+    shape = part_shape(sliced, part.body_mesh, part.profile, beyond, _built(case, part))
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
     scene = compose(case, shape)
     warnings = (*warnings, *scene.warnings)

@@ -241,6 +241,6 @@ def _checked(case: Case, names: Sequence[str]) -> tuple[list[str], list[str]]:
             "which slicing.body prints"
         )
     take = list(part.take) or [name for name in names if name not in part.built]
-    if not take:
+    if not take and names:
         raise InputError(f"{case.path}: part.built: all of {known} are built: nothing is left to be taken")
     return take, list(part.built)

@@ -195,8 +195,8 @@ def compose(case: Case, part: PartShape) -> Scene:
     """
     pieces = Pieces(surroundings(case), case)
     check_names(case.robot.joints)
-    check_count(case.robot.joints)
     arm = add_robot(pieces)
+    check_count(case.robot.joints)
     pair_tool_with_arm(pieces)
     table = add_positioner(pieces)
     add_part(pieces, part)

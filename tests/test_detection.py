@@ -91,21 +91,25 @@ def test_an_arm_of_capsules_behind_a_wall_is_in_it_whether_it_is_a_box_or_a_mesh
 
     trimesh.creation.box((20.0, 4000.0, 4000.0)).export(tmp_path / "wall.stl")
     arm = tmp_path / "arm.xml"
-    link = '<geom type="capsule" size="0.09" fromto="0.1 0 0 0.9 0 0"/><site name="flange" pos="1 0 0"/>'
     joint = '<joint name="{}" axis="0 {} {}" range="-170 170"/>'
+    wrist = '<site name="flange" pos="0.1 0 0"/>'
+    for k in (6, 5, 4, 3):
+        wrist = f'<body pos="0.02 0 0">{joint.format(f"A{k}", k % 2, 1 - k % 2)}<geom size="0.01"/>{wrist}</body>'
+    link = f'<geom type="capsule" size="0.09" fromto="0.1 0 0 0.9 0 0"/><body pos="0.98 0 0">{wrist}</body>'
     arm.write_text(
-        '<mujoco><compiler autolimits="true"/><custom><numeric name="max_speed_deg_s" data="90 90"/></custom>'
+        '<mujoco><compiler autolimits="true"/><custom>'
+        '<numeric name="max_speed_deg_s" data="90 90 90 90 90 90"/></custom>'
         f'<worldbody><body name="base_link"><body pos="0 0 1">{joint.format("A1", 0, 1)}'
         f'<geom size=".1"/><body>{joint.format("A2", 1, 0)}{link}</body></body></body></worldbody></mujoco>',
         encoding="utf-8",
     )
-    robot = {"model": "arm.xml", "joints": ["A1", "A2"]}
+    robot = {"model": "arm.xml", "joints": [f"A{k}" for k in range(1, 7)]}
     box = {"box": {"size_mm": [20, 4000, 4000]}}
     depth = []
     for name, wall in (("box", box), ("mesh", {"mesh": "wall.stl"})):
         path = make_case(name, robot=robot, fixtures=[{**wall, "name": "wall", "position_mm": [500, 0, 2000]}])
         scene = prepare(load_case(path)).scene
-        found = Checker(scene, (0.0, 0.0), 0.05).clearances(np.zeros((1, 2)), np.array([0]))
+        found = Checker(scene, (0.0, 0.0), 0.05).clearances(np.zeros((1, 6)), np.array([0]))
         assert "wall" in [scene.geom_name(int(g)) for g in found.pair[0]]
         depth.append(found.distance[0])
     assert depth[0] < -0.09

