@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
+NEAREST_SHARE = 0.03  # of the least clearance, likewise
 CLOSER = 20  # halvings about the nearest sample found
 
 
@@ -147,8 +148,8 @@ def least_on_the_way(
         apart: motion that each sample belongs to, (m,); steps from one motion to the next are left out.
 
     Returns:
-        The sample at which it is or after which it comes, and the one nearest pair; a distance that is ``NEAREST``
-        too large at most.
+        The sample at which it is or after which it comes, and the one nearest pair; a distance that is too large by
+        ``NEAREST`` or ``NEAREST_SHARE`` of it at most, whichever is more.
     """
     step = _steps(q, apart)
     at = int(np.argmin(found.distance))
@@ -160,7 +161,8 @@ def least_on_the_way(
     laid = np.maximum(stage[step], stage[step + 1])
     for _ in range(HALVINGS):
         # on a step it comes no nearer than half of what its ends have beyond the way
-        limit = min(float(best.distance[0]), checker.reach) - NEAREST
+        least = min(float(best.distance[0]), checker.reach)
+        limit = least - max(NEAREST, NEAREST_SHARE * least)
         open_ = _open(checker, radius, a, b, da + db - 2 * limit)
         step, laid = step[open_], laid[open_]
         a, b, da, db = (x[open_] for x in (a, b, da, db))
