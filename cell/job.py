@@ -246,7 +246,7 @@ def _require_right_layers(case: Case, sliced: tuple[SlicedSubVolume, ...]) -> No
         raise InputError(f"{case.path}: {wrong[0]}{more}; no verdict on it: [{wrong[0].code}]; rbam slice shows it")
 
 
-def _built(case: Case, part: PartInput) -> list[tuple[SlicedSubVolume, float]]:
+def _built(case: Case, part: PartInput) -> list[tuple[SlicedSubVolume, Floats]]:
     """Sub-volumes that are there from the start, sliced, and how far their beads reach beyond their borders, mm."""
     if not part.built:
         return []
