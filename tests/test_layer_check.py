@@ -136,9 +136,9 @@ def test_a_bridge_of_no_width_and_a_loop_of_little_area_are_seen(strategy):
 
 
 def test_a_wrong_layer_gets_no_verdict(make_case, monkeypatch, capsys):
-    import slicing.slicer
+    from slicing import slicer
 
-    right = slicing.slicer._layers
+    right = slicer._layers
 
     def wrong(*args):
         layers = right(*args)
@@ -146,7 +146,7 @@ def test_a_wrong_layer_gets_no_verdict(make_case, monkeypatch, capsys):
         return layers
 
     case = str(make_case())
-    monkeypatch.setattr(slicing.slicer, "_layers", wrong)
+    monkeypatch.setattr(slicer, "_layers", wrong)
     for command in (["check", case], ["check", case, "--motion-in", "none.csv"], ["sweep", case, "--e1", "0"]):
         assert main(command) == 2
         out, err = capsys.readouterr()
