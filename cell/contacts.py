@@ -83,11 +83,29 @@ def pair_tool_with_arm(pieces: Pieces) -> None:
             continue
         names = model.geom(tool).name, model.geom(arm).name
         world.add_pair(name="~".join(names), geomname1=names[0], geomname2=names[1])
+    _pair_links(wrist)
     if left_out:
         text = (
             f"robot.model: {', '.join(left_out)} touch at every angle of {case.robot.joints[-1]}: shapes at the "
             "flange, not held against each other"
         )
+        pieces.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
+
+
+def _pair_links(wrist: _Wrist) -> None:
+    """Name the pairs of links with two or more joints between that MuJoCo takes for a body and the one that carries it.
+
+    So they are where a body has several joints. What touches at every angle that is looked at is left out and said.
+    """
+    pieces, left_out = wrist.pieces, []
+    for outer, inner in wrist.unseen_links():
+        names = wrist.model.geom(outer).name, wrist.model.geom(inner).name
+        if wrist.always_touch(outer, inner):
+            left_out.append(" - ".join(reversed(names)))
+        else:
+            pieces.world.add_pair(name="~".join(names), geomname1=names[0], geomname2=names[1])
+    if left_out:
+        text = f"robot.model: {', '.join(left_out)} touch at every angle between them: not held against each other"
         pieces.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
 
 
@@ -147,12 +165,29 @@ class _Wrist:
         arms = np.flatnonzero(hard & robot & (self.moved_by < last)).tolist()
         return [(t, a) for t in tools for a in arms if self._filtered(t, a)]
 
+    def unseen_links(self) -> list[tuple[int, int]]:
+        """Geoms of the arm with two or more joints between that MuJoCo takes for neighbours, but for unseen ones.
+
+        What the model itself excludes stays excluded.
+        """
+        model, known = self.model, set(self.unseen())
+        hard = (model.geom_contype | model.geom_conaffinity) != 0
+        robot = [self.pieces.piece.get(model.body(b).name) is Piece.ROBOT for b in model.geom_bodyid]
+        geoms, moved = np.flatnonzero(hard & np.array(robot)).tolist(), self.moved_by
+        pairs = [(o, i) for o in geoms for i in geoms if moved[o] - moved[i] >= 2 and (o, i) not in known]
+        return [(o, i) for o, i in pairs if self._filtered(o, i) and not self._excluded(o, i)]
+
+    def _excluded(self, one: int, other: int) -> bool:
+        """Whether the model excludes the bodies of two geoms."""
+        a, b = sorted((int(self.model.geom_bodyid[one]), int(self.model.geom_bodyid[other])))
+        return (a << 16) + b in self.model.exclude_signature
+
     def _filtered(self, one: int, other: int) -> bool:
         """Whether MuJoCo leaves a pair of geoms out; see "collision detection: selection" in its documentation."""
         model = self.model
-        a, b = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
-        if (a << 16) + b in model.exclude_signature:
+        if self._excluded(one, other):
             return True
+        a, b = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
         weld = [int(model.body_weldid[x]) for x in (a, b)]
         above = [int(model.body_weldid[model.body_parentid[w]]) for w in weld]
         return 0 not in weld and (weld[0] == above[1] or weld[1] == above[0])

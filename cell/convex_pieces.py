@@ -57,12 +57,18 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST) -> ConvexPieces:
 
     Returns:
         The pieces; one hull for a convex solid and for a mesh that is no solid.
+
+    Raises:
+        ValueError: a part of the solid is too thin a sheet: pieces of it would be taken for rounding and left out.
     """
     whole = _solid(mesh)
     if whole is None:
         return ConvexPieces((np.asarray(mesh.vertices, dtype=np.float64),), np.inf)
     volume = whole.volume()
-    heap = [(-_lacks(piece), number, piece) for number, piece in enumerate(whole.decompose())]
+    parts = whole.decompose()
+    if not all(_is_thick(_corners(part)) for part in parts):
+        raise ValueError(f"a part of it is thinner than {THIN:g} of its length; make it thicker")
+    heap = [(-_lacks(piece), number, piece) for number, piece in enumerate(parts)]
     heapq.heapify(heap)
     done: list[Manifold] = []
     number = len(heap)

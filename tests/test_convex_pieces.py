@@ -114,3 +114,13 @@ def test_a_fixture_that_is_no_mesh_is_refused_in_one_line(make_case, tmp_path):
     (tmp_path / "thing.stl").write_bytes(b"no mesh")
     with pytest.raises(InputError, match=r"fixtures\.thing\.mesh"):
         prepare(load_case(make_case(fixtures=[{"name": "thing", "mesh": "thing.stl"}])))
+
+
+def test_a_sheet_too_thin_to_be_cut_up_is_refused_and_not_left_out(make_case, tmp_path):
+    sheet = trimesh.creation.box((0.002, 4000, 4000))
+    block = trimesh.creation.box((100, 100, 100)).apply_translation([500, 0, 0])
+    for k, mesh in enumerate((sheet, trimesh.util.concatenate([block, sheet]))):
+        mesh.export(tmp_path / f"sheet{k}.stl")
+        path = make_case(fixtures=[{"name": "wall", "mesh": str(tmp_path / f"sheet{k}.stl")}])
+        with pytest.raises(InputError, match=r"fixtures\.wall\.mesh: a part of it is thinner than"):
+            prepare(load_case(path))
