@@ -15,8 +15,10 @@ from support.cad_parts import FORMATS, arrays, boss_fillet, cad_part, filleted_b
 from support.part_truth import judged
 
 from slicing.decompose import BodyHint, Decomposition, decompose
+from slicing.ends import body_ends
 from slicing.layers import SlicingParameters
 from slicing.load import load_mesh
+from slicing.overhang import overhangs
 from slicing.part import Mesh, PartError, mesh_from_arrays
 from slicing.slicer import slice_sub_volume
 from slicing.warning import Code, Warning
@@ -119,6 +121,20 @@ def test_a_drafted_hub_is_a_cone_and_no_tilted_cylinder(angle):
     assert parts.cones[0].half_angle_deg == pytest.approx(-angle, abs=5e-3)
     assert parts.evidence is not None
     assert parts.evidence.kind == "cone"
+
+
+@pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
+def test_cylindrical_layers_begin_with_the_whole_root_on_a_drafted_hub(strategy):
+    top = 25 - 100 * math.tan(math.radians(0.5))
+    parts = decompose(mesh_of(cylinder(25, 0, 100, 48, top) + box((3, -3, 30), (50, 3, 70))))
+    (body,) = parts.bodies
+    assert any("0.17 mm off it" in line for line in parts.warnings)
+    ends = body_ends(parts.outline.points, body)
+    assert ends[1] >= 69.9
+    sliced = slice_sub_volume(parts.sub_volumes[0], body, SlicingParameters(strategy), ends)
+    assert sliced.layers[0].area_mm2 == pytest.approx(wedge(3, 24.56, 40), rel=5e-3)
+    assert not any(getattr(line, "code", None) == Code.BODY_END for line in sliced.warnings)
+    assert not any(over.area_mm2 for over in overhangs(sliced, 2.5))
 
 
 # where it lies
