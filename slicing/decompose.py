@@ -48,7 +48,7 @@ from slicing.decompose_doubts import (
 )
 from slicing.decompose_outline import Outline, body_outline, without_collars
 from slicing.faces import face_normals
-from slicing.part import Floats, Mesh, PartError, mesh_from_arrays
+from slicing.part import Floats, Ints, Mesh, PartError, mesh_from_arrays
 from slicing.revolution import Axis, find_axis
 from slicing.warning import Code, Warning
 
@@ -168,7 +168,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     solid = solid_of(mesh.vertices, mesh.faces, mesh.name)
     vertices, faces, _ = arrays_of(solid)
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    skin = Skin.of(vertices - middle, faces, mesh.noise_mm)
+    skin = Skin.of(vertices - middle, _outer(vertices - middle, faces), mesh.noise_mm)
     axis = _hinted_axis(mesh, hint, skin, middle)
     T_part_input, axis_xy = _frame(axis, vertices)
     # about the part's own middle: lengths are the part's, however far it lies from the origin
@@ -217,6 +217,19 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
         tuple(warnings),
         replace(evidence, left_out=(*map(str, left), *rings_of(outline))),
     )
+
+
+def _outer(vertices: Floats, faces: Ints) -> Ints:
+    """The faces of shells that face outward: a closed cavity's walls are no body's surface."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    graph = coo_array((np.ones(len(start)), (start, end)), shape=(len(vertices), len(vertices)))
+    shell = connected_components(graph, directed=False)[1][faces[:, 0]]
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    volume = np.bincount(shell, (a * np.cross(b, c)).sum(axis=1))
+    return faces[volume[shell] > 0]
 
 
 def _hinted_axis(mesh: Mesh, hint: BodyHint, skin: Skin, middle: Floats) -> Axis:

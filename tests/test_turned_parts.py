@@ -109,6 +109,14 @@ def test_four_filleted_blades_are_alike():
     assert volumes(parts) == pytest.approx([(blade - cylinder(25, -1, 61, 4096)).volume()] * 4, rel=1e-3)
 
 
+def test_a_ring_shaped_cavity_in_a_collar_is_no_body():
+    ring = revolved([(10, 40), (60, 40), (60, 55), (10, 55)], 64)
+    cavity = revolved([(35, 43), (50, 43), (50, 52), (35, 52)], 64)
+    parts = decompose(mesh_of(cylinder(25, 0, 150) + ring - cavity))
+    assert [body.radius_mm for body in parts.bodies] == [25.0]
+    assert volumes(parts) == pytest.approx([(ring - cavity - cylinder(25, -1, 151, 4096)).volume()], rel=1e-3)
+
+
 # cones
 
 
