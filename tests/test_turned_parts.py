@@ -117,6 +117,20 @@ def test_a_ring_shaped_cavity_in_a_collar_is_no_body():
     assert volumes(parts) == pytest.approx([(ring - cavity - cylinder(25, -1, 151, 4096)).volume()], rel=1e-3)
 
 
+@pytest.mark.parametrize(("sides", "digits"), [(24, 2), (40, 2), (48, 3)])
+def test_rounded_coordinates_hide_no_body(sides, digits):
+    solid = cylinder(25, 0, 50, sides) + cylinder(20, 50, 90, sides) + box((3, -3, 55), (50, 3, 85))
+    parts = decompose(mesh_of(solid, digits=digits))
+    assert (parts.T_part_input == np.eye(4)).all()
+    assert parts.body.radius_mm == 25.0
+    assert volumes(parts) == pytest.approx([5413.5], rel=1e-3)
+
+
+def test_rounding_makes_no_plane_of_a_fine_cylinder():
+    solid = cylinder(20, 0, 60, 300) + box((3, -2.5, 20), (50, 2.5, 40))
+    assert decompose(mesh_of(solid, digits=2)).body.radius_mm == 20.0
+
+
 # cones
 
 
