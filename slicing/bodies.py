@@ -41,10 +41,12 @@ class Body:
     Attributes:
         radius_mm: its radius.
         axis_xy_mm: where the axis is.
+        off_mm: how far the surface that is there lies off it at most where a sub-volume stands: on a drafted hub.
     """
 
     radius_mm: float
     axis_xy_mm: tuple[float, float] = (0.0, 0.0)
+    off_mm: float = 0.0
     kind = "cylinder"
 
     def __post_init__(self) -> None:

@@ -48,7 +48,7 @@ from slicing.decompose_doubts import (
 )
 from slicing.decompose_outline import Outline, body_outline, without_collars
 from slicing.faces import face_normals
-from slicing.part import Floats, Mesh, PartError, mesh_from_arrays
+from slicing.part import Floats, Ints, Mesh, PartError, mesh_from_arrays
 from slicing.revolution import Axis, find_axis
 from slicing.warning import Code, Warning
 
@@ -59,6 +59,7 @@ HINT_MM = 0.01  # how far a hint's radius may
 LEAST_SEEN, SMALL_SEEN = 0.5, 0.9  # of a body's length: with less it is no body; of one that is small against the part
 LEAST_SIDES = math.ceil(math.pi / HALF_FACET_RAD)
 CARRIES = 0.1  # share of a root that makes a step count as what it stands on
+DRAFT_MM = 0.5  # a cone so near its mean cylinder where a sub-volume stands: cylindrical layers begin on it
 
 
 @dataclass(frozen=True)
@@ -167,7 +168,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     solid = solid_of(mesh.vertices, mesh.faces, mesh.name)
     vertices, faces, _ = arrays_of(solid)
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    skin = Skin.of(vertices - middle, faces, mesh.noise_mm)
+    skin = Skin.of(vertices - middle, _outer(vertices - middle, faces), mesh.noise_mm)
     axis = _hinted_axis(mesh, hint, skin, middle)
     T_part_input, axis_xy = _frame(axis, vertices)
     # about the part's own middle: lengths are the part's, however far it lies from the origin
@@ -207,7 +208,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     shift = np.array([*axis_xy, up])
     return Decomposition(
         Body(radius, axis_xy),
-        tuple(Body(root.radius, axis_xy) for root in roots),
+        tuple(Body(root.radius, axis_xy, root.off_mm) for root in roots),
         tuple(None if root.cone is None else ConicalBody(*conical(root.cone), axis_xy) for root in roots),
         _mesh(f"{mesh.name} body", cut.body, shift, mesh),
         tuple(_mesh(f"SV{k + 1}", piece, shift, mesh) for k, piece in enumerate(pieces)),
@@ -216,6 +217,19 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
         tuple(warnings),
         replace(evidence, left_out=(*map(str, left), *rings_of(outline))),
     )
+
+
+def _outer(vertices: Floats, faces: Ints) -> Ints:
+    """The faces of shells that face outward: a closed cavity's walls are no body's surface."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    graph = coo_array((np.ones(len(start)), (start, end)), shape=(len(vertices), len(vertices)))
+    shell = connected_components(graph, directed=False)[1][faces[:, 0]]
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    volume = np.bincount(shell, (a * np.cross(b, c)).sum(axis=1))
+    return faces[volume[shell] > 0]
 
 
 def _hinted_axis(mesh: Mesh, hint: BodyHint, skin: Skin, middle: Floats) -> Axis:
@@ -376,6 +390,7 @@ class _Root:
     radius: float
     cone: Band | None
     lines: tuple[str, ...]
+    off_mm: float = 0.0
 
 
 def _root(name: str, piece: Piece, outline: Outline, up: float) -> _Root:
@@ -387,7 +402,7 @@ def _root(name: str, piece: Piece, outline: Outline, up: float) -> _Root:
     carrying = [s for s, w in zip(outline.sections, share, strict=True) if w >= CARRIES]
     on_cylinders = sum(w for s, w in zip(outline.sections, share, strict=True) if s.is_cylinder)
     radii = sorted({s.radius_low for s in carrying if s.is_cylinder})
-    lines, cone = [], None
+    lines, cone, off = [], None, 0.0
     if radii and on_cylinders >= 0.5:
         radius = radii[0]
         if len(radii) > 1:
@@ -398,12 +413,16 @@ def _root(name: str, piece: Piece, outline: Outline, up: float) -> _Root:
         cones = [s for s in carrying if not s.is_cylinder]
         cone = cones[0] if len(cones) == 1 and not radii else None
         follow = "planar, conical and revolved" if cone else "revolved"
+        feet = outline.radius_at(corners[:, :, 2] + up)
+        off = float(np.abs(feet - radius).max())
         lines.append(
-            f"{name}: stands on a cone; {follow} layers follow it, cylindrical ones its mean radius, {radius:g} mm"
+            f"{name}: stands on a cone; {follow} layers follow it, cylindrical ones its mean radius, {radius:g} mm,"
+            f" up to {off:.2f} mm off it"
         )
+        off = math.ceil(1e4 * off) / 1e4 if off <= DRAFT_MM else 0.0
     if piece.feet > 1:
         lines.append(f"{name}: stands on the body in {piece.feet} places (a bridge); kept as one sub-volume")
-    return _Root(radius, cone, tuple(lines))
+    return _Root(radius, cone, tuple(lines), off)
 
 
 def _order(centroids: list[Floats], extent: float) -> list[int]:

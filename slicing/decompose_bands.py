@@ -33,6 +33,7 @@ STEEP_CONE = 1.75  # rise over length: to 60 degrees from the axis
 MOST_BANDS = 200
 LEAST_SHARE = 2e-5  # of the turned faces: bands smaller than this are not looked for
 COPLANAR_RAD = np.deg2rad(0.03)  # neighbours that bend less are of one plane
+COPLANAR_SHARE = 1e-5  # of the extent: neighbours farther off one plane are two planes, however rounded
 WITHIN_FACET = 0.02  # what a corner counts that is on one facet alone
 LEAST_SHARE_ON = 0.25  # of its corners' weight that lies on a band by which an axis is known
 
@@ -174,7 +175,9 @@ class Skin:
         off = np.abs((normal[a] * (corners[b].mean(axis=1) - corners[a].mean(axis=1))).sum(axis=1))
         off /= np.maximum(size[a], 1e-300)
         bend = np.sqrt((np.cross(normal[a], normal[b]) ** 2).sum(axis=1)) / np.maximum(size[a] * size[b], 1e-300)
-        flat = ((bend < COPLANAR_RAD) | (off < 2 * noise_mm)) & ((normal[a] * normal[b]).sum(axis=1) >= 0)
+        # rounding makes no plane of the facets of a finely drawn cylinder
+        rounded = min(2 * noise_mm, COPLANAR_SHARE * float(np.ptp(vertices, axis=0).max()))
+        flat = ((bend < COPLANAR_RAD) | (off < rounded)) & ((normal[a] * normal[b]).sum(axis=1) >= 0)
         graph = coo_array((np.ones(int(flat.sum())), (a[flat], b[flat])), shape=(len(faces), len(faces)))
         return Skin(vertices, faces, connected_components(graph, directed=False)[1].astype(np.int64), noise_mm)
 

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slicing.bodies import RevolvedBody, RoundBody
+from slicing.bodies import Body, RevolvedBody, RoundBody
 from slicing.families import radius_at
 from slicing.part import Mesh
 from slicing.surfaces import Revolved
@@ -49,7 +49,7 @@ def body_ends(profile: Sequence[tuple[float, float]], body: RoundBody) -> tuple[
     r, z = (np.interp(fine, at, points[:, k]) for k in range(2))
     x, y = body.axis_xy_mm
     below = -body.surface.distance(np.stack([x + r, np.full(len(r), y), z], axis=1))
-    there = below <= np.maximum(GAP_MM, GAP_SHARE * r)
+    there = below <= np.maximum(max(GAP_MM, body.off_mm if isinstance(body, Body) else 0.0), GAP_SHARE * r)
     if not there.any():
         return NO_ENDS
     low, high = float(z[there].min()), float(z[there].max())

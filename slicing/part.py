@@ -45,6 +45,8 @@ USUAL_MM = 150.0  # of the units that are possible that one is likely which come
 MOST_FACES = 5_000_000  # 0.7 GB of memory a million
 FARTHEST_MM = 1e9  # coordinates beyond this are no part's; their squares and cubes would leave no digits
 DOUBLE_NOISE_MM = 1e-6  # coordinates written as text, or computed: what two "equal" heights may differ by
+DECIMALS = (2, 3, 4)  # of coordinates that count as rounded
+ROUNDED_NUMBERS = 10  # different numbers, of which none has more decimals: fewer may be meant so
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,10 +154,16 @@ def mesh_from_arrays(
 
 
 def noise_of(points: Floats) -> float:
-    """Rounding of the coordinates: one step of single precision where all numbers are such numbers."""
+    """Rounding of the coordinates: half a step of few decimals, or one step of single precision, where all are so."""
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) == 0:
         return DOUBLE_NOISE_MM
+    some = np.unique(np.abs(points))
+    for digits in DECIMALS if len(some) >= ROUNDED_NUMBERS else ():
+        scaled = some * 10.0**digits
+        slack = 1e-6 + 10.0**digits * np.spacing(some.astype(np.float32))
+        if slack.max() < 0.05 and (np.abs(scaled - np.round(scaled)) <= slack).all():
+            return 0.5 * 10.0**-digits
     if (points.astype(np.float32) == points).all():
         return max(float(np.spacing(np.float32(np.abs(points).max()))), 1e-9)
     return DOUBLE_NOISE_MM

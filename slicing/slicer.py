@@ -151,10 +151,10 @@ def footprint(mesh: Mesh, body: RoundBody, tolerance_mm: float) -> tuple[list[Cu
             f" its outermost point is {max(-float(heights.max()), 0.0):.3f} mm below the body's surface"
         )
     gap = least_distance(mesh, body) if heights.min() > 0 else 0.0
-    if gap > GREATEST_GAP_MM:
+    most = _greatest_gap(body)
+    if gap > most:
         raise PartError(
-            f"{mesh.name}: does not touch the body ({body}): the gap is {gap:.3f} mm;"
-            f" at most {GREATEST_GAP_MM} mm is allowed"
+            f"{mesh.name}: does not touch the body ({body}): the gap is {gap:.3f} mm; at most {most:g} mm is allowed"
         )
     lift = max(_root_lift(mesh, body, heights), gap + NUDGE_MM)
     curves = intersect(mesh, body.surface, tolerance_mm, nudge_mm=lift)
@@ -165,6 +165,11 @@ def footprint(mesh: Mesh, body: RoundBody, tolerance_mm: float) -> tuple[list[Cu
     return curves, []
 
 
+def _greatest_gap(body: RoundBody) -> float:
+    """How far off the body's surface a root may lie, mm: as far as the surface that is there."""
+    return max(GREATEST_GAP_MM, body.off_mm if isinstance(body, Body) else 0.0)
+
+
 def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     """How far off the body to take the footprint so that the root cap lies below it.
 
@@ -172,7 +177,7 @@ def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     that look towards the axis with all corners within the greatest gap are the cap; the cut goes just past
     its highest corner.
     """
-    close, over = np.abs(heights) <= GREATEST_GAP_MM, heights > 0.01 * NUDGE_MM
+    close, over = np.abs(heights) <= _greatest_gap(body), heights > 0.01 * NUDGE_MM
     if not (close & over).any():
         return NUDGE_MM
     a, b, c = ((close + 2 * over.view(np.uint8)).take(corner) for corner in mesh.corners)

@@ -15,8 +15,10 @@ from support.cad_parts import FORMATS, arrays, boss_fillet, cad_part, filleted_b
 from support.part_truth import judged
 
 from slicing.decompose import BodyHint, Decomposition, decompose
+from slicing.ends import body_ends
 from slicing.layers import SlicingParameters
 from slicing.load import load_mesh
+from slicing.overhang import overhangs
 from slicing.part import Mesh, PartError, mesh_from_arrays
 from slicing.slicer import slice_sub_volume
 from slicing.warning import Code, Warning
@@ -107,6 +109,28 @@ def test_four_filleted_blades_are_alike():
     assert volumes(parts) == pytest.approx([(blade - cylinder(25, -1, 61, 4096)).volume()] * 4, rel=1e-3)
 
 
+def test_a_ring_shaped_cavity_in_a_collar_is_no_body():
+    ring = revolved([(10, 40), (60, 40), (60, 55), (10, 55)], 64)
+    cavity = revolved([(35, 43), (50, 43), (50, 52), (35, 52)], 64)
+    parts = decompose(mesh_of(cylinder(25, 0, 150) + ring - cavity))
+    assert [body.radius_mm for body in parts.bodies] == [25.0]
+    assert volumes(parts) == pytest.approx([(ring - cavity - cylinder(25, -1, 151, 4096)).volume()], rel=1e-3)
+
+
+@pytest.mark.parametrize(("sides", "digits"), [(24, 2), (40, 2), (48, 3)])
+def test_rounded_coordinates_hide_no_body(sides, digits):
+    solid = cylinder(25, 0, 50, sides) + cylinder(20, 50, 90, sides) + box((3, -3, 55), (50, 3, 85))
+    parts = decompose(mesh_of(solid, digits=digits))
+    assert (parts.T_part_input == np.eye(4)).all()
+    assert parts.body.radius_mm == 25.0
+    assert volumes(parts) == pytest.approx([5413.5], rel=1e-3)
+
+
+def test_rounding_makes_no_plane_of_a_fine_cylinder():
+    solid = cylinder(20, 0, 60, 300) + box((3, -2.5, 20), (50, 2.5, 40))
+    assert decompose(mesh_of(solid, digits=2)).body.radius_mm == 20.0
+
+
 # cones
 
 
@@ -119,6 +143,20 @@ def test_a_drafted_hub_is_a_cone_and_no_tilted_cylinder(angle):
     assert parts.cones[0].half_angle_deg == pytest.approx(-angle, abs=5e-3)
     assert parts.evidence is not None
     assert parts.evidence.kind == "cone"
+
+
+@pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
+def test_cylindrical_layers_begin_with_the_whole_root_on_a_drafted_hub(strategy):
+    top = 25 - 100 * math.tan(math.radians(0.5))
+    parts = decompose(mesh_of(cylinder(25, 0, 100, 48, top) + box((3, -3, 30), (50, 3, 70))))
+    (body,) = parts.bodies
+    assert any("0.17 mm off it" in line for line in parts.warnings)
+    ends = body_ends(parts.outline.points, body)
+    assert ends[1] >= 69.9
+    sliced = slice_sub_volume(parts.sub_volumes[0], body, SlicingParameters(strategy), ends)
+    assert sliced.layers[0].area_mm2 == pytest.approx(wedge(3, 24.56, 40), rel=5e-3)
+    assert not any(getattr(line, "code", None) == Code.BODY_END for line in sliced.warnings)
+    assert not any(over.area_mm2 for over in overhangs(sliced, 2.5))
 
 
 # where it lies
