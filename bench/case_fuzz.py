@@ -56,12 +56,12 @@ Key = tuple[tuple[str, ...], list[tuple[float, float]]]
 
 def known_keys() -> list[Key]:
     """All keys that a case may hold, as paths, with the ranges of their numbers."""
-    from cell.config import _ranges, _section_of
-    from cell.sections import Case
+    from cell.case.problems import _ranges, section_of
+    from cell.case.sections import Case
 
     def below(section: Any) -> Iterator[Key]:
         for name, field in section.model_fields.items():
-            inner = _section_of(field.annotation)
+            inner = section_of(field.annotation)
             yield (name,), [] if inner is not None else _ranges([field.metadata, field.annotation])
             if inner is not None:
                 yield from (((name, *path), ranges) for path, ranges in below(inner))
@@ -71,7 +71,7 @@ def known_keys() -> list[Key]:
 
 def bases() -> list[dict[str, Any]]:
     """The shipped cases' contents, each with a small part that is quickly sliced."""
-    from cell.config import load_case
+    from cell.case.read import load_case
 
     found = []
     for path in CASES:
@@ -217,10 +217,10 @@ def outcome(path: Path, stop: str) -> tuple[int, str]:
     Raises:
         Exception: whatever is no answer.
     """
-    from cell.cli import main
-    from cell.config import load_case
+    from cell.case.read import load_case
+    from cell.cli.main import main
     from cell.errors import InputError
-    from cell.job import prepare
+    from cell.job.job import prepare
 
     if stop == "check":
         said, out = io.StringIO(), io.StringIO()

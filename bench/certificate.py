@@ -31,13 +31,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from toolbox import links_of
 
-from cell.config import load_case
-from cell.job import prepare
-from cell.robot import chain_of, inverse
+from cell.case.read import load_case
+from cell.job.job import prepare
+from cell.mjcf.chain_from_model import chain_of
+from cell.rigid import inverse
 from ik import closed_form, dls
-from ik.certificate import certify
 from ik.chain import Chain, Floats
-from ik.limits import excess
+from ik.joint_turns import excess
+from ik.reachability_proof import certify
 from ik.roll import RollWindow, apply_roll
 from ik.singularity import SingularityLimits, margins
 

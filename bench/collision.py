@@ -25,9 +25,9 @@ from scipy.spatial import ConvexHull
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from cell.config import load_case  # noqa: E402
-from cell.job import prepare  # noqa: E402
-from cell.scene import Scene  # noqa: E402
+from cell.case.read import load_case  # noqa: E402
+from cell.job.job import prepare  # noqa: E402
+from cell.scene.scene import Scene  # noqa: E402
 
 LINKS = tuple(f"link_{i}" for i in range(1, 7))
 POINTS = 6000  # a link, over its surface: about 10 mm apart

@@ -25,14 +25,14 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from random_cells import KINDS, put, random_cell, random_pair, write_meshes  # noqa: E402
-from second_engine import SecondEngine, placed, shape_of, signed_distance  # noqa: E402
+from support.random_cells import KINDS, put, random_cell, random_pair, write_meshes  # noqa: E402
+from support.second_engine import SecondEngine, placed, shape_of, signed_distance  # noqa: E402
 
-from cell.collision import Checker  # noqa: E402
-from cell.detection import make_detectable  # noqa: E402
+from cell.collision.checker import Checker  # noqa: E402
 from cell.errors import InputError  # noqa: E402
-from cell.job import prepare  # noqa: E402
-from cell.scene import compose  # noqa: E402
+from cell.job.job import prepare  # noqa: E402
+from cell.mjcf.detection import make_detectable  # noqa: E402
+from cell.scene.compose import compose  # noqa: E402
 
 DEEP, EXACT, REACH = 2e-4, 1e-4, 0.05
 

@@ -30,12 +30,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from toolbox import links_of
 
-from cell.robot import chain_of
+from cell.mjcf.chain_from_model import chain_of
 from ik import closed_form, dls
-from ik.candidates import Solver
 from ik.chain import Chain, Floats
-from ik.limits import excess
+from ik.joint_turns import excess
 from ik.roll import RollWindow
+from ik.solver import Solver
 
 MODEL = Path(__file__).resolve().parents[1] / "models" / "kr70_r2100" / "kr70_r2100.xml"
 JOINTS = [f"A{i}" for i in range(1, 7)]

@@ -24,15 +24,15 @@ import shapely
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from random_solids import random_solid, unrolled_section
+from support.random_solids import random_solid, unrolled_section
 
-from slicing.clip import region_of
-from slicing.intersect import intersect
-from slicing.layers import Body, Layer, SlicedSubVolume, SlicingParameters
-from slicing.part import Mesh, PartError, mesh_from_arrays
-from slicing.slicer import slice_sub_volume
-from slicing.surfaces import Cylinder, Plane
-from slicing.volume import hold_volume
+from slicing.curves.intersect import intersect
+from slicing.layers.layer import Body, Layer, SlicedSubVolume, SlicingParameters
+from slicing.layers.outside_body import region_of
+from slicing.mesh.solid import Mesh, PartError, mesh_from_arrays
+from slicing.strategies.slice import slice_sub_volume
+from slicing.surfaces.surfaces import Cylinder, Plane
+from slicing.volume.layer_areas import hold_volume
 from slicing.warning import WRONG_LAYER
 
 RADIUS, OUT = 40.0, 56.0  # of the body; how far out the solid's middle is

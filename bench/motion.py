@@ -21,16 +21,16 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from cell.check import CLEARANCE_REACH, settings_of
-from cell.collision import Checker
-from cell.config import load_case
-from cell.examine import Stretch
-from cell.job import Job, prepare
-from cell.place import place
-from cell.plan import plan_bead
-from cell.scene import table_angles
-from cell.setup import Setup
-from cell.travel import travel
+from cell.case.read import load_case
+from cell.collision.checker import Checker
+from cell.collision.clearances import CLEARANCE_REACH
+from cell.job.job import Job, prepare
+from cell.planning.context import Context, settings_of
+from cell.planning.edge_check import Stretch
+from cell.planning.part_plan import plan_bead
+from cell.planning.travel import travel
+from cell.scene.placement import place
+from cell.scene.scene import table_angles
 
 LAYER = 0.3  # mm
 RADIUS, HEIGHT, PITCH, SHAFT = 14.0, 60.0, 75.0, 30.0  # mm; with room for the torch beside a boss
@@ -67,25 +67,25 @@ def job_of(targets: int, folder: Path) -> Job:
     return prepare(load_case(path))
 
 
-def setup_of(job: Job) -> Setup:
-    """What ``cell.check.check`` plans with."""
+def setup_of(job: Job) -> Context:
+    """What ``cell.verdict.check.check`` plans with."""
     table = table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg)
     settings = settings_of(job)
     checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
     placed = place(job.targets, job.scene.T_base_part(*table))
     limits = job.singularity_limits
-    return Setup.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
+    return Context.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
 
 
-def plan(setup: Setup, beads: Sequence[tuple[int, int]]) -> tuple[float, int]:
+def plan(context: Context, beads: Sequence[tuple[int, int]]) -> tuple[float, int]:
     """Plan beads and the travels to them: seconds, and how many of both failed."""
     start, failed = time.perf_counter(), 0
     last: Stretch | None = None
     for first, stop in beads:
-        bead = plan_bead(setup, first, stop, None if last is None else last.q_targets[-1])
+        bead = plan_bead(context, first, stop, None if last is None else last.q_targets[-1])
         failed += not bead.whole
         if last is not None and bead.whole:
-            failed += isinstance(travel(setup, last, bead.stretches[0], int(setup.laid[last.stop - 1])), dict)
+            failed += isinstance(travel(context, last, bead.stretches[0], int(context.laid[last.stop - 1])), dict)
         last = bead.stretches[-1] if bead.stretches else last
     return time.perf_counter() - start, failed
 
@@ -102,9 +102,9 @@ def measure(targets: int, sample: int, repeat: int) -> dict[str, float]:
     picked = np.unique(np.linspace(0, len(firsts) - 1, max(sample // AROUND, 2)).astype(int))
     beads = [(int(firsts[i]), int(stops[i])) for i in picked]
     count = sum(stop - first for first, stop in beads)
-    setup = setup_of(job)
-    bare = setup.without(range(job.shape.n_deposits))
-    runs = [(plan(setup, beads), plan(bare, beads)) for _ in range(repeat)]
+    context = setup_of(job)
+    bare = context.without(range(job.shape.n_deposits))
+    runs = [(plan(context, beads), plan(bare, beads)) for _ in range(repeat)]
     growing, without = (min(run[k][0] for run in runs) for k in range(2))
     return {
         "targets": len(path),

@@ -22,7 +22,7 @@ sys.path[:1] = [str(ROOT), str(ROOT / "tests")]  # bench/slicing.py is not the p
 from support.cad_parts import FORMATS, cad_part  # noqa: E402
 from support.part_truth import Judgement, judged  # noqa: E402
 
-from slicing.load import load_mesh  # noqa: E402
+from slicing.mesh.load import load_mesh  # noqa: E402
 
 
 def one(seed: int) -> tuple[Judgement, str, float]:

@@ -21,13 +21,13 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from cell.check import settings_of  # noqa: E402
-from cell.cli import parse_roll  # noqa: E402
-from cell.collision import Checker  # noqa: E402
-from cell.config import load_case, with_changes  # noqa: E402
-from cell.job import Job, prepare  # noqa: E402
-from cell.nodes import evaluate  # noqa: E402
-from cell.place import place  # noqa: E402
+from cell.case.read import load_case, with_changes  # noqa: E402
+from cell.cli.main import parse_roll  # noqa: E402
+from cell.collision.checker import Checker  # noqa: E402
+from cell.job.job import Job, prepare  # noqa: E402
+from cell.planning.configurations import evaluate  # noqa: E402
+from cell.planning.context import settings_of  # noqa: E402
+from cell.scene.placement import place  # noqa: E402
 from ik import closed_form  # noqa: E402
 from ik.roll import apply_roll  # noqa: E402
 

@@ -5,7 +5,8 @@
 
 Arms are random ones of the class of the closed form, with straight and bent wrists, tools, limits and bases at random;
 their frames are exact, or off by what rounding leaves (1e-5 or 1e-4 m and rad). Targets are poses of the arm itself or
-poses nearby, their roll free, limited or fixed. Every target that ``ik.certificate`` calls unreachable is looked at
+poses nearby, their roll free, limited or fixed. Every target that ``ik.reachability_proof`` calls unreachable is
+looked at
 
 1. at dense rolls, in all branches of the closed form, on the arm's own chain, and
 2. by damped least squares from many seeds, with the roll left to the search.
@@ -24,13 +25,13 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from ik_arms import random_class_arm, random_pose, replaced
+from support.arms import random_class_arm, random_pose, replaced
 
 from ik import dls
-from ik.certificate import certify
 from ik.chain import Chain, Floats, rotation_about
 from ik.closed_form import TOLERANCE, SphericalWristArm, recognise, solve
-from ik.limits import excess
+from ik.joint_turns import excess
+from ik.reachability_proof import certify
 from ik.roll import RollWindow, apply_roll
 from ik.singularity import SingularityLimits, margins
 

@@ -26,17 +26,21 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from random_bosses import random_case  # noqa: E402
+from support.random_bosses import random_case  # noqa: E402
 
-from cell.check import CLEARANCE_REACH, Result, check, settings_of  # noqa: E402
-from cell.collision import Checker  # noqa: E402
-from cell.config import load_case  # noqa: E402
+from cell.case.read import load_case  # noqa: E402
+from cell.collision.checker import Checker  # noqa: E402
+from cell.collision.clearances import CLEARANCE_REACH  # noqa: E402
 from cell.errors import InputError  # noqa: E402
-from cell.job import prepare  # noqa: E402
-from cell.place import frames  # noqa: E402
-from cell.setup import Setup  # noqa: E402
+from cell.job.job import prepare  # noqa: E402
+from cell.planning.context import (  # noqa: E402
+    Context,
+    settings_of,
+)
+from cell.rigid import frames  # noqa: E402
+from cell.verdict.check import Result, check  # noqa: E402
 from ik import closed_form  # noqa: E402
-from ik.limits import with_turns  # noqa: E402
+from ik.joint_turns import with_turns  # noqa: E402
 from ik.roll import apply_roll, wrap  # noqa: E402
 from ik.singularity import margins  # noqa: E402
 
@@ -56,7 +60,7 @@ class Search:
         self.result, self.job, self.rng = result, job, rng
         self.settings, self.placed, self.limits = settings_of(job), result.placed, job.singularity_limits
         checker = Checker(job.scene, result.table, max(CLEARANCE_REACH, 2 * self.settings.clearance))
-        self.setup = Setup.of(
+        self.context = Context.of(
             job.solver, result.placed, job.stage, job.laid, job.window, self.limits, checker, self.settings
         )
         self.chain, self.form = job.solver.chain, job.solver.form
@@ -66,7 +70,7 @@ class Search:
         """Which configurations keep the clearance."""
         if not len(q):
             return np.zeros(0, dtype=bool)
-        found = self.setup.screen.clearances(q, np.full(len(q), stage))
+        found = self.context.screen.clearances(q, np.full(len(q), stage))
         return np.asarray(found.distance >= self.settings.clearance)
 
     def nodes(self, i: int, rolls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -196,7 +200,7 @@ class Search:
 
     def _extended(self, tree, goal, stage, *, all_the_way: bool = False):  # type: ignore[no-untyped-def]
         nodes = tree[0]
-        near = int(np.argmin(np.linalg.norm((nodes - goal) * self.setup.radius, axis=1)))
+        near = int(np.argmin(np.linalg.norm((nodes - goal) * self.context.radius, axis=1)))
         start = nodes[near]
         size = np.abs(goal - start).max()
         if not all_the_way and size > 3 * STRIDE:
@@ -204,8 +208,8 @@ class Search:
         count = max(int(np.ceil(np.abs(goal - start).max() / STEP)), 1)
         q = start + np.linspace(0, 1, count + 1)[1:, None] * (goal - start)
         good = self.free(q, stage)
-        if good.all() and self.setup.wire is not None:
-            good &= self.setup.wire.clearances(q, np.full(len(q), stage)).distance > 0
+        if good.all() and self.context.wire is not None:
+            good &= self.context.wire.clearances(q, np.full(len(q), stage)).distance > 0
         reached = count if good.all() else int(np.argmin(good))
         if reached < 2 and reached < count:
             return None

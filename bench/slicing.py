@@ -39,11 +39,11 @@ import trimesh
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from slicing.intersect import intersect_offsets
-from slicing.layers import Body, SlicingParameters
-from slicing.part import Floats, Ints, Mesh, mesh_from_arrays
-from slicing.slicer import slice_sub_volume
-from slicing.surfaces import Plane
+from slicing.curves.intersect import intersect_offsets
+from slicing.layers.layer import Body, SlicingParameters
+from slicing.mesh.solid import Floats, Ints, Mesh, mesh_from_arrays
+from slicing.strategies.slice import slice_sub_volume
+from slicing.surfaces.surfaces import Plane
 
 ROOT = Path(__file__).resolve().parents[1]
 UP = (0.0, 0.0, 1.0)

@@ -21,14 +21,15 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from cell.check import check
-from cell.config import DEFAULT_CASE, load_case
-from cell.job import prepare
-from cell.sections import Case
-from cell.sweep import Unit, fingerprint
-from cell.sweep_grid import Pose, grid
-from cell.sweep_pool import completed, processes
-from cell.sweep_screen import screen
+from cell.case.read import load_case
+from cell.case.sections import Case
+from cell.job.job import prepare
+from cell.pose_sweep.grid import Pose, grid
+from cell.pose_sweep.hopeless_poses import screen
+from cell.pose_sweep.sweep import Unit, fingerprint
+from cell.pose_sweep.workers import completed, processes
+from cell.shipped import DEFAULT_CASE
+from cell.verdict.check import check
 
 
 @dataclass(frozen=True)

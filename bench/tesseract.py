@@ -28,14 +28,14 @@ import numpy as np
 from motion import job_of, setup_of
 from tesseract_cell import write_cell
 
-from cell.between import unproved
-from cell.config import load_case
-from cell.examine import Bead as OneBead
-from cell.follow import follow
-from cell.job import prepare
-from cell.plan import plan_bead
-from cell.quick import ROUNDS, Ends, QuickSearch
-from cell.setup import Setup
+from cell.case.read import load_case
+from cell.collision.between_samples import unproven_steps
+from cell.job.job import prepare
+from cell.planning.context import Context
+from cell.planning.edge_check import SearchedBead as OneBead
+from cell.planning.edge_tracking import track_edges
+from cell.planning.part_plan import plan_bead
+from cell.planning.station_search import ROUNDS, Ends, StationSearch
 from ik.chain import Floats
 
 TOUCH = 2e-4  # m that two collision libraries may differ
@@ -105,19 +105,19 @@ def between_too(python: str, folder: Path, seconds: float) -> str:
     return f"{json.loads(done.stdout.splitlines()[-1])['cpu']:.1f} s of processor time"
 
 
-def whole(setup: Setup) -> Callable[[Bead], tuple[Floats | None, float]]:
+def whole(context: Context) -> Callable[[Bead], tuple[Floats | None, float]]:
     """What ``rbam check`` does with a bead: dense following and proof between the targets included."""
 
     def run(bead: Bead) -> tuple[Floats | None, float]:
         start = time.process_time()
-        plan = plan_bead(setup, *bead, None)
+        plan = plan_bead(context, *bead, None)
         seconds = time.process_time() - start
         return (plan.stretches[0].q_targets if plan.whole else None), seconds
 
     return run
 
 
-class TargetsAlone(QuickSearch):
+class TargetsAlone(StationSearch):
     """The search of a bead as far as Descartes goes."""
 
     def targets(self) -> Floats | None:
@@ -127,8 +127,8 @@ class TargetsAlone(QuickSearch):
             if way is None:
                 break
             q = way[2]
-            found = self.setup.screen.clearances(q, self.bead.stage)
-            hit = np.flatnonzero(found.distance < self.setup.settings.clearance)
+            found = self.context.screen.clearances(q, self.bead.stage)
+            hit = np.flatnonzero(found.distance < self.context.settings.clearance)
             if not len(hit):
                 return q
             if not self._add(hit):
@@ -136,33 +136,35 @@ class TargetsAlone(QuickSearch):
         return None
 
 
-def targets_alone(setup: Setup) -> Callable[[Bead], tuple[Floats | None, float]]:
+def targets_alone(context: Context) -> Callable[[Bead], tuple[Floats | None, float]]:
     """As far as Descartes goes: every target free of collision, nothing looked at between them."""
 
     def run(bead: Bead) -> tuple[Floats | None, float]:
         start = time.process_time()
-        q = TargetsAlone(OneBead.of(setup, *bead), setup.settings.roll_step, Ends()).targets()
+        q = TargetsAlone(OneBead.of(context, *bead), context.settings.roll_step, Ends()).targets()
         return q, time.process_time() - start
 
     return run
 
 
-def refused(setup: Setup, first: int, q: Floats) -> tuple[int, int]:
+def refused(context: Context, first: int, q: Floats) -> tuple[int, int]:
     """Of a bead's configurations: targets missed or hit, and steps between them that our dense check refuses."""
-    placed, chain = setup.placed, setup.solver.chain
+    placed, chain = context.placed, context.solver.chain
     targets = first + np.arange(len(q))
     T = placed.Ts_base_target[targets]
     turned = np.linalg.solve(T, chain.forward(q))
     off = np.linalg.norm(turned[:, :3, 3], axis=1) + np.abs(turned[:, 2, 2] - 1)
     roll = np.arctan2(turned[:, 1, 0], turned[:, 0, 0])
-    near = setup.screen.clearances(q, setup.stage[targets]).distance < setup.settings.clearance - TOUCH
+    near = context.screen.clearances(q, context.stage[targets]).distance < context.settings.clearance - TOUCH
     pairs = np.stack([np.arange(len(q) - 1), np.arange(1, len(q))], axis=1)
-    track = follow(setup.solver, placed, targets[:-1], roll[pairs], q[pairs], setup.limits, setup.settings.steps)
-    stage = setup.stage[targets[:-1][track.edge]]
-    clear = setup.checker.clearances(track.q, stage)
+    track = track_edges(
+        context.solver, placed, targets[:-1], roll[pairs], q[pairs], context.limits, context.settings.steps
+    )
+    stage = context.stage[targets[:-1][track.edge]]
+    clear = context.checker.clearances(track.q, stage)
     bad = set(np.flatnonzero(track.broken != "").tolist())
-    bad.update(track.edge[clear.distance < setup.settings.clearance - TOUCH].tolist())
-    step, _ = unproved(setup.checker, setup.radius, track.q, stage, clear, track.edge)
+    bad.update(track.edge[clear.distance < context.settings.clearance - TOUCH].tolist())
+    step, _ = unproven_steps(context.checker, context.radius, track.q, stage, clear, track.edge)
     bad.update(track.edge[step].tolist())
     return int((near | (off > 1e-6)).sum()), len(bad)
 
@@ -175,7 +177,7 @@ def beads_of(path: np.ndarray, wanted: int) -> list[Bead]:
     return [(a, b) for a, b in beads if b - a > 1]
 
 
-def show(rows: list[Row], setup: Setup) -> None:
+def show(rows: list[Row], context: Context) -> None:
     """The table; travel over the beads that all rows have."""
     common = set.intersection(*(set(row.beads) for row in rows))
     last = rows[-1]
@@ -189,7 +191,7 @@ def show(rows: list[Row], setup: Setup) -> None:
     travel = {name: float(np.abs(d).sum()) for name, d in steps.items()}
     for row in rows:
         each, peer = (r.seconds / max(count[r.name], 1) * 1e3 for r in (row, last))
-        bad = np.array([refused(setup, a, row.beads[a, b]) for a, b in sorted(common)]).sum(axis=0)
+        bad = np.array([refused(context, a, row.beads[a, b]) for a, b in sorted(common)]).sum(axis=0)
         cells = [f"{each:.2f}", f"{peer / each:.1f}", f"{travel[row.name]:.2f}"]
         cells += [f"{travel[row.name] / travel[last.name]:.3f}", f"{np.rad2deg(np.abs(steps[row.name]).max()):.1f}"]
         print(f"| {row.name} | {' | '.join(cells)} | {row.failed} | {bad[0]} | {bad[1]} |")
@@ -210,16 +212,16 @@ def main() -> None:
         folder = Path(name)
         job = prepare(load_case(arguments.case)) if arguments.case else job_of(arguments.targets, folder)
         growing = setup_of(job)
-        setup = growing.without(range(job.shape.n_deposits))
+        context = growing.without(range(job.shape.n_deposits))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of Euler angles at the poles, which are exact all the same
-            write_cell(job.scene, setup.checker.table, folder, libraries)
-        given = {"roll_step": setup.settings.roll_step, "clearance": setup.settings.clearance}
-        np.savez(folder / "targets.npz", Ts=setup.placed.Ts_base_target, **given)
+            write_cell(job.scene, context.checker.table, folder, libraries)
+        given = {"roll_step": context.settings.roll_step, "clearance": context.settings.clearance}
+        np.savez(folder / "targets.npz", Ts=context.placed.Ts_base_target, **given)
         descartes = Descartes(arguments.python, folder)
         rows = [
-            Row("rbam, proven between the targets", whole(setup)),
-            Row("rbam, targets alone", targets_alone(setup)),
+            Row("rbam, proven between the targets", whole(context)),
+            Row("rbam, targets alone", targets_alone(context)),
             Row("Descartes, targets alone", descartes.run),
         ]
         beads = beads_of(job.targets.path, arguments.targets)
@@ -235,8 +237,8 @@ def main() -> None:
                 row.plan(bead)
             done += bead[1] - bead[0]
         descartes.close()
-        print(f"{done} targets, {len(beads)} beads, roll step {np.rad2deg(setup.settings.roll_step):g} deg\n")
-        show(rows, setup)
+        print(f"{done} targets, {len(beads)} beads, roll step {np.rad2deg(context.settings.roll_step):g} deg\n")
+        show(rows, context)
         if arguments.edges:
             print("\nDescartes, two targets and between them:", between_too(arguments.python, folder, arguments.edges))
 

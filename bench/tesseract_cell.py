@@ -22,8 +22,8 @@ from scipy.spatial.transform import Rotation
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from cell.robot import inverse, pose
-from cell.scene import Scene
+from cell.rigid import inverse, pose
+from cell.scene.scene import Scene
 from ik.chain import Floats
 
 # of the shipped arm; Source: models/kr70_r2100/README.md, the vendor's sheet

@@ -4,7 +4,7 @@
     python bench/verdicts.py --targets 1000 --rolls 72
 
 The shipped arm with the shipped torch, poses anywhere in and around its reach. Rolls are tried coarse ones first, and a
-target that has been found is not tried again. A slice of this is a test (tests/test_verdicts_peers.py).
+target that has been found is not tried again. A slice of this is a test (tests/acceptance/test_peers.py).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from test_verdicts_peers import FREE, certified, found_by_opw, poses  # noqa: E402
+from support.peers import FREE, certified, found_by_opw, poses  # noqa: E402
 
 from ik.roll import RollWindow, apply_roll  # noqa: E402
 

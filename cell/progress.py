@@ -1,55 +1,109 @@
-"""A progress bar on a terminal, and nothing in a pipe.
+"""Progress of long work, told to whoever asked for it.
 
-with Bar(sys.stderr, "beads", total=140) as bar:
-for bead in beads:
-...
-bar.advance()
+    def tell(what: str, done: int, total: int) -> None:
+        print(f"{what}: {done} of {total}")
+
+    with counted(tell, "beads", total=2) as count:
+        count(); count()
+
+A `Progress` is a callback of three values. Work that is timed as a whole is a :func:`stage`; :func:`watched` names
+who is told of stages. Without either nothing is told and nothing is timed.
 """
 
 from __future__ import annotations
 
-from typing import IO, Any
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
+from typing import ParamSpec, Protocol, TypeVar
 
-from .terminal import is_quiet
+P = ParamSpec("P")
+R = TypeVar("R")
+
+Progress = Callable[[str, int, int], None]  # what is counted, how many are done, of how many
 
 
-class Bar:
-    """A bar that is gone when it is done."""
+class Watcher(Protocol):
+    """Is told of stages of the work."""
 
-    def __init__(self, stream: IO[str] | None, what: str, total: int, done: int = 0) -> None:
-        """Make a bar.
+    def during(self, stage: str, spins: bool, /) -> AbstractContextManager[None]:
+        """Entered when a stage begins and left when it ends.
 
         Args:
-            stream: where to; a bar is shown only if it is a terminal.
-            what: what is counted.
-            total: how many there are.
-            done: how many are done already.
+            stage: its name.
+            spins: whether it shows no progress of its own.
         """
-        self._bar: Any = None
-        if stream is None or not stream.isatty() or is_quiet():
-            return
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+        ...
 
-        columns = (
-            TextColumn("{task.description}", markup=False),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeRemainingColumn(),
-        )
-        self._bar = Progress(*columns, console=Console(file=stream), transient=True)
-        self._task = self._bar.add_task(what, total=total, completed=done)
 
-    def __enter__(self) -> Bar:
-        if self._bar is not None:
-            self._bar.start()
-        return self
+_watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
 
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.stop()
 
-    def advance(self) -> None:
-        """One more is done."""
-        if self._bar is not None:
-            self._bar.advance(self._task)
+@contextmanager
+def counted(progress: Progress | None, what: str, total: int, done: int = 0) -> Iterator[Callable[[], None]]:
+    """Count up, and tell of every step; the end is told as ``total`` of ``total``, whatever ended it.
+
+    Args:
+        progress: whom to tell; nobody where it is None.
+        what: what is counted.
+        total: how many there are.
+        done: how many are done already.
+
+    Yields:
+        A function to call whenever one more is done.
+    """
+    at = done
+
+    def one_more() -> None:
+        nonlocal at
+        at += 1
+        if progress is not None and at < total:
+            progress(what, at, total)
+
+    if progress is not None:
+        progress(what, done, total)
+    try:
+        yield one_more
+    finally:
+        if progress is not None:
+            progress(what, total, total)
+
+
+@contextmanager
+def watched(watcher: Watcher) -> Iterator[None]:
+    """Tell a watcher of all stages.
+
+    Args:
+        watcher: whom.
+    """
+    token = _watcher.set(watcher)
+    try:
+        yield
+    finally:
+        _watcher.reset(token)
+
+
+def stage(name: str, *, spins: bool = True) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Make a function a stage of the work.
+
+    Args:
+        name: of the stage.
+        spins: whether it shows no progress of its own.
+
+    Returns:
+        A decorator.
+    """
+
+    def staged(function: Callable[P, R]) -> Callable[P, R]:
+        @functools.wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            watcher = _watcher.get()
+            if watcher is None:
+                return function(*args, **kwargs)
+            with watcher.during(name, spins):
+                return function(*args, **kwargs)
+
+        return call
+
+    return staged

@@ -10,13 +10,13 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from cell.sections import Case
+from cell.case.sections import Case
 
 HEAD = """# Case files
 
 Everything of a run in one YAML file. Only `part` is needed; every other key has the default shown. Lengths in
 mm and angles in degrees, as each key says; paths are relative to the file; unknown keys are errors. Made from
-the definition in `cell/sections.py` by `docs/make_case_reference.py`.
+the definition in `cell/case/sections.py` by `docs/make_case_reference.py`.
 
 """
 

@@ -16,13 +16,15 @@ from pathlib import Path
 
 from PIL import Image
 
-from cell.check import Result, check
-from cell.config import MODELS_DIR, load_case, parse_case, with_changes
-from cell.job import prepare, slice_part
-from cell.parts import read_part
-from cell.picture import View, picture
-from cell.sections import Case, Support
-from cell.slice_picture import body_of, slice_picture
+from cell.case.read import load_case, parse_case, with_changes
+from cell.case.sections import Case, Support
+from cell.job.job import prepare, slice_part
+from cell.job.part_input import read_part
+from cell.shipped import MODELS_DIR
+from cell.verdict.check import Result, check
+from cell.view.camera import View
+from cell.view.layer_picture import body_of, slice_picture
+from cell.view.picture import picture
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 CASES = MODELS_DIR / "cases"

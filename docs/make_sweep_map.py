@@ -13,15 +13,17 @@ from pathlib import Path
 
 import numpy as np
 
-from cell.check import Result, check
-from cell.config import DEFAULT_CASE, load_case
-from cell.files import write_bytes
-from cell.job import Job, prepare
-from cell.report import in_words
-from cell.sweep import sweep
-from cell.sweep_grid import grid
-from cell.sweep_picture import sweep_picture
-from cell.sweep_rank import sweep_document
+from cell.atomic_files import write_bytes
+from cell.case.read import load_case
+from cell.cli.bar import Bars
+from cell.job.job import Job, prepare
+from cell.pose_sweep.grid import grid
+from cell.pose_sweep.ranking import sweep_document
+from cell.pose_sweep.sweep import sweep
+from cell.shipped import DEFAULT_CASE
+from cell.verdict.check import Result, check
+from cell.verdict.words import in_words
+from cell.view.sweep_map_picture import sweep_picture
 
 START, END = "<!-- measured -->", "<!-- end -->"
 E1, E2 = "-135:135:7.5", "-180:135:7.5"
@@ -67,7 +69,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int)
     args = parser.parse_args()
     case = load_case(DEFAULT_CASE)
-    rows = sweep(case, grid(case, E1, E2), workers=args.workers, log=args.log, progress=sys.stderr)
+    rows = sweep(case, grid(case, E1, E2), workers=args.workers, log=args.log, progress=Bars(sys.stderr))
     write_bytes(PICTURE, sweep_picture(sweep_document(case, rows)))
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
     text = f"{before}{START}\n{table(prepare(case))}\n{END}{rest.partition(END)[2]}"

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cell.check import Result, check
-from cell.config import DEFAULT_CASE, load_case, with_changes
-from cell.job import prepare
-from cell.sections import Case, Roll
+from cell.case.read import load_case, with_changes
+from cell.case.sections import Case, Roll
+from cell.job.job import prepare
+from cell.shipped import DEFAULT_CASE
+from cell.verdict.check import Result, check
 
 POSES = ((-45.0, 0.0), (90.0, 180.0))
 DISTANCES = (1400.0, 1475.0, 1550.0)

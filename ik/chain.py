@@ -1,7 +1,7 @@
 """Serial arms as arrays: forward kinematics and Jacobians of many configurations at once.
 
-A :class:`Chain` is all the solvers know of a robot. It is made once from a compiled model (``cell.robot.chain_of``) or
-by hand, and every function takes configurations as rows::
+A :class:`Chain` is all the solvers know of a robot. It is made once from a compiled model
+(``cell.mjcf.chain_from_model.chain_of``) or by hand, and every function takes configurations as rows::
 
     chain = Chain(origins=..., axes=..., T_last_tcp=..., lower=..., upper=...)
     Ts_base_tcp = chain.forward(q)          # q (m, n) rad -> (m, 4, 4)

@@ -1,8 +1,8 @@
 """Damped least squares: inverse kinematics of any arm, many targets and seeds at once.
 
-``solve`` runs every target from several seeds; ``follow`` refines one guess per target, which is how a path is tracked
-from a neighbour's solution. Both keep the joints inside their limits and treat the roll about z_tcp as free, limited
-or fixed::
+``solve`` runs every target from several seeds; ``track_edges`` refines one guess per target, which is how a path is
+tracked from a neighbour's solution. Both keep the joints inside their limits and treat the roll about z_tcp as free,
+limited or fixed::
 
     found = solve(chain, Ts_base_target, RollWindow.free(), seeds=16)
     found.q[found.ok]                     # configurations that reach their target
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain import Chain, Floats
-from .columns import ColumnChain, Tool, jacobian, solve_damped
+from .dls_kernel import ColumnChain, Tool, jacobian, solve_damped
 from .roll import RollWindow
 
 POSITION_TOLERANCE = 1e-7  # m
@@ -33,7 +33,7 @@ LENGTH_SCALE = 0.5  # m that count as much as one radian in the error
 FINISHED = 1e-18  # squared error of a solution that further steps cannot improve
 DAMPING = 0.025  # lambda as a share of the squared error
 LARGEST_STEP = 1.3  # rad a joint: the linear model is not worth more
-PATIENCE = 6  # steps without a gain of PROGRESS after which a start is given up
+MAX_TRIES = 6  # steps without a gain of PROGRESS after which a start is given up
 PROGRESS = 0.99
 WIDTH = 2048  # rows worked on at a time: what fits a core's cache
 WAVES = (1, 3)  # seeds tried before looking which targets have enough; the rest follow at once
@@ -41,7 +41,7 @@ TURN = 2 * np.pi
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Solutions:
     """What a solver found.
 
     Attributes:
@@ -109,7 +109,7 @@ def solve(
     rng_seed: int = 0,
     max_iterations: int = 80,
     enough: int | None = None,
-) -> Found:
+) -> Solutions:
     """Search configurations for targets from several seeds each.
 
     Args:
@@ -135,7 +135,7 @@ def solve(
         row, seed = np.repeat(todo, len(wave)), np.tile(wave, len(todo))
         out = _descend(arm, targets, row, starts[seed].T, window, max_iterations, whole_turns=True)
         q[row, seed], position[row, seed], angle[row, seed] = out[:n].T, out[n], out[n + 1]
-    return Found(q, (position <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE), position, angle)
+    return Solutions(q, (position <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE), position, angle)
 
 
 def _waves(seeds: int, enough: int | None) -> list[NDArray[np.int64]]:
@@ -169,7 +169,9 @@ def spread(chain: Chain, count: int, rng_seed: int = 0) -> Floats:
     return chain.lower + u * (chain.upper - chain.lower)
 
 
-def follow(chain: Chain, Ts_base_target: Floats, q0: Floats, window: RollWindow, *, max_iterations: int = 30) -> Found:
+def track_one(
+    chain: Chain, Ts_base_target: Floats, q0: Floats, window: RollWindow, *, max_iterations: int = 30
+) -> Solutions:
     """Bring one guess per target onto its target.
 
     Args:
@@ -187,7 +189,7 @@ def follow(chain: Chain, Ts_base_target: Floats, q0: Floats, window: RollWindow,
     row = np.arange(len(Ts_base_target))
     out = _descend(arm, targets, row, np.asarray(q0, dtype=float).T, window, max_iterations, whole_turns=False)
     q, position, angle = np.ascontiguousarray(out[:n].T), out[n], out[n + 1]
-    return Found(q, (position <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE), position, angle)
+    return Solutions(q, (position <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE), position, angle)
 
 
 def _columns(chain: Chain, Ts: Floats) -> tuple[ColumnChain, Floats]:
@@ -272,7 +274,7 @@ def _advance(
     np.copyto(best_error, np.sqrt(np.stack([position, angle])), where=better)
     np.copyto(best, size, where=better)
     age += 1.0
-    keep = (best > FINISHED) & (stale < PATIENCE) & (age <= max_iterations)
+    keep = (best > FINISHED) & (stale < MAX_TRIES) & (age <= max_iterations)
     A = jacobian(tool, axes, points, len(e))
     if len(e) > 5 and not window.is_fixed:
         A[5] *= e[5] != 0.0  # a roll inside the window is no task: its row must not hold the arm back

@@ -1,6 +1,6 @@
 """What every module of the package is written in: arrays of numbers, and the error of bad input.
 
-Other modules have these from `slicing.part`, but for those that it builds on.
+Other modules have these from `slicing.mesh.solid`, but for those that it builds on.
 """
 
 from __future__ import annotations

@@ -10,14 +10,14 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from slicing.beads import Bead
-from slicing.deposition import metal_document
-from slicing.indices import Indices
-from slicing.layers import Layer, SlicedSubVolume
-from slicing.laying import LaidSubVolume
-from slicing.targets import Targets
-from slicing.travels import Travel
-from slicing.warning import typed
+from .beads.bead import Bead
+from .beads.deposition import metal_document
+from .beads.lay import LaidSubVolume
+from .layers.layer import Layer, SlicedSubVolume
+from .paper.indices import Indices
+from .targets.targets import Targets
+from .targets.waypoints import Travel
+from .warning import typed
 
 SCHEMA = "rbam-slices/1"
 TARGETS_HEADER = (

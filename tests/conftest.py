@@ -11,21 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco  # noqa: F401  (pytester forgets modules that its tests import first, and these load once a process)
 import pytest
-import trimesh
 import yaml
-from browser import NAMES, Browser
+from support.browser import NAMES, Browser
+from support.cases import boss_mesh, little_case
 
 if TYPE_CHECKING:
-    from cell.check import Result
+    from cell.verdict.check import Result
 
 pytest_plugins = ["pytester"]
-
-
-def boss_mesh(length: float = 12.0, width: float = 8.0, height: float = 5.0, radius: float = 20.0):
-    """A box on a cylinder of ``radius`` about z, pointing along -x; its foot is inside the cylinder."""
-    box = trimesh.creation.box((height + 4.0, length, width))
-    box.apply_translation([-(radius - 4.0 + (height + 4.0) / 2), 0.0, 20.0])
-    return box
 
 
 @pytest.fixture
@@ -49,31 +42,12 @@ def make_case(tmp_path: Path) -> Callable[..., Path]:
     return make
 
 
-LITTLE = """
-name: boss
-part: {sub_volumes: [boss.stl], body: {radius_mm: 9, z_mm: [0, 40]}}
-support: {radius_mm: 8, height_mm: 100}
-positioner: {position_mm: [1500, 0, 0], rotation_deg: [0, 0, -90]}
-table: {E1_deg: 90, E2_deg: 180}
-"""
-
-
-def little_case(folder: Path) -> Path:
-    """A low box on a cylinder, on the side that is up at E1 = 90, E2 = 180 deg."""
-    box = trimesh.creation.box((8.0, 8.0, 12.0))
-    box.apply_translation((-9.0, 0.0, 20.0))
-    box.export(folder / "boss.stl")
-    path = folder / "boss.case.yaml"
-    path.write_text(LITTLE, encoding="utf-8")
-    return path
-
-
 @pytest.fixture(scope="session")
 def little(tmp_path_factory: pytest.TempPathFactory) -> Result:
     """A feasible result that is quickly had, to look at."""
-    from cell.check import check
-    from cell.config import load_case
-    from cell.job import prepare
+    from cell.case.read import load_case
+    from cell.job.job import prepare
+    from cell.verdict.check import check
 
     found = check(prepare(load_case(little_case(tmp_path_factory.mktemp("boss")))), 90, 180)
     assert found.motion is not None
@@ -84,7 +58,7 @@ def little(tmp_path_factory: pytest.TempPathFactory) -> Result:
 def gl() -> None:
     """Skip where nothing can be rendered; on CI that is a failure."""
     from cell.errors import InputError
-    from cell.picture import require_gl
+    from cell.view.picture import require_gl
 
     try:
         require_gl()

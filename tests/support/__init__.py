@@ -1,1 +1,1 @@
-"""Helpers that several tests and benches share."""
+"""What tests share: meshes, cases, arms, browsers."""

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slicing.decompose import Decomposition, decompose
-from slicing.decompose_bands import HALF_FACET_RAD
-from slicing.part import Mesh, PartError
+from slicing.decomposition.decompose import Decomposition, decompose
+from slicing.decomposition.turned_faces import HALF_FACET_RAD
+from slicing.mesh.solid import Mesh, PartError
 from slicing.warning import Code, Warning
 from support.cad_parts import CadPart, Stands
 

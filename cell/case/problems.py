@@ -1,0 +1,147 @@
+"""What is wrong with a case file, in one line that names the key and what is allowed.
+
+Use:
+
+    first_problem(error, content)             # "slicing.h_layer: unknown key; did you mean h_layer_mm?"
+"""
+
+from __future__ import annotations
+
+import difflib
+import reprlib
+from typing import Any
+
+from annotated_types import Ge, Le
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from .sections import Case
+
+
+def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
+    """The problem that tells most, with its key, the value and what is allowed."""
+    problems = error.errors(include_url=False)
+    # of a union pydantic lists every branch; a misspelt key is the most telling of them
+    telling = ("extra_forbidden", "value_error", "greater_than_equal", "less_than_equal")
+    problem = next((p for kind in telling for p in problems if p["type"] == kind), problems[0])
+    where = _keys_of(problem["loc"], content, problem["type"] == "missing")
+    key = ".".join(where)
+    if problem["type"] == "extra_forbidden":
+        known = _keys_at(where[:-1])
+        near = difflib.get_close_matches(where[-1], known, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
+        return f"{key}: unknown key; {hint}"
+    if problem["type"] == "missing" and not isinstance(problem["input"], list):
+        return f"{key}: missing"
+    value = problem["input"]
+    message = _IN_WORDS.get(problem["type"], problem["msg"].removeprefix("Value error, "))
+    if problem["type"] in ("greater_than_equal", "less_than_equal"):
+        message = _range_in_words(where, problem["ctx"]) or message
+    if key == "roll" and problem["type"] == "literal_error":
+        message = "is free, or {fixed_deg: ..}, or {range_deg: [low, high]}"
+    shown = "" if isinstance(value, dict) and value == content else f" (is {shortened(value)})"
+    return f"{key}: {message[:1].lower() + message[1:]}{shown}"
+
+
+_IN_WORDS = {
+    "missing": "has too few values",
+    "string_too_short": "is a name of at least one character",
+    "string_too_long": "is a shorter name",
+    "int_from_float": "is a whole number",
+    "int_parsing": "is a whole number",
+    "int_parsing_size": "is a whole number of fewer digits",
+    "int_type": "is a whole number",
+    "too_long": "has too many values",
+    "too_short": "has too few values",
+    "model_type": "is a section of keys and values",
+    "list_type": "is a list",
+    "tuple_type": "is a list of numbers",
+    "float_parsing": "is a number",
+    "float_type": "is a number",
+    "finite_number": "is a finite number",
+    "string_type": "is a text",
+    "bool_parsing": "is true or false",
+}
+
+
+def _keys_of(location: tuple[int | str, ...], content: object, missing: bool) -> list[str]:
+    """The keys of a location that stand in the file; pydantic mixes in the names of union branches."""
+    keys: list[str] = []
+    here = content
+    for i, item in enumerate(location):
+        if isinstance(here, list) and isinstance(item, int):
+            if item >= len(here):
+                break  # a value that is not there: the list is what is wrong
+            here = here[item]
+        elif isinstance(here, dict) and item in here:
+            here = here[item]
+        elif not missing or i < len(location) - 1:
+            continue
+        keys.append(str(item))
+    return keys
+
+
+def shortened(value: object) -> str:
+    """A value in some sixty characters; of a large one only its beginning is written at all."""
+    text = _Short().repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+class _Short(reprlib.Repr):
+    """Few items, few levels, and texts as long as a line."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel, self.maxlist, self.maxdict, self.maxtuple = 3, 12, 12, 12
+        self.maxstring, self.maxother, self.maxlong = 80, 80, 60
+
+
+def _range_in_words(where: list[str], limit: dict[str, float]) -> str | None:
+    """What a number at a place of a case file has to lie within, given the end of it that was passed."""
+    *sections, name = [key for key in where if not key.isdigit()]
+    section = _section_at(sections)
+    field = None if section is None else section.model_fields.get(name)
+    found = [] if field is None else _ranges([field.metadata, field.annotation])
+    mine = next((pair for pair in found if pair[0] == limit.get("ge") or pair[1] == limit.get("le")), None)
+    return None if mine is None else f"is {mine[0]:g} to {mine[1]:g}"
+
+
+def _ranges(of: Any) -> list[tuple[float, float]]:
+    """All ranges that an annotation, or a list of such, holds."""
+    if isinstance(of, (list, tuple)):
+        low = next((one.ge for one in of if isinstance(one, Ge)), None)
+        high = next((one.le for one in of if isinstance(one, Le)), None)
+        here = [] if low is None or high is None else [(float(str(low)), float(str(high)))]
+        return here + [pair for one in of for pair in _ranges(one)]
+    if isinstance(of, FieldInfo):
+        return _ranges(of.metadata)
+    inner = (*getattr(of, "__metadata__", ()), *getattr(of, "__args__", ()))
+    return _ranges(inner) if inner else []
+
+
+def _section_at(where: list[str]) -> Any:
+    """The section at a place of a case file; None where there is none."""
+    section: Any = Case
+    for name in where:
+        if name.isdigit():
+            continue
+        field = None if section is None else section.model_fields.get(name)
+        section = None if field is None else section_of(field.annotation)
+    return section
+
+
+def _keys_at(where: list[str]) -> list[str]:
+    """Keys allowed at a place of a case file."""
+    section = _section_at(where)
+    return [] if section is None else list(section.model_fields)
+
+
+def section_of(annotation: Any) -> Any:
+    """The section that an annotation stands for; None where it is none."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    for inner in getattr(annotation, "__args__", ()):
+        found = section_of(inner)
+        if found is not None:
+            return found
+    return None

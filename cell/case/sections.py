@@ -1,0 +1,494 @@
+"""The sections of a case file: keys, defaults, and what is allowed.
+
+    Case.model_validate({"part": {"sub_volumes": ["blade.stl"], "body": {"radius_mm": 20}}})
+
+Lengths in mm and angles in degrees, as every key says. Reading files and wording errors is ``cell.case.read``'s.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from ..printable import printable
+from .fields import (
+    MOST_LIST,
+    Angle,
+    Angles,
+    Angles3,
+    AxisRate,
+    BeadWidth,
+    Coordinate,
+    Coordinates,
+    Count,
+    Distance,
+    FileName,
+    LayerHeight,
+    Length,
+    Name,
+    RightAngle,
+    Seconds,
+    Section,
+    Speed,
+    Title,
+    Tolerance,
+    Vec2,
+    Vec3,
+    within,
+)
+from .seam_section import SeamSection
+
+NO_TABLE = "none"  # as positioner.model: the part stands still, on nothing that is modelled
+REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity", "overhang")
+
+
+class BodySection(Section):
+    """The central body the sub-volumes stand on, its axis along the part's z: a cylinder, a cone or a profile."""
+
+    radius_mm: Coordinate | None = Field(None, description="of the cylinder, or of the cone at z = 0")
+    half_angle_deg: Annotated[float, within(-89, 89)] | None = Field(
+        None, description="of the cone, between axis and rulings; above 0 it widens upwards"
+    )
+    profile_mm: Annotated[list[Vec2], Field(max_length=MOST_LIST)] | None = Field(
+        None, description="(r, z) points of a body of revolution, for a radius"
+    )
+    axis_xy_mm: Vec2 = (0.0, 0.0)
+    z_mm: Vec2 | None = Field(None, description="lower and upper end of the cylinder or cone along the part's z axis")
+    mesh: FileName | None = Field(None, description="the body's own shape; a cylinder where it is left out")
+
+    @field_validator("z_mm")
+    @classmethod
+    def _ends_in_order(cls, value: Vec2 | None) -> Vec2 | None:
+        if value is not None and value[0] >= value[1]:
+            raise ValueError("the lower end must be below the upper end")
+        return value
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> BodySection:
+        if (self.radius_mm is None) == (self.profile_mm is None):
+            raise ValueError("needs either radius_mm (with half_angle_deg for a cone) or profile_mm")
+        if self.profile_mm is not None and (self.half_angle_deg is not None or self.z_mm is not None):
+            raise ValueError("profile_mm says the whole shape: half_angle_deg and z_mm do not go with it")
+        if self.half_angle_deg is None and self.radius_mm is not None and self.radius_mm <= 0:
+            raise ValueError(f"radius_mm must be above 0, not {self.radius_mm:g}")
+        return self
+
+
+class Part(Section):
+    """The part: its sub-volumes, its body, and where it stands on the table."""
+
+    mesh: FileName | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
+    sub_volumes: list[FileName] = Field(default_factory=list, description="one closed mesh each, on the body below")
+    take: list[Name] = Field(
+        default_factory=list,
+        description="names of the sub-volumes to build (SV1, ..; BODY: the body alone); empty: all",
+    )
+    built: list[str] = Field(
+        default_factory=list,
+        description="names of sub-volumes that are built already: they are there from the start, and not taken",
+    )
+    body: BodySection | None = None
+    units: Literal["mm", "cm", "m", "inch"] = "mm"
+    position_mm: Vec3 = (0.0, 0.0, 0.0)
+    rotation_deg: Angle = Field(0.0, description="turn of the part about the table's normal")
+
+
+class Support(Section):
+    """A cylinder between the faceplate and the part."""
+
+    radius_mm: Length
+    height_mm: Length
+
+
+class Slicing(Section):
+    """How the layers are cut."""
+
+    strategy: Literal["planar", "cylindrical", "nonuniform", "conical", "revolved"] = Field(
+        "nonuniform",
+        description="conical and revolved need such a body; planar takes any, the others a cylinder",
+    )
+    body: Literal["planar"] | None = Field(
+        None, description="planar: the body is printed as well, first, as BODY, in planar layers along its axis"
+    )
+    h_layer_mm: LayerHeight = 1.73
+    h_min_mm: LayerHeight = 1.39
+    h_max_mm: LayerHeight = 2.2
+    tolerance_mm: Tolerance = Field(0.01, description="largest distance of a layer's chords from its exact curve")
+    thickness: Literal["report", "trim", "merge"] = Field(
+        "report",
+        description="what becomes of beads outside h_min .. h_max: they stay, end there, or the layer above lays them",
+    )
+
+    @model_validator(mode="after")
+    def _heights_in_order(self) -> Slicing:
+        if not self.h_min_mm <= self.h_layer_mm <= self.h_max_mm:
+            raise ValueError("needs h_min_mm <= h_layer_mm <= h_max_mm")
+        return self
+
+
+class Sampling(Section):
+    """How the layers' curves become targets."""
+
+    chord_tolerance_mm: Tolerance = 0.3
+    min_segment_mm: Annotated[float, within(0.01, 1e5)] = 3.0
+
+
+class BeadsSection(Section):
+    """Which beads a layer is laid in, where they start, and in which order."""
+
+    pattern: Literal["contour", "contour_parallel", "zigzag"] = Field(
+        "contour", description="the layers' borders alone (as in the paper), or what fills them too"
+    )
+    width_mm: BeadWidth = Field(5.0, description="of a bead")
+    overlap: Annotated[float, Field(ge=0, le=0.9)] = Field(
+        0.25, description="of neighbouring beads, as a share of the width"
+    )
+    border: Literal["centre", "edge"] | None = Field(
+        None, description="a layer's border is its outer bead's centre line or edge; contour: centre, others: edge"
+    )
+    thin_walls: Literal["middle", "border"] = Field(
+        "middle",
+        description="contour: where a wall is thinner than 1.5 pitches one bead in its middle, or its borders as ever",
+    )
+    contours: Annotated[int, within(0, 1000)] = Field(1, description="rounds along the border before zigzag lines")
+    contours_first: bool = Field(True, description="borders before what is within them, or after it")
+    angle_deg: Angle = Field(0.0, description="of zigzag lines, against the way round the body (planes: across z)")
+    angle_step_deg: Angle = Field(90.0, description="added to it from layer to layer")
+    metal_share: tuple[Annotated[float, within(0.01, 1)], Annotated[float, within(1, 100)]] | None = Field(
+        None,
+        description="least and greatest metal for its length that a bead may carry, as a share, by its speed; none: 1",
+    )
+    seam: Literal["aligned", "spread", "chosen"] = Field(
+        "aligned", description="closed beads start near the seam below, far from it, or at a chosen place"
+    )
+    seam_angle_deg: Angle | None = Field(None, description="chosen place: angle about the body's axis, or")
+    seam_xyz_mm: Vec3 | None = Field(None, description="a point of the part")
+    seams: list[SeamSection] = Field(default_factory=list, description="places of some sub-volumes' or layers' own")
+    alternate: bool = Field(False, description="every other layer runs the other way round")
+    order: Literal["given", "short"] | None = Field(
+        None, description="of a layer's beads: as found, or with little travel; contour: given, others: short"
+    )
+    lead_in_mm: Distance = Field(0.0, description="the arc starts so far before the seam (open beads: run back)")
+    lead_out_mm: Distance = Field(0.0, description="and runs on so far past it")
+
+    @model_validator(mode="after")
+    def _place_of_seam(self) -> BeadsSection:
+        places = (self.seam_angle_deg is not None) + (self.seam_xyz_mm is not None)
+        if self.seam == "chosen" and places != 1:
+            raise ValueError("seam: chosen needs one of seam_angle_deg, seam_xyz_mm")
+        if self.seam != "chosen" and places:
+            raise ValueError("seam_angle_deg and seam_xyz_mm go with seam: chosen")
+        return self
+
+
+class Roll(Section):
+    """Angles allowed about the wire."""
+
+    fixed_deg: Angle | None = None
+    range_deg: tuple[Angle, Angle] | None = None
+
+    @model_validator(mode="after")
+    def _one_of(self) -> Roll:
+        if (self.fixed_deg is None) == (self.range_deg is None):
+            raise ValueError("is free, or {fixed_deg: ..}, or {range_deg: [low, high]}")
+        if self.range_deg is not None and not 0 <= self.range_deg[1] - self.range_deg[0] <= 360:
+            raise ValueError("range_deg needs low <= high, at most 360 apart")
+        return self
+
+
+class Table(Section):
+    """Angles of the positioner."""
+
+    E1_deg: Angle = 0.0
+    E2_deg: Angle = 0.0
+
+
+class Robot(Section):
+    """The arm: a shipped model's name or an MJCF file, where it stands, and what its joints are called."""
+
+    model: FileName = "kr70_r2100"
+    position_mm: Vec3 = (0.0, 0.0, 0.0)
+    rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
+    joints: Annotated[list[Name], Field(min_length=1, max_length=50)] = Field(
+        ["A1", "A2", "A3", "A4", "A5", "A6"], description="from the base on; six or seven hinges with ranges"
+    )
+    held_deg: dict[str, Angle] = Field(
+        default_factory=dict,
+        description="where other hinges of the model stand; left out: as in its key home, or else at its zero",
+    )
+    held_mm: dict[str, Coordinate] = Field(default_factory=dict, description="the same for slides: a track, a lift")
+    flange: Name = "flange"
+    base: Name = Field("base_link", description="body whose frame the report's base_* columns are given in")
+    home_deg: list[Angle] | None = Field(
+        None, description="where the program starts and ends; the MJCF's key home where left out, if it has one"
+    )
+    max_speed_deg_s: list[AxisRate] | None = Field(None, description="where the MJCF does not carry them")
+    max_acceleration_deg_s2: list[AxisRate] | None = Field(
+        None, description="instead of the MJCF's; where that has none, full speed in half a second"
+    )
+
+
+class Torch(Section):
+    """The tool: a shipped model's name or an MJCF file; for cmt_torch its dimensions."""
+
+    model: FileName = "cmt_torch"
+    tcp: Name = "tcp"
+    wire: list[Name] = Field(["torch_wire"], description="geoms that may touch the part")
+    dimensions: dict[str, Coordinate] = Field(default_factory=dict, description="of cmt_torch, see its README")
+    held_deg: dict[str, Angle] = Field(default_factory=dict, description="where hinges of the tool stand, see robot")
+    held_mm: dict[str, Coordinate] = Field(
+        default_factory=dict, description="where slides of the tool stand, see robot"
+    )
+
+
+class Positioner(Section):
+    """The table: a shipped model's name or an MJCF file, where it stands, and what its joints are called.
+
+    `positioner: none` is short for `{model: none}`: the part stands still, its frame at position_mm.
+    """
+
+    model: FileName = "kp2_hv500"
+    position_mm: Vec3 = (1500.0, 0.0, 0.0)
+    rotation_deg: Angles3 = (0.0, 0.0, 0.0)
+    joints: Annotated[list[Name], Field(max_length=2)] = Field(
+        ["E1", "E2"],
+        description="tilt, then turn; one alone, or [] for a fixed table. A hinge without range is endless",
+    )
+    table: Name = "table"
+    held_deg: dict[str, Angle] = Field(
+        default_factory=dict, description="where hinges of the model stand that are not among joints, see robot"
+    )
+    held_mm: dict[str, Coordinate] = Field(default_factory=dict, description="the same for slides")
+    max_speed_deg_s: list[AxisRate] | None = Field(
+        None,
+        description="one for each of joints, instead of the MJCF's, for motions from outside that move the table; "
+        "none known: no limit",
+    )
+    max_acceleration_deg_s2: list[AxisRate] | None = Field(
+        None,
+        description="one for each of joints, instead of the MJCF's; where that has none, full speed in half a second",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _none_has_no_joints(cls, value: object) -> object:
+        if isinstance(value, dict) and value.get("model") == NO_TABLE:
+            return {"joints": [], **value}
+        return value
+
+    @model_validator(mode="after")
+    def _joints_of_none(self) -> Positioner:
+        if self.model == NO_TABLE and self.joints:
+            raise ValueError("model: none has no joints; leave joints out")
+        if len(set(self.joints)) < len(self.joints):
+            raise ValueError(
+                f"joints: {self.joints[0]} is listed twice; the second {self.joints[0]} does not turn the table"
+            )
+        return self
+
+
+class Box(Section):
+    """A box fixture."""
+
+    size_mm: tuple[Length, Length, Length]
+
+
+class CylinderFixture(Section):
+    """An upright cylinder fixture."""
+
+    radius_mm: Length
+    height_mm: Length
+
+
+class Fixture(Section):
+    """Something that stands in the cell: one of box, cylinder or mesh, given by its centre."""
+
+    name: Name
+    box: Box | None = None
+    cylinder: CylinderFixture | None = None
+    mesh: FileName | None = None
+    units: Literal["mm", "cm", "m", "inch"] = "mm"
+    position_mm: Vec3 = (0.0, 0.0, 0.0)
+    rotation_deg: Angles3 = (0.0, 0.0, 0.0)
+    on: Literal["floor", "table"] = Field("floor", description="frame it is given in and moves with")
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Fixture:
+        if sum(shape is not None for shape in (self.box, self.cylinder, self.mesh)) != 1:
+            raise ValueError("needs exactly one of box, cylinder, mesh")
+        return self
+
+
+class Checks(Section):
+    """What a target has to keep."""
+
+    clearance_mm: Distance = 5.0
+    wrist_deg: RightAngle = 5.0
+    elbow_deg: RightAngle = 5.0
+    shoulder_mm: Annotated[float, within(0, 1e4)] = 50.0
+    sigma: Annotated[float, within(0, 10)] = Field(
+        0.02, description="smallest singular value; arms without a spherical wrist only"
+    )
+    off_bead_mm: Distance = Field(0.05, description="largest distance of the TCP from the bead, of motions from files")
+    off_wire_deg: Annotated[float, within(0, 180)] = Field(
+        0.05, description="largest turn of the wire off its direction, likewise"
+    )
+    gravity_max_deg: Annotated[float, within(0, 180)] | None = Field(
+        None, description="largest angle between the deposition direction and up; null does not limit it"
+    )
+    overhang_mm: Distance | None = Field(
+        None, description="how far a layer may stand out over what lies below it; null: half a bead, and only a warning"
+    )
+
+
+class Ik(Section):
+    """How configurations are searched."""
+
+    solver: Literal["auto", "closed_form", "dls"] = "auto"
+    roll_step_deg: Annotated[float, within(0.5, 90)] = 15.0
+    seeds: Annotated[int, within(1, 256)] = 16
+
+
+class Process(Section):
+    """Speeds and moves of the deposition."""
+
+    deposition_speed_mm_s: Speed = 8.0
+    travel_speed_mm_s: Speed = 100.0
+    retract_mm: Annotated[float, within(0.01, 1e4)] = 30.0
+    blend_mm: Annotated[float, within(0, 1000)] = Field(
+        1.0,
+        description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS); below 0.01: "
+        "it stops in them",
+    )
+    least_speed_share: Annotated[float, within(0, 1)] = Field(
+        0.5, description="of the deposition speed, to be held over every 5 mm of a bead; below it is infeasible"
+    )
+    dwell_s: Seconds = Field(0.0, description="wait between the layers of a sub-volume, retracted")
+    arc_on_s: Seconds = Field(0.0, description="wait at the start of a bead while the arc is struck")
+    arc_off_s: Seconds = Field(0.0, description="wait at the end of a bead while the crater is filled")
+    travel_attempts: Annotated[int, within(1, 1_000_000)] = Field(
+        3000, description="configurations tried for a way between two beads where the simple ones are not free"
+    )
+    density_g_cm3: Annotated[float, within(0.01, 100)] = Field(7.85, description="of the metal, for its mass")
+    wire_diameter_mm: Annotated[float, within(0.01, 100)] = Field(1.2, description="of the wire, for its length")
+    speed_by_thickness: list[tuple[Distance, Speed]] | None = Field(
+        None,
+        description="rows [thickness_mm, speed_mm_s], thickness growing, interpolated; for one deposition speed",
+    )
+
+    @field_validator("speed_by_thickness")
+    @classmethod
+    def _thickness_grows(cls, value: list[tuple[float, float]] | None) -> list[tuple[float, float]] | None:
+        if value is not None and not value:
+            raise ValueError("needs at least one row [thickness_mm, speed_mm_s]")
+        if value is not None and any(a[0] >= b[0] for a, b in pairwise(value)):
+            raise ValueError("thickness must grow from row to row")
+        return value
+
+
+class Placements(Section):
+    """A grid of places of the positioner; what is left out stays as the case has it."""
+
+    x_mm: Coordinates | None = None
+    y_mm: Coordinates | None = None
+    z_mm: Coordinates | None = None
+    rz_deg: Angles | None = Field(None, description="turn about the world's z axis")
+
+
+class Mark(Section):
+    """A table pose to point out on a map."""
+
+    E1_deg: Angle
+    E2_deg: Angle
+    label: Title
+
+
+class Sweep(Section):
+    """What `rbam sweep` tries: each a number, a list, or a text LO:HI:STEP; its options go before this."""
+
+    E1_deg: Angles | None = Field(None, description="tilts; the axis' range by 45 where left out")
+    E2_deg: Angles | None = Field(None, description="turns; the axis' range by 45 where left out")
+    roll: list[Literal["free"] | Roll] = Field(default_factory=list, description="rolls to try instead of the case's")
+    positioner: Placements | None = None
+    height_mm: Coordinates | None = Field(
+        None, description="of the support, or of the part over the faceplate without one"
+    )
+    marks: list[Mark] = Field(default_factory=list, description="poses to point out on maps")
+
+
+class Expect(Section):
+    """What a case is expected to give, for pytest."""
+
+    verdict: Literal["feasible", "infeasible"]
+    infeasible: Count | None = Field(None, description="number of infeasible targets")
+    reasons: dict[str, Count] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
+
+    @field_validator("reasons")
+    @classmethod
+    def _known(cls, value: dict[str, int] | list[str] | None) -> dict[str, int] | list[str] | None:
+        unknown = set(value or ()) - set(REASONS)
+        if unknown:
+            raise ValueError(f"unknown reason {sorted(unknown)[0]!r}; known are {', '.join(REASONS)}")
+        return value
+
+
+class Case(Section):
+    """A whole case; see the module's docstring."""
+
+    extends: FileName | None = Field(
+        None, description="another case this one changes; name, description, expect stay its own"
+    )
+    name: Title | None = None
+    description: str | None = None
+    part: Part
+    support: Support | None = None
+    slicing: Slicing = Slicing()
+    sampling: Sampling = Sampling()
+    beads: BeadsSection = BeadsSection()
+    roll: Literal["free"] | Roll = "free"
+    table: Table = Table()
+    robot: Robot = Robot()
+    tool: Torch = Torch()
+    positioner: Positioner = Positioner()
+    fixtures: list[Fixture] = Field(default_factory=list)
+    floor: bool = True
+    checks: Checks = Checks()
+    ik: Ik = Ik()
+    process: Process = Process()
+    sweep: Sweep = Sweep()
+    expect: Expect | None = None
+
+    _path: Path = Path("case.yaml")
+    _read_from: tuple[Path, ...] = ()
+
+    @field_validator("positioner", mode="before")
+    @classmethod
+    def _short_positioner(cls, value: object) -> object:
+        return {"model": NO_TABLE} if value == NO_TABLE else value
+
+    @field_validator("expect", mode="before")
+    @classmethod
+    def _short_expectation(cls, value: object) -> object:
+        return {"verdict": value} if isinstance(value, str) else value
+
+    @property
+    def path(self) -> Path:
+        """The file the case was read from."""
+        return self._path
+
+    @property
+    def read_from(self) -> tuple[Path, ...]:
+        """The case files it was read from: its own, then those it extends; empty where it was made from data."""
+        return self._read_from
+
+    @property
+    def title(self) -> str:
+        """The case's name, or its file's."""
+        return self.name or printable(self._path.name.removesuffix(".yaml").removesuffix(".case"))
+
+    def path_of(self, name: str) -> Path:
+        """A file that the case names, relative to the case file."""
+        return self._path.parent / name

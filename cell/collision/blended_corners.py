@@ -1,0 +1,235 @@
+"""Corners as they are run: a controller rounds them, off the rows that were checked, and what it runs is checked too.
+
+    step, nearest = cut_corners(checker, radius, Path(q, s, zone), stage, found, least)    # steps that are not free
+
+The rounded path is the one that ``cell.timing.time_law`` times, the rows' moving average. It is made of parabolas, of
+which it is known exactly how far they are off the rows and how far off their own chords. Where the clearances at the
+rows, less that, prove nothing, the rounded path itself is looked at. Radians and metres; a path's length may be in
+either.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..timing.blending import kept_zone, rounded
+from .between_samples import unproven_steps
+from .clearances import Clearances, Sees
+from .motion_bounds import joint_travel_bound
+
+CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
+NOTHING = 1e-9  # m: a path that is off its rows by less is on them
+
+
+@dataclass(frozen=True, eq=False)
+class BlendedPath:
+    """Rows of a motion that is run without a stop between its ends.
+
+    Attributes:
+        q: rows, (m, j), rad.
+        s: path length at each, (m,), ascending.
+        zone: distance each way over which corners are rounded; at most half the path.
+    """
+
+    q: Floats
+    s: Floats
+    zone: float
+
+
+@dataclass(frozen=True, eq=False)
+class Parabolas:
+    """The parabolas that a rounded path is made of.
+
+    Attributes:
+        s: path lengths between which they lie, (g + 1,); the rows' are among them.
+        row: the row that each follows, (g,).
+        off: bound on how far any point of the arm is off where the rows have it, (g,), m.
+        bend: bound on the second derivative of its place, (g,), m per unit of path length squared.
+    """
+
+    s: Floats
+    row: Ints
+    off: Floats
+    bend: Floats
+
+
+def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
+    """Take a rounded path apart.
+
+    Args:
+        path: the rows.
+        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+
+    Returns:
+        Its parabolas.
+    """
+    s = path.s - path.s[0]
+    end = s[-1]
+    zone = kept_zone(path.zone, end)
+    # a parabola ends where either end of the average's window passes a row, or its mirror image beyond an end
+    far = np.concatenate([-s[1:], s, 2 * end - s[:-1]])
+    grid = np.concatenate([s, far - zone, far + zone])
+    grid = np.unique(grid[(grid >= 0) & (grid <= end)])
+    slope = np.diff(path.q, axis=0) / np.diff(s)[:, None]
+    off = np.abs(rounded(path.q, s, zone, grid) - _linear(path.q, s, grid)) @ radius
+    middle = (grid[:-1] + grid[1:]) / 2
+    bend = (_slope_at(slope, s, middle + zone) - _slope_at(slope, s, middle - zone)) / (2 * zone)
+    bends = np.abs(bend) @ radius
+    row = np.clip(np.searchsorted(s, middle) - 1, 0, len(s) - 2)
+    return Parabolas(grid + path.s[0], row, np.maximum(off[:-1], off[1:]) + np.diff(grid) ** 2 / 8 * bends, bends)
+
+
+def _linear(q: Floats, s: Floats, at: Floats) -> Floats:
+    return np.stack([np.interp(at, s, column) for column in q.T], axis=1)
+
+
+def _slope_at(slope: Floats, s: Floats, at: Floats) -> Floats:
+    """Slope of the path and of its point reflections beyond its ends, where it is the same."""
+    inside = np.where(at < 0, -at, np.where(at > s[-1], 2 * s[-1] - at, at))
+    out: Floats = slope[np.clip(np.searchsorted(s, inside) - 1, 0, len(slope) - 1)]
+    return out
+
+
+def cut_corners(
+    checker: Sees,
+    radius: Floats,
+    path: BlendedPath,
+    stage: Ints,
+    found: Clearances,
+    least: float,
+    which: NDArray[np.bool_] | None = None,
+) -> tuple[Ints, Clearances]:
+    """Steps of a path on which it comes too near to something, or may, once its corners are rounded.
+
+    Args:
+        checker: collision detection at the table pose.
+        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+        path: rows that are free themselves, between them as well.
+        stage: deposits laid at each row, (m,).
+        found: clearances at the rows.
+        least: clearance to be kept, m; 0: nothing is touched.
+        which: steps that are looked at, (m - 1,); all of them where left out.
+
+    Returns:
+        First rows of these steps, (k,), ascending, and the nearest pair on each.
+    """
+    if len(path.s) < 3:
+        return np.zeros(0, dtype=np.int64), Clearances.none(0)
+    p = pieces(path, radius)
+    off, bend = np.zeros(len(path.s) - 1), np.zeros(len(path.s) - 1)
+    np.maximum.at(off, p.row, p.off)
+    np.maximum.at(bend, p.row, p.bend)
+    steps = off > NOTHING if which is None else which & (off > NOTHING)
+    q = rounded(path.q, path.s, path.zone)
+    known, bow = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
+    # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
+    low = known - joint_travel_bound(radius, path.q, q)
+    near = _ends(steps) & (low < least)
+    maybe = steps & (low[:-1] + low[1:] - 2 * least <= joint_travel_bound(radius, q[:-1], q[1:]) + 2 * bow)
+    again = np.flatnonzero(near | _ends(maybe))
+    low[again] = known[again] - checker.way(radius, path.q[again], q[again])
+    rows = np.flatnonzero(near & (low < least))
+    seen = checker.clearances(q[rows], stage[rows])
+    low[rows] = np.minimum(seen.distance, checker.reach)
+    hit = np.flatnonzero(seen.distance < least)
+    k = np.flatnonzero(maybe)
+    k = k[low[k] + low[k + 1] - 2 * least <= checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]
+    open_, nearest = _not_proved(checker, radius, _Rounded(path, p, bow, low, stage), k, least)
+    both = Clearances.joined([seen.rows(hit), nearest])
+    first, index = np.unique(np.concatenate([np.minimum(rows[hit], len(path.s) - 2), open_]), return_index=True)
+    return first, both.rows(index)
+
+
+def _ends(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Rows at the ends of some steps."""
+    out: NDArray[np.bool_] = np.append(steps, False) | np.append(False, steps)
+    return out
+
+
+class _Nearer:
+    """Collision detection that takes everything for nearer than it is."""
+
+    def __init__(self, checker: Sees, by: float) -> None:
+        self.checker, self.by, self.reach = checker, by, checker.reach - by
+
+    def way(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
+        """As of the checker."""
+        return self.checker.way(radius, a, b)
+
+    def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
+        """As of the checker, less the distance."""
+        found = self.checker.clearances(q, stage)
+        return Clearances(found.distance - self.by, found.pair, found.position)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rounded:
+    """A rounded path and what is known of it.
+
+    Attributes:
+        path: the rows.
+        pieces: its parabolas.
+        bow: how far each step's rounded path is off its chord at most, (m - 1,), m.
+        low: clearance at least where the rows come to lie, (m,), m.
+        stage: deposits laid at each row, (m,).
+    """
+
+    path: BlendedPath
+    pieces: Parabolas
+    bow: Floats
+    low: Floats
+    stage: Ints
+
+
+def _not_proved(checker: Sees, radius: Floats, run: _Rounded, steps: Ints, least: float) -> tuple[Ints, Clearances]:
+    """Steps whose rounded path cannot be proved to keep a clearance: by chords of it, the arm taken for thicker.
+
+    Args:
+        checker: collision detection.
+        radius: of the arm about its joints.
+        run: the rounded path.
+        steps: those in question, ascending.
+        least: clearance to be kept, m.
+
+    Returns:
+        Those that are not proved, and the nearest pair on each.
+    """
+    path, p, bow, low, stage = run.path, run.pieces, run.bow, run.low, run.stage
+    if not len(steps):
+        return steps, Clearances.none(0)
+    first = np.searchsorted(p.row, np.arange(len(path.s)))
+    s = [_chords(p, int(first[k]), int(first[k + 1]), float(bow[k])) for k in steps]
+    at, of = np.concatenate(s), np.repeat(steps, [len(some) for some in s])
+    q, laid = rounded(path.q, path.s, path.zone, at), np.maximum(stage[of], stage[of + 1])
+    begins = np.diff(of, prepend=-1) != 0
+    ends_ = np.append(begins[1:], True)
+    thick = _Nearer(checker, CHORD)
+    found = Clearances.none(len(at))
+    found.distance[begins], found.distance[ends_] = low[steps] - CHORD, low[steps + 1] - CHORD
+    inner = np.flatnonzero(~begins & ~ends_)
+    seen = thick.clearances(q[inner], laid[inner])
+    found.distance[inner], found.pair[inner], found.position[inner] = seen.distance, seen.pair, seen.position
+    open_, nearest = unproven_steps(thick, radius, q, laid, found, of, least=least)
+    # what is left open after the last halving may have a bound at its ends and no pair
+    unnamed = np.flatnonzero(nearest.pair[:, 0] < 0)
+    named = checker.clearances(q[open_[unnamed]], laid[open_[unnamed]])
+    nearest.distance[unnamed] = np.minimum(named.distance, checker.reach)
+    nearest.pair[unnamed], nearest.position[unnamed] = named.pair, np.nan_to_num(named.position)
+    left, index = np.unique(of[open_], return_index=True)
+    return left, nearest.rows(index)
+
+
+def _chords(p: Parabolas, first: int, last: int, bow: float) -> Floats:
+    """Path lengths on a step, its ends among them, between which its parabolas are within ``CHORD`` of straight."""
+    if bow <= CHORD:
+        return p.s[[first, last]]
+    bows = np.diff(p.s[first : last + 1]) ** 2 / 8 * p.bend[first:last]
+    count = np.maximum(np.ceil(np.sqrt(bows / CHORD)), 1).astype(np.int64)
+    some = [np.linspace(p.s[first + i], p.s[first + i + 1], n + 1)[:-1] for i, n in enumerate(count.tolist())]
+    return np.concatenate([*some, p.s[last : last + 1]])

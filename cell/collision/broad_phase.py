@@ -1,0 +1,76 @@
+"""Which bodies of a large part are near enough to the arm to be looked at.
+
+    nearby = BroadPhase.of(scene, model, data)       # None for a part of one body
+    nearby.choose(data, reach)                   # before mj_collision: leaves out what is too far off
+
+MuJoCo goes through every geom of each body that may be hit, which for a part of thousands of layers costs more than the
+collisions. Spheres around geoms and bodies overlap wherever the geoms come within reach of each other: nothing within
+reach is left out. Metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
+
+Ints = NDArray[np.int64]
+SLACK = 1e-6  # m, of rounding
+
+
+@dataclass(frozen=True, eq=False)
+class BroadPhase:
+    """Bodies of the part's pieces, at one table pose.
+
+    Attributes:
+        model: whose bodies are left out.
+        bodies: ids, (b,).
+        conaffinity: their own, (b,).
+        centre: of each body's pieces, (b, 3), world frame.
+        geoms: of the arm, those that may collide, (g,).
+        radius: of a sphere round a geom and one round a body's pieces, added up, (g, b), m.
+    """
+
+    model: mujoco.MjModel
+    bodies: Ints
+    conaffinity: NDArray[np.int32]
+    centre: Floats
+    geoms: Ints
+    radius: Floats
+
+    @classmethod
+    def of(cls, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> BroadPhase | None:
+        """Prepare.
+
+        Args:
+            scene: the composed cell.
+            model: the checker's copy of its model, of which bodies are left out.
+            data: its table's pose, after mj_kinematics.
+        """
+        bodies = [b for b in range(model.nbody) if model.body(b).name.startswith("pieces_")]
+        if not bodies:
+            return None
+        centre, radius = np.empty((len(bodies), 3)), np.empty(len(bodies))
+        for i, body in enumerate(bodies):
+            place, bound = (x[model.geom_bodyid == body] for x in (data.geom_xpos, model.geom_rbound))
+            centre[i] = (place.min(axis=0) + place.max(axis=0)) / 2
+            radius[i] = float((np.linalg.norm(place - centre[i], axis=1) + bound).max())
+        geoms = np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0))
+        both = model.geom_rbound[geoms][:, None] + radius + SLACK
+        return cls(model, np.array(bodies), scene.body_conaffinity[bodies], centre, geoms, both)
+
+    def choose(self, data: mujoco.MjData, reach: float) -> None:
+        """Let bodies collide that something of the arm may be within reach of (m), and no others."""
+        place = data.geom_xpos[self.geoms]
+        square = np.einsum("gi,gi->g", place, place)[:, None] - 2.0 * place @ self.centre.T
+        square += np.einsum("bi,bi->b", self.centre, self.centre)
+        near = (square <= (self.radius + reach) ** 2).any(axis=0)
+        self.model.body_conaffinity[self.bodies] = np.where(near, self.conaffinity, 0)

@@ -1,0 +1,209 @@
+"""Clearances of the whole cell in many configurations, from MuJoCo's own collision detection.
+
+    checker = Checker(scene, table, reach=0.02)       # metres out to which clearances are known
+    c = checker.clearances(q, stage)                  # q (m, n) rad, stage (m,) deposits laid so far
+    c.distance, c.pair, c.position
+
+What counts is everything that the arm is not meant to touch: itself and its torch, the cell, the table, the body of the
+part, and the deposits laid before the given stage (later ones are still in the air). The wire may touch the part; what
+stands on the table against the cell around it is the table's own affair. Distances are signed: negative is a
+penetration. Metres.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..errors import InputError
+from .arm_poses import ArmPoses
+from .broad_phase import BroadPhase
+from .clearances import Clearances
+from .motion_bounds import MotionBounds, joint_travel_bound
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
+
+FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
+AWAY = 1e4  # m
+NEVER = -1e3  # m, as the gap of named pairs: they are not reported
+MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
+
+
+def _without_pairs(scene: Scene) -> mujoco.MjModel:
+    """The model with the pairs that it names so far apart that none is ever met.
+
+    A gap silences pairs that are apart, not those that penetrate. Of each pair a shape is moved that counts for nothing
+    in this scene; every one of them elsewhere.
+    """
+    alone = copy.copy(scene.model)
+    inert = (scene.contact_bits == 0).all(axis=0).tolist()
+    for one, other in zip(alone.pair_geom1.tolist(), alone.pair_geom2.tolist(), strict=True):
+        geom = other if inert[other] else one
+        if inert[geom]:
+            alone.geom_pos[geom, 2] = AWAY * (1 + geom)
+    return alone
+
+
+class Checker:
+    """Collision detection of one scene at one table pose; one for each thread, the scene may be shared."""
+
+    scene: Scene
+    table: tuple[float, float]
+    reach: float
+
+    def __init__(
+        self,
+        scene: Scene,
+        table: tuple[float, float],
+        reach: float,
+        without: Collection[int] = (),
+        *,
+        pair_gap: float | None = None,
+    ) -> None:
+        """Prepare the model.
+
+        Args:
+            scene: the composed cell.
+            table: E1 and E2, rad.
+            reach: distances are known out to here, m.
+            without: deposits that do not count, laid or not.
+            pair_gap: NEVER where the pairs that the model names do not count; the reach where it is not given.
+        """
+        self.scene = scene
+        self.table = table
+        self.reach = reach
+        self.without = tuple(without)
+        # what collides is switched in it; the scene's own stays as it is
+        self._model = copy.copy(scene.model) if pair_gap is None else _without_pairs(scene)
+        self._data = mujoco.MjData(self._model)
+        self._data.qpos[scene.table_qpos] = table
+        self._pair_gap = pair_gap
+        self._hard = scene.contact_bits.any(axis=0).astype(np.float64)
+        self._hard_body = np.zeros(scene.model.nbody)
+        np.maximum.at(self._hard_body, scene.model.geom_bodyid, self._hard)
+        mujoco.mj_kinematics(self._model, self._data)  # what stands on the table stays there
+        # where the table's axes move as well, all of it has to follow
+        arm_alone = len(scene.arm_qpos) == scene.chain.n
+        self._poses = ArmPoses(scene) if scene.model.ngeom > MANY and arm_alone else None
+        self._nearby = BroadPhase.of(scene, self._model, self._data) if arm_alone else None
+        self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
+        self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
+        self._body_contype = scene.body_contype
+        self._ignored = np.isin(scene.deposit_of_geom, list(without))
+        self._swept: MotionBounds | None = None
+        self._arm_alone = arm_alone
+
+    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+        """How far anything can travel towards anything on steps: what clearances at their ends are held against.
+
+        Args:
+            radius: from ``cell.collision.reach_radii.radii``, (n,), m.
+            a: where each step begins, (m, n), rad.
+            b: where it ends, (m, n), rad.
+
+        Returns:
+            (m,), m.
+        """
+        if not self._arm_alone:
+            return joint_travel_bound(radius, a, b)
+        if self._swept is None:
+            self._swept = MotionBounds(self.scene, radius)
+        return self._swept.bound(a, b)
+
+    def clearances(self, q: Floats, stage: Ints) -> Clearances:
+        """The nearest pair of every configuration.
+
+        Args:
+            q: configurations of the arm, (m, n), rad.
+            stage: number of deposits already laid, (m,).
+
+        Returns:
+            Clearances.
+        """
+        data = self._data
+        out = Clearances.none(len(q))
+        far = self.reach  # what is near would be found by looking all the way, and everything behind it as well
+        for laid in np.unique(stage):
+            self._lay(int(laid), arm_alone=True)
+            rows = np.flatnonzero(stage == laid)
+            for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
+                self._collide(far)
+                if data.ncon:
+                    contact = data.contact
+                    distance = contact.dist
+                    k = int(distance.argmin())
+                    out.distance[i], out.pair[i], out.position[i] = distance[k], contact.geom[k], contact.pos[k]
+                    far = FURTHER * max(float(distance[k]), 0.0) + LEAST_FAR  # the next one is often alike
+                else:
+                    far = self.reach
+        if data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
+            # pairs were left out: the nearest may be among them
+            raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
+        return out
+
+    def of_tool(self, pair: Ints) -> NDArray[np.bool_]:
+        """Whether a pair is what moves with the TCP against what is no part of the arm: alike in every configuration.
+
+        Args:
+            pair: ids of two geoms each, (m, 2); -1 where there is none.
+
+        Returns:
+            (m,) booleans.
+        """
+        tool, arm = self.scene.tool_geom[pair], self.scene.arm_geom[pair]
+        alike: NDArray[np.bool_] = (tool[:, 0] & ~arm[:, 1]) | (tool[:, 1] & ~arm[:, 0])
+        return alike & (pair >= 0).all(axis=1)
+
+    def _collide(self, far: float) -> None:
+        """Find what is near: first out to some distance, then further as long as there is nothing."""
+        far = min(far, self.reach)
+        while True:
+            self._look_out_to(far)
+            if self._nearby is not None:
+                self._nearby.choose(self._data, far)
+            mujoco.mj_collision(self._model, self._data)
+            if self._data.ncon or far == self.reach:
+                return
+            far = min(2.0 * far, self.reach)
+
+    def _look_out_to(self, far: float) -> None:
+        """Set how far MuJoCo looks, m."""
+        model = self._model
+        # it reports a pair out to the sum of its geoms' gaps, and of bodies further apart than this it looks at none
+        np.multiply(self._hard, far / 2, out=model.geom_gap)
+        np.multiply(self._hard_body, far / 2, out=model.body_margin)
+        model.pair_gap[:] = far if self._pair_gap is None else self._pair_gap
+
+    def _put(self, q: Floats) -> Iterator[None]:
+        """Bring the arm into one configuration after the other."""
+        if self._poses is not None:
+            yield from self._poses.put(self._data, q)
+            return
+        data, arm = self._data, self.scene.arm_qpos
+        for row in q:
+            data.qpos[arm] = row
+            mujoco.mj_kinematics(self._model, data)
+            yield
+
+    def _lay(self, stage: int, *, arm_alone: bool) -> None:
+        """Let the deposits below a number collide, and no others: what is not there yet costs nothing.
+
+        Nor does what stands on the table against the cell around it, if it is only the arm that moves.
+        """
+        scene, model = self.scene, self._model
+        there = (scene.deposit_of_geom < stage) & ~self._ignored
+        hits = there & scene.arm_geom if arm_alone else there
+        # a pair collides where one's contype meets the other's conaffinity: the arm's own meet all there is
+        model.geom_contype[:] = np.where(hits, scene.contact_bits[0], 0)
+        model.geom_conaffinity[:] = np.where(there, scene.contact_bits[1], 0)
+        model.body_conaffinity[:] = scene.body_conaffinity
+        model.body_contype[:] = np.where(self._arm_body, self._body_contype, 0) if arm_alone else self._body_contype

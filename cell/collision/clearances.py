@@ -1,0 +1,68 @@
+"""Least clearances of many configurations, as every collision detection here returns them.
+
+Use:
+
+    nearest = checker.clearances(q, stage)    # checker: Sees; q (m, n) rad
+    nearest.distance, nearest.pair            # (m,) m and (m, 2) ids of geoms
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+
+
+class Sees(Protocol):
+    """Collision detection, of the arm or of the table."""
+
+    reach: float
+
+    def way(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
+        """How far anything can travel towards anything on steps, (m,), m; see ``cell.collision.motion_bounds``."""
+        ...
+
+    def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
+        """As of :class:`cell.collision.checker.Checker`."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Clearances:
+    """The nearest pair of every configuration.
+
+    Attributes:
+        distance: least signed distance, (m,), m; infinite where nothing is within the checker's reach.
+        pair: ids of the two geoms, (m, 2); -1 where there is none.
+        position: where they are nearest, (m, 3), world, m; NaN where there is none.
+    """
+
+    distance: Floats
+    pair: Ints
+    position: Floats
+
+    def __len__(self) -> int:
+        return len(self.distance)
+
+    def rows(self, index: Ints) -> Clearances:
+        """Some of the configurations."""
+        return Clearances(self.distance[index], self.pair[index], self.position[index])
+
+    @classmethod
+    def joined(cls, some: Sequence[Clearances]) -> Clearances:
+        """Configurations of several, one after the other."""
+        return cls(*(np.concatenate([getattr(c, name) for c in some]) for name in ("distance", "pair", "position")))
+
+    @classmethod
+    def none(cls, m: int) -> Clearances:
+        """M configurations with nothing near."""
+        return cls(np.full(m, np.inf), np.full((m, 2), -1), np.full((m, 3), np.nan))
+
+
+CLEARANCE_REACH = 0.05  # m out to which least clearances are reported

@@ -1,0 +1,70 @@
+"""How far any point that an axis carries can be from that axis: what steps are bounded with.
+
+Use:
+
+    radius = radii(scene)                     # of the arm's joints, (n,) m
+    table_radii(scene)                        # of the table's axes, (2,) m
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ik.chain import Floats
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
+import mujoco
+
+from ..scene.scene import Scene
+
+
+def radii(scene: Scene) -> Floats:
+    """How far any point of the arm and its tool can be from each joint, whatever the joints after it do.
+
+    Args:
+        scene: the cell.
+
+    Returns:
+        (n,) m: of joint i the greater of what its own link holds and the way to the next joint plus that joint's.
+    """
+    import mujoco
+
+    model, chain = scene.model, scene.chain
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    bodies = model.jnt_bodyid[scene.arm_joints].tolist()
+    anchors = data.xanchor[scene.arm_joints].copy()
+    out = np.zeros(chain.n)
+    for g in np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0)):
+        body = int(model.geom_bodyid[g])
+        while body not in bodies:
+            body = int(model.body_parentid[body])
+        i = len(bodies) - 1 - bodies[::-1].index(body)  # the last of several joints in one body
+        out[i] = max(out[i], float(np.linalg.norm(data.geom_xpos[g] - anchors[i]) + model.geom_rbound[g]))
+    for i in range(chain.n - 2, -1, -1):
+        out[i] = max(out[i], float(np.linalg.norm(chain.origins[i + 1, :3, 3])) + out[i + 1])
+    return out
+
+
+def table_radii(scene: Scene) -> Floats:
+    """How far anything on the table can be from E1 and from E2, (2,), m; see ``cell.collision.reach_radii.radii``."""
+    model = scene.model
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    joint = scene.table_joints.tolist()
+    body = [int(model.jnt_bodyid[j]) for j in joint]
+    out = np.zeros(2)
+    for g in np.flatnonzero(scene.contact_bits.any(axis=0)):
+        b = int(model.geom_bodyid[g])
+        while b not in (0, *body):
+            b = int(model.body_parentid[b])
+        if b in body:
+            axis = 1 if b == body[1] else 0  # of two in one body the second, which the first carries
+            reach = float(np.linalg.norm(data.geom_xpos[g] - data.xanchor[joint[axis]]) + model.geom_rbound[g])
+            out[axis] = max(out[axis], reach)
+    apart = float(np.linalg.norm(data.xanchor[joint[1]] - data.xanchor[joint[0]]))
+    out[0] = max(out[0], apart + out[1])
+    return out

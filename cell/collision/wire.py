@@ -1,0 +1,49 @@
+"""The wire on travels: it may touch the part where it is welded, and is a rod like any other on the way across.
+
+    checker = wire_checker(setup.checker)            # None where the tool has no wire
+    c = checker.clearances(q, stage)                 # of the wire from the part, out to a few mm
+
+Drawn back along itself, a wire leaves the part the way it came; across, what its torch clears it need not clear. Metres
+and radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..scene.composition import Piece
+from ..scene.contacts import SOLID
+from ..scene.scene import Scene
+from .checker import NEVER, Checker
+
+REACH = 5e-3  # m: nothing is asked for but not to touch, yet far samples are proved free sooner
+
+
+def wire_checker(checker: Checker) -> Checker | None:
+    """Collision detection of the wire and the part alone.
+
+    Args:
+        checker: of the whole cell, at the same table pose and without the same deposits.
+
+    Returns:
+        The same for the wire; None where the tool's wire is not modelled.
+    """
+    scene = wire_scene(checker.scene)
+    if scene is None:
+        return None
+    return Checker(scene, checker.table, REACH, checker.without, pair_gap=NEVER)
+
+
+def wire_scene(scene: Scene) -> Scene | None:
+    """A scene in which nothing is solid but the wire and the part; None where there is no wire."""
+    model = scene.model
+    wire = scene.wire_geom & scene.contact_bits.any(axis=0)
+    if not wire.any():
+        return None
+    part = np.isin(scene.piece_of_geom, (Piece.SUPPORT, Piece.PART))
+    bits = np.stack([np.where(wire, SOLID, 0), np.where(part, SOLID, 0)]).astype(scene.contact_bits.dtype)
+    bodies = scene.body_contype.copy()
+    bodies[model.geom_bodyid[wire]] |= SOLID
+    return replace(scene, contact_bits=bits, body_contype=bodies)

@@ -1,0 +1,4 @@
+"""Slicing strategies side by side, with the paper's indices and scores.
+
+Module: ``compare``.
+"""

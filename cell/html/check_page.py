@@ -1,0 +1,124 @@
+"""A check as one HTML file that needs nothing else: words, a 3D view, charts along the path, a table.
+
+    page = html_report(check(prepare(case), 90, 180))
+    write_bytes("report.html", page.encode())
+
+The templates are in ``cell/html/web``; they and the numbers are written into the page, which loads nothing and whose
+content policy forbids it to. The same result gives the same page.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..progress import stage
+from ..units import METRES_PER_MM
+from ..verdict.check import Result
+from ..verdict.severity import GRAVEST_FIRST, severity
+from .pack import Pack
+from .page import page, script_of, template
+from .scene import scene_json
+from .series import path_json
+from .words import REASON_WORDS, Words, what_went_wrong, worst
+
+if TYPE_CHECKING:
+    from ..remedy_search.search import Remedy
+
+SCRIPTS = (  # in order of use
+    *("data", "math", "scene", "meshes", "shaders", "buffers", "viewer", "controls"),
+    *("charts", "sortable", "table", "paint", "report"),
+)
+
+
+@stage("writing the report")
+def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
+    """The report of a check.
+
+    Args:
+        result: the verdict.
+        remedies: what would help, from ``cell.remedy_search.search``.
+
+    Returns:
+        The whole file; UTF-8.
+    """
+    words = Words(result, remedies)
+    good = result.feasible
+    mark = "feasible" if good else "infeasible"
+    fill = {
+        "heading": f"{words.title()}: {mark}",
+        "title": words.title(),
+        "css": template("report.css"),
+        "mark": mark,
+        "sentence": words.verdict(),
+        "worst": words.worst(),
+        "reasons": words.reasons(),
+        "facts": words.facts(),
+        "warnings": words.warnings(),
+        "no_warnings": "" if result.warnings else "hidden",
+        "help": words.help(),
+        "no_help": "" if remedies else "hidden",
+        "settings": words.settings(),
+        "table_hidden": "hidden" if good else "",
+        "x_name": "Time" if result.motion is not None else "Target",
+        "data": packed(result),
+    }
+    return page("report.html", script_of(SCRIPTS), fill)
+
+
+def packed(result: Result) -> str:
+    """The page's numbers, as ``cell.html.pack`` writes them."""
+    pack = Pack()
+    job, t = result.job, result.job.targets
+    verdicts = ("feasible", *GRAVEST_FIRST)
+    document: dict[str, Any] = {
+        "schema": "rbam-html/1",
+        "case": job.case.title,
+        "feasible": result.feasible,
+        "verdicts": verdicts,
+        "verdict_words": {"feasible": "feasible", **REASON_WORDS},
+        "joints": [*job.scene.chain.names, "E1", "E2"],
+        "start": _start(result),
+        "targets": {
+            "position": pack.put(np.round(t.position * METRES_PER_MM, 7), "f4"),
+            "normal": pack.put(np.rint(t.normal * 32767), "i2"),
+            "thickness": pack.put(np.round(t.thickness_mm * METRES_PER_MM, 7), "f4"),
+            "layer": pack.put(t.layer, "u2"),
+            "bead": pack.put(t.path, "u4"),
+            "sub_volume": pack.put(t.sub_volume_index, "u2"),
+            "verdict": pack.put([verdicts.index(row.reason or "feasible") for row in result.rows], "u1"),
+            "gravity": pack.put(np.round(np.rad2deg(result.gravity), 3), "f4"),
+            "base_mm": pack.put(np.round(result.placed.position / METRES_PER_MM, 2), "f4"),
+        },
+        "sub_volumes": list(t.sub_volume),
+        "infeasible": _infeasible(result),
+        "least": None if result.clearance is None else list(result.clearance.what),
+        "scene": scene_json(pack, result),
+        "path": path_json(pack, result),
+    }
+    return pack.text(document)
+
+
+def _infeasible(result: Result) -> list[dict[str, Any]]:
+    """Rows of the table."""
+    return [
+        {
+            "target": i,
+            "words": what_went_wrong(result, row),
+            "proved": row.proved,
+            "attempt": row.attempt is not None or row.q is not None,
+            "pair": list(row.detail.get("pair", ())),
+            "severity": round(severity(row), 3),
+        }
+        for i, row in enumerate(result.rows)
+        if row.reason is not None
+    ]
+
+
+def _start(result: Result) -> int:
+    """The target the page opens at: the last, with all laid, or the worst."""
+    if result.feasible:
+        return len(result.rows) - 1
+    return worst(result) or 0

@@ -1,0 +1,318 @@
+"""From a case file to something that can be checked: sliced, sampled, and standing in its cell.
+
+    job = prepare(load_case("blade.case.yaml"))
+    job.sliced, job.targets, job.scene
+
+What does not depend on the table's angles is done here once; ``cell.verdict.check`` and ``cell.pose_sweep.sweep`` use
+it for every pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.closed_form import TOLERANCE, misfits
+from ik.roll import RollWindow
+from ik.singularity import SingularityLimits
+from ik.solver import Solver
+from slicing import (
+    NO_ENDS,
+    WRONG_LAYER,
+    BeadParameters,
+    BeadSpeed,
+    Code,
+    Evidence,
+    LaidSubVolume,
+    PartError,
+    PartShape,
+    RoundBody,
+    SeamPlace,
+    SlicedSubVolume,
+    SlicingParameters,
+    Targets,
+    Warning,
+    beyond_borders,
+    body_ends,
+    lay_beads,
+    part_shape,
+    sample_beads,
+    slice_body,
+    slice_sub_volume,
+    typed,
+)
+
+from ..arrays import Ints
+from ..case.sections import Case
+from ..errors import InputError
+from ..progress import stage
+from ..scene.compose import compose
+from ..scene.drives import Drives, drives
+from ..scene.scene import Scene
+from ..units import METRES_PER_MM
+from .part_input import PartInput, read_part
+
+if TYPE_CHECKING:
+    from ..arrays import Ints
+
+    pass
+
+
+def speeds(job: Job) -> Floats:
+    """Deposition speed from every target to the next, (n,), m/s: the target's own where it has one."""
+    own = getattr(job.targets, "speed_mm_s", None)
+    if own is None:
+        return np.full(len(job.targets), job.case.process.deposition_speed_mm_s * METRES_PER_MM)
+    return np.asarray(own, dtype=float) * METRES_PER_MM
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A case with its layers, targets and cell.
+
+    Attributes:
+        case: what was asked for.
+        sliced: the sub-volumes.
+        shape: the part as shapes that collide.
+        targets: in the order of deposition, part frame, mm.
+        scene: the composed cell.
+        warnings: one line each.
+        beads: the sub-volumes' beads, with their metal and what lies over nothing; empty where they are not known.
+        T_part_input: (4, 4) rigid motion from the meshes' frame to the part frame, mm.
+        evidence: what the body of a part in one mesh was known by.
+    """
+
+    case: Case
+    sliced: tuple[SlicedSubVolume, ...]
+    shape: PartShape
+    targets: Targets
+    scene: Scene
+    warnings: tuple[str, ...]
+    beads: tuple[LaidSubVolume, ...] = ()
+    T_part_input: Floats = field(default_factory=lambda: np.eye(4))
+    evidence: Evidence | None = None
+
+    @cached_property
+    def solver(self) -> Solver:
+        """The arm's solver, as the case asks for it."""
+        try:
+            solver = Solver.for_chain(self.scene.chain, self.case.ik.solver)
+        except ValueError as error:
+            raise InputError(f"{self.case.path}: ik.solver: {error}") from None
+        return Solver(solver.chain, solver.form, solver.geometry, self.case.ik.seeds)
+
+    @cached_property
+    def drives(self) -> Drives:
+        """What the axes can do."""
+        return drives(self.scene)
+
+    @property
+    def window(self) -> RollWindow:
+        """Allowed roll."""
+        return roll_window(self.case)
+
+    @property
+    def singularity_limits(self) -> SingularityLimits:
+        """Margins to keep."""
+        c = self.case.checks
+        return SingularityLimits(
+            np.deg2rad(c.wrist_deg), np.deg2rad(c.elbow_deg), c.shoulder_mm * METRES_PER_MM, c.sigma
+        )
+
+    @property
+    def laid(self) -> Ints:
+        """Deposits laid once a target's layer is done, (n,)."""
+        t = self.targets
+        return np.array(self.shape.first_deposit)[t.sub_volume_index] + t.layer + 1
+
+    @cached_property
+    def stage(self) -> Ints:
+        """Deposits already laid when a target is welded, (n,).
+
+        The layer being laid does not count, unless a bead of it lies there already.
+        """
+        layer, path = self.laid - 1, self.targets.path
+        first_bead = np.full(self.shape.n_deposits, np.iinfo(np.int64).max)
+        np.minimum.at(first_bead, layer, path)
+        return layer + (path > first_bead[layer])
+
+
+def margins_told(solver: Solver) -> tuple[Warning, ...]:
+    """Which singularity margins do not count for an arm, and why."""
+    chain, near = solver.chain, solver.geometry is not None
+    if near and (solver.form is not None or not misfits(chain)):
+        return ()
+    if chain.n != 6:
+        why = f"has {chain.n} joints"
+    else:
+        found = [f"{text} {amount:.4g} {unit}" for text, amount, unit in misfits(chain)]
+        why = "is none with A1 across A2, A2 along A3 and a spherical wrist "
+        why += f"({'; '.join(found) or 'a link has no length'}; taken are {1e3 * TOLERANCE:g} mm and "
+        why += f"{np.rad2deg(TOLERANCE):.2g} deg)"
+    if near:
+        text = f"robot.model: the arm {why}: its margins are those of the nearest arm that is one"
+        return (Warning(Code.MARGINS_APPROXIMATE, f"{text}; configurations are searched: one not found may exist"),)
+    return (
+        Warning(
+            Code.MARGINS_NOT_COUNTED,
+            f"robot.model: the arm {why}: checks.wrist_deg, elbow_deg and shoulder_mm do not count, checks.sigma does; "
+            "configurations are searched: one that is not found may exist",
+        ),
+    )
+
+
+def roll_window(case: Case) -> RollWindow:
+    """The roll that a case allows."""
+    if isinstance(case.roll, str):
+        return RollWindow.free()
+    if case.roll.fixed_deg is not None:
+        return RollWindow.fixed(float(np.deg2rad(case.roll.fixed_deg)))
+    low, high = np.deg2rad(case.roll.range_deg or (0.0, 0.0))
+    return RollWindow(float(low), float(high))
+
+
+@stage("slicing")
+def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
+    """Slice the sub-volumes of a part.
+
+    Args:
+        case: says how.
+        part: from ``cell.job.part_input.read_part``.
+
+    Returns:
+        The sliced sub-volumes, in their order; before them the body, where it is printed as well.
+
+    Raises:
+        InputError: a sub-volume cannot be sliced; one line.
+    """
+    s = case.slicing
+    parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm, s.thickness)
+    first: tuple[SlicedSubVolume, ...] = ()
+    try:
+        if part.body_solid is not None and part.round_body is not None:
+            first = (slice_body(part.body_solid, part.round_body, parameters),)
+        return first + tuple(
+            slice_sub_volume(mesh, body, parameters, ends_of(part, body))
+            for mesh, body in zip(part.meshes, part.bodies, strict=True)
+        )
+    except PartError as error:
+        meshes = part.meshes if part.body_mesh is None else (*part.meshes, part.body_mesh)
+        hints = "".join(f"; {line}" for mesh in meshes for line in mesh.warnings)
+        raise InputError(f"{error}{hints}") from None
+
+
+def ends_of(part: PartInput, body: RoundBody) -> tuple[float, float]:
+    """Where the body that is there ends along the part's axis, as a sub-volume sees it.
+
+    Args:
+        part: from ``cell.job.part_input.read_part``.
+        body: what the sub-volume stands on.
+
+    Returns:
+        Lower and upper end, mm; infinite where nothing says so.
+    """
+    if part.profile is not None:
+        return body_ends(part.profile, body)
+    if part.body_mesh is not None:
+        low, high = part.body_mesh.bounds[:, 2].tolist()
+        return float(low), float(high)
+    return NO_ENDS
+
+
+def bead_parameters(case: Case) -> BeadParameters:
+    """How a case's layers become beads."""
+    given = case.beads.model_dump()
+    seams = tuple(SeamPlace(**place) for place in given["seams"])
+    return BeadParameters(**{**given, "seams": seams}, overhang_mm=case.checks.overhang_mm)
+
+
+def sample_part(
+    case: Case, sliced: tuple[SlicedSubVolume, ...]
+) -> tuple[tuple[LaidSubVolume, ...], Targets, tuple[str, ...]]:
+    """Lay and sample the beads of sliced sub-volumes.
+
+    Args:
+        case: says how.
+        sliced: from :func:`slice_part`.
+
+    Returns:
+        The beads, their targets, and warnings, one line each.
+
+    Raises:
+        InputError: a layer cannot be laid as asked; one line.
+    """
+    process = case.process
+    laid = lay_part(case, sliced)
+    try:
+        speed = BeadSpeed(process.deposition_speed_mm_s, tuple(process.speed_by_thickness or ()))
+        targets = sample_beads(laid, case.sampling.chord_tolerance_mm, case.sampling.min_segment_mm, speed)
+    except PartError as error:
+        raise InputError(f"{case.path}: {error}") from None
+    return laid, targets, tuple(line for one in laid for line in one.warnings)
+
+
+def lay_part(case: Case, sliced: tuple[SlicedSubVolume, ...]) -> tuple[LaidSubVolume, ...]:
+    """Lay the beads of sliced sub-volumes.
+
+    Raises:
+        InputError: a layer cannot be laid as asked; one line.
+    """
+    try:
+        return lay_beads(sliced, bead_parameters(case))
+    except PartError as error:
+        raise InputError(f"{case.path}: {error}") from None
+
+
+def _require_right_layers(case: Case, sliced: tuple[SlicedSubVolume, ...]) -> None:
+    """Refuse layers that their own check calls wrong: no verdict is given on them."""
+    wrong = [line for one in sliced for line in map(typed, one.warnings) if line.code in WRONG_LAYER]
+    if wrong:
+        more = f" (and {len(wrong) - 1} more such lines)" if len(wrong) > 1 else ""
+        raise InputError(f"{case.path}: {wrong[0]}{more}; no verdict on it: [{wrong[0].code}]; rbam slice shows it")
+
+
+def _built(case: Case, part: PartInput) -> list[tuple[SlicedSubVolume, Floats]]:
+    """Sub-volumes that are there from the start, sliced, and how far their beads reach beyond their borders, mm."""
+    if not part.built:
+        return []
+    meshes, bodies = zip(*part.built, strict=True)
+    sliced = slice_part(case, replace(part, meshes=meshes, bodies=bodies, body_solid=None))
+    parameters = replace(bead_parameters(case), seams=())
+    return [(one.sliced, beyond_borders(one, parameters)) for one in lay_beads(sliced, parameters)]
+
+
+def prepare(case: Case) -> Job:
+    """Slice, sample and compose.
+
+    Args:
+        case: the case.
+
+    Returns:
+        The job.
+
+    Raises:
+        InputError: something in the case cannot be used, or a layer is not that of its solid (`layer_area`,
+            `layer_length`, `layer_loops`); one line.
+    """
+    part = read_part(case)
+    sliced = slice_part(case, part)
+    _require_right_layers(case, sliced)
+    laid, targets, told = sample_part(case, sliced)
+    if len(targets) == 0:
+        raise InputError(
+            f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
+        )
+    parameters = bead_parameters(case)
+    beyond = [beyond_borders(one, parameters) for one in laid]
+    shape = part_shape(sliced, part.body_mesh, part.profile, beyond, _built(case, part))
+    warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
+    scene = compose(case, shape)
+    warnings = (*warnings, *scene.warnings)
+    job = Job(case, sliced, shape, targets, scene, warnings, laid, part.T_part_input, part.evidence)
+    job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
+    _ = job.drives  # what is wrong with them is to be said before any search
+    return job

@@ -1,0 +1,62 @@
+"""What of a job is laid over nothing, and what is laid past the horizontal.
+
+    unsupported_targets(job)                  # {target: measure}, by the case's limit checks.overhang_mm
+    past_horizontal(job.case, gravity)        # a warning where the case sets no limit
+
+Where a layer lies over nothing: `slicing.beads.overhang`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ik.chain import Floats
+from slicing import Code, Warning
+
+from ..case.sections import Case
+from .job import Job
+
+HORIZONTAL_DEG = 90.5  # off upright: with rounding no more than level
+
+
+def past_horizontal(case: Case, gravity: Floats) -> tuple[str, ...]:
+    """A warning where material is laid past the horizontal and the case sets no limit.
+
+    Args:
+        case: the case.
+        gravity: angles between the deposition direction and up, rad.
+    """
+    beyond = gravity > np.deg2rad(HORIZONTAL_DEG)
+    if case.checks.gravity_max_deg is not None or not beyond.any():
+        return ()
+    text = (
+        f"{int(beyond.sum())} of {len(gravity)} targets are laid past the horizontal, up to"
+        f" {np.rad2deg(gravity.max()):.0f} deg off upright; checks.gravity_max_deg sets a limit"
+    )
+    return (Warning(Code.PAST_HORIZONTAL, text),)
+
+
+def unsupported_targets(job: Job) -> dict[int, dict[str, Any]]:
+    """Targets that lie over nothing, by the case's limit, with the measure; none where it has none.
+
+    Args:
+        job: from ``cell.job.job.prepare``.
+    """
+    limit, t = job.case.checks.overhang_mm, job.targets
+    found: dict[int, dict[str, Any]] = {}
+    if limit is None:
+        return {}
+    for k, one in enumerate(job.beads):
+        for layer in one.overhangs:
+            if layer.place_mm is None or layer.area_mm2 <= 0.0:
+                continue
+            rows = np.flatnonzero((t.sub_volume_index == k) & (t.layer == layer.layer))
+            over = rows[layer.holds(t.position[rows])]
+            if not len(over) and len(rows):  # no target there: the nearest one stands for it
+                over = rows[[int(np.argmin(((t.position[rows] - layer.place_mm) ** 2).sum(axis=1)))]]
+            document = layer.to_dict()
+            detail = {key: document[key] for key in ("out_mm", "area_mm2", "begins_mm2", "place_mm")}
+            found.update((i, {**detail, "limit_mm": limit}) for i in over.tolist())
+    return found

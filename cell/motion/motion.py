@@ -1,0 +1,101 @@
+"""A motion: where arm and table are at which time, and what is welded.
+
+Use:
+
+    motion.t_s, motion.q, motion.table        # (m,) s, (m, n) rad, (m, 2) rad
+    motion.arc, motion.target                 # (m,) whether the arc is on, (m,) target welded or approached
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from .deposition_speed import Pace
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A checked motion.
+
+    Attributes:
+        t_s: time, strictly rising, (m,), s.
+        q: the arm, (m, j), rad.
+        table: E1, E2, (m, 2), rad.
+        arc: 1 while welding, (m,).
+        bead: bead number, of a travel the one it leads to, of the way home the one it comes from, (m,).
+        layer: layer number within its sub-volume, (m,).
+        target: the target last passed, of a travel the one it leads to, of the way home the last, (m,).
+        names: columns of q.
+        pace: how far the deposition speed is held; None where that is not known.
+        home_s: how long the ways from home and back take; None where there are none.
+    """
+
+    t_s: Floats
+    q: Floats
+    table: Floats
+    arc: Ints
+    bead: Ints
+    layer: Ints
+    target: Ints
+    names: tuple[str, ...]
+    pace: Pace | None = None
+    home_s: float | None = None
+
+    def columns(self) -> list[str]:
+        """Names of :meth:`rows_deg`'s columns."""
+        return [
+            "t_s",
+            *(f"{name}_deg" for name in (*self.names, "E1", "E2")),
+            "arc",
+            "bead",
+            "layer",
+            "target",
+        ]
+
+    def rows_deg(self) -> list[list[Any]]:
+        """The motion with angles in degrees, one row a sample."""
+        angles = np.rad2deg(np.concatenate([self.q, self.table], axis=1))
+        return [
+            [f"{t:.6f}", *(f"{a:.6f}" for a in row), int(arc), int(bead), int(layer), int(target)]
+            for t, row, arc, bead, layer, target in zip(
+                self.t_s, angles, self.arc, self.bead, self.layer, self.target, strict=True
+            )
+        ]
+
+    @property
+    def welding(self) -> NDArray[np.bool_]:
+        """Whether the arc burns from each row to the next, (m - 1,)."""
+        return (self.arc[:-1] & self.arc[1:]).astype(bool)
+
+    @property
+    def arc_time(self) -> float:
+        """Seconds of welding."""
+        return float(np.diff(self.t_s)[self.welding].sum())
+
+    @property
+    def dwell_time(self) -> float:
+        """Seconds of waiting with the arc off."""
+        still = ~(np.diff(self.q, axis=0).any(axis=1) | np.diff(self.table, axis=0).any(axis=1))
+        return float(np.diff(self.t_s)[still & ~self.welding].sum())
+
+    @property
+    def travel_time(self) -> float:
+        """Seconds of moving with the arc off."""
+        return float(self.t_s[-1] - self.t_s[0]) - self.arc_time - self.dwell_time
+
+
+STANDING = 1e-9  # m or rad: less is no way
+
+
+JUMP = np.deg2rad(15.0)  # more than this between samples is another configuration, not a motion

@@ -1,0 +1,225 @@
+"""A motion as data: what replay shows and what a program is written from.
+
+    motion.t_s, motion.q, motion.arc, motion.target       # one row a sample
+    motion.columns(), motion.rows_deg()                   # the contract of --motion
+
+Times are the fastest that the axes' speeds and accelerations allow, on beads under the deposition speed; every bead and
+every travel starts and ends at rest (see ``cell.timing.time_law``). Radians and seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..collision.clearances import Clearances
+from ..job.job import speeds
+from ..motion.deposition_speed import HELD, Pace, note_stretches, over_stretches
+from ..motion.motion import STANDING, Motion
+from ..timing.time_law import time_path, time_stops, time_travel
+from ..units import METRES_PER_MM
+from .blended_check import bead_corners, bead_path, travel_corners, travel_path
+
+if TYPE_CHECKING:
+    from ..job.job import Job
+    from .context import Context
+    from .edge_check import Stretch
+    from .home import HomeWays
+
+EXACT = 1e-5  # m: a controller that rounds corners over less stops in them
+TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """Rows of a bead or a travel, with their times from the row before on."""
+
+    q: Floats
+    dt: Floats
+    arc: int
+    target: Ints
+
+
+def assemble(
+    job: Job,
+    table: tuple[float, float],
+    stretches: Sequence[Stretch],
+    travels: Sequence[tuple[Floats, Clearances]],
+    home: HomeWays | None = None,
+) -> Motion:
+    """Put beads and travels together, and give them their times.
+
+    Args:
+        job: the job.
+        table: E1, E2, rad.
+        stretches: one a bead, in order.
+        travels: from each bead to the next.
+        home: the ways from home to the first and from the last back, if it begins and ends there.
+
+    Returns:
+        The motion.
+    """
+    pace = Pace.unknown(len(job.targets))
+    pieces: list[_Piece] = []
+    last, at_home = 0.0, None
+    if home is not None and home.out is not None and home.back is not None:
+        out, last = _travel(job, home.out[0], 0.0, stretches[0].first, begins=True)
+        pieces.append(out)
+        at_home = float(out.dt.sum()) + last
+    for i, stretch in enumerate(stretches):
+        if i:
+            wait = _dwell(job, stretches[i - 1].first, stretch.first)
+            travel, last = _travel(job, travels[i - 1][0], wait, stretch.first)
+            pieces.append(travel)
+        pieces.append(_bead(job, stretch, last, pace))
+    if at_home is not None and home is not None and home.back is not None:
+        back, _ = _travel(job, home.back[0], 0.0, stretches[-1].stop - 1, ends=True)
+        pieces.append(back)
+        at_home += float(back.dt.sum())
+    where = np.concatenate([piece.target for piece in pieces])
+    rows = np.concatenate([piece.q for piece in pieces])
+    dt = np.concatenate([piece.dt for piece in pieces])
+    return Motion(
+        t_s=np.cumsum(np.concatenate([[0.0], np.maximum(dt[1:], TICK)])) + dt[0],
+        q=rows,
+        table=np.tile(table, (len(rows), 1)),
+        arc=np.concatenate([np.full(len(piece.q), piece.arc) for piece in pieces]),
+        bead=job.targets.path[where],
+        layer=job.targets.layer[where],
+        target=where,
+        names=job.scene.chain.names,
+        pace=pace,
+        home_s=at_home,
+    )
+
+
+def corners(
+    job: Job, context: Context, stretches: Sequence[Stretch], travels: Sequence[tuple[Floats, Clearances]]
+) -> dict[int, dict[str, Any]]:
+    """Where a motion that is free comes too near to something once it is run, its corners rounded.
+
+    Args:
+        job: the job.
+        context: what it was planned with.
+        stretches: one a bead, in order.
+        travels: from each bead to the next; planned so that their rounded corners are free as well.
+
+    Returns:
+        Why, by the target on the way to which it is.
+    """
+    spoilt = bead_corners(context, job.case.process.blend_mm * METRES_PER_MM, stretches)
+    for before, after, (q, found) in zip(stretches[:-1], stretches[1:], travels, strict=True):
+        last, first = before.stop - 1, after.first
+        if not _dwell(job, last, first):
+            continue
+        # a stop on the way leaves other corners to be rounded than the planner knew
+        path, rows = travel_path(q)
+        stop = int(rows[_retracted(job, job.scene.chain.forward(path.q)[:, :3, 3])])
+        why = travel_corners(context, q, found, int(context.laid[last]), [stop])
+        if why is not None:
+            spoilt[first] = {"from_target": last, "travel": True, "to_target": first, **why}
+    return spoilt
+
+
+def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
+    """A bead's rows; notes in ``pace`` how fast it is."""
+    process = job.case.process
+    q, target = stretch.q, stretch.edge + (stretch.fraction >= 1.0)
+    dt = np.array([dt_before])
+    if len(q) > 1:
+        path = bead_path(stretch, process.blend_mm * METRES_PER_MM)
+        s = path.s
+        edge, cap = stretch.edge[:-1], speeds(job)
+        limits = job.drives.arm_speed, job.drives.arm_acceleration
+        at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
+        if path.zone < EXACT:
+            law = time_stops(q, s, *limits, cap=cap[edge], stops=at)
+        else:
+            law = time_path(q, s, *limits, cap=cap[edge], zone=path.zone)
+        dt = np.append(dt, np.diff(law.t))
+        asked = np.concatenate([[0.0], np.cumsum(np.diff(s) / cap[edge])])
+        note_stretches(pace, np.append(edge[at[:-1]], edge[-1]), s[at], over_stretches(s, law.t, asked))
+        for a, b in pairwise(at.tolist()):
+            i = int(stretch.edge[a])
+            pace.asked_s[i], pace.taken_s[i] = (s[b] - s[a]) / cap[i], law.t[b] - law.t[a]
+            if pace.asked_s[i] < HELD * pace.taken_s[i] or pace.least[i] < HELD:
+                joint, pace.by[i] = law.cause(s[a], s[b])
+                pace.axis[i] = job.scene.chain.names[joint]
+    q, target, dt = _merged(q, target, dt)
+    for wait, k in ((process.arc_on_s, 0), (process.arc_off_s, -1)):
+        if wait > 0:
+            q = np.insert(q, k % len(q), q[k], axis=0)
+            target = np.insert(target, k % len(target), target[k])
+            dt = np.insert(dt, 1 if k == 0 else len(dt), wait)
+    return _Piece(q, dt, 1, target)
+
+
+def _merged(q: Floats, target: Ints, dt: Floats) -> tuple[Floats, Ints, Floats]:
+    """Rows without those that the next one repeats: targets at one place are passed at one time."""
+    again = np.append(np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) <= STANDING, False)
+    if not again.any() or again.sum() > len(q) - 2:
+        return q, target, dt
+    kept = np.flatnonzero(~again)
+    first = np.concatenate([[0], kept[:-1] + 1])
+    return q[kept], target[kept], np.add.reduceat(dt, first)
+
+
+def _dwell(job: Job, before: int, after: int) -> float:
+    """Wait between two targets' beads, s."""
+    t = job.targets
+    same = t.sub_volume_index[before] == t.sub_volume_index[after]
+    return job.case.process.dwell_s if same and t.layer[before] != t.layer[after] else 0.0
+
+
+def _travel(
+    job: Job, way: Floats, wait: float, leads_to: int, *, begins: bool = False, ends: bool = False
+) -> tuple[_Piece, float]:
+    """A travel's rows between its ends, and the time of its last step.
+
+    The ends are the beads' own rows, but for what the motion begins or ends with: there they are the travel's.
+    """
+    limits = job.drives.arm_speed, job.drives.arm_acceleration
+    moves = np.abs(np.diff(way, axis=0)).max(axis=1) > STANDING
+    moves[-1] |= not moves.any()
+    way = np.concatenate([way[:1], way[1:-1][moves[:-1]], way[-1:]])
+    if len(way) == 2:
+        way = np.insert(way, 1, way.mean(axis=0), axis=0)  # a row with the arc off
+    p = job.scene.chain.forward(way)[:, :3, 3]
+    cap = _near_the_part(job, way, p, leaves=not begins, arrives=not ends)
+    if wait > 0:
+        k = _retracted(job, p)
+        leave = time_travel(way[: k + 1], *limits, cap=cap[:k])
+        arrive = time_travel(way[k:], *limits, cap=cap[k:])
+        way, dt = np.insert(way, k, way[k], axis=0), np.concatenate([leave, [wait], arrive])
+    else:
+        dt = time_travel(way, *limits, cap=cap)
+    if begins:
+        way, dt = np.concatenate([way[:1], way]), np.concatenate([[0.0], dt])
+    if ends:
+        way, dt = np.concatenate([way, way[-1:]]), np.concatenate([dt, [0.0]])
+    return _Piece(way[1:-1], dt[:-1], 0, np.full(len(way) - 2, leads_to)), float(dt[-1])
+
+
+def _near_the_part(job: Job, way: Floats, p: Floats, *, leaves: bool, arrives: bool) -> Floats:
+    """Caps on the joints' speed where a travel retracts and approaches at the speed of the TCP asked for, (m - 1,)."""
+    process = job.case.process
+    near = process.retract_mm * METRES_PER_MM + STANDING
+    leaving = np.logical_and.accumulate(np.linalg.norm(p[1:] - p[0], axis=1) <= near)
+    arriving = np.logical_and.accumulate(np.linalg.norm(p[:-1] - p[-1], axis=1)[::-1] <= near)[::-1]
+    step = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1), STANDING)
+    speed = process.travel_speed_mm_s * METRES_PER_MM * np.linalg.norm(np.diff(way, axis=0), axis=1) / step
+    return np.where((leaving & leaves) | (arriving & arrives), np.maximum(speed, STANDING), np.inf)
+
+
+def _retracted(job: Job, p: Floats) -> int:
+    """The first sample of a travel that is off the part by the retraction, or else the farthest off."""
+    off = np.linalg.norm(p - p[0], axis=1)[1:-1]
+    far = np.flatnonzero(off >= job.case.process.retract_mm * METRES_PER_MM - STANDING)
+    return 1 + (int(far[0]) if len(far) else int(np.argmax(off)))

@@ -1,0 +1,384 @@
+"""The search of one bead: a way through its nodes, checked where it leads, until one is free or there is none.
+
+    plan = BeadSearch(bead, nodes).run(q_before)
+    plan.whole, plan.stretches, plan.cuts, plan.missing
+
+Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ik.bead_path import ROLL_COST, Allowance, Edge, Run, best_runs
+from ik.chain import Floats
+from ik.reachability_proof import certify
+from ik.roll import wrap
+
+from ..arrays import Ints
+from ..collision.clearances import Clearances
+from ..plain import plain
+from .between_rolls import standing_between
+from .configurations import Nodes, near_cost
+from .edge_check import SearchedBead, Stretch, examine
+from .leaving import true_edges, why_none_leads_on
+
+ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
+MAX_TRIES = 3  # ways that are free, but near something, before one is taken
+FURTHEST = 2 * np.pi  # most that a joint turns from target to target: what a way does is found by following it
+FREE_TURN = np.pi / 2  # most that a free roll turns from target to target, where the joints are fast enough
+SAME = 1e-5  # rad; angles closer than this, whole turns aside, are one
+DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
+
+
+@dataclass(frozen=True, eq=False)
+class Missing:
+    """Why a target has no configuration that could be used.
+
+    Attributes:
+        reason: "unreachable", "joint_limit", "singular" or "collision".
+        detail: its measure.
+        attempt: the best attempt, (j,), rad, or None.
+        exhaustive: whether every configuration at every allowed roll was looked at.
+    """
+
+    reason: str
+    detail: dict[str, Any]
+    attempt: Floats | None
+    exhaustive: bool
+
+    def __post_init__(self) -> None:
+        """Keep plain values only: the record goes into documents."""
+        object.__setattr__(self, "detail", plain(self.detail))
+        object.__setattr__(self, "exhaustive", bool(self.exhaustive))
+
+
+@dataclass(frozen=True, eq=False)
+class BeadPlan:
+    """What became of a bead.
+
+    Attributes:
+        first: its first target.
+        stop: one past its last.
+        stretches: what can be run through.
+        cuts: targets that cannot be reached from the one before, with why.
+        missing: targets without any configuration, with why.
+    """
+
+    first: int
+    stop: int
+    stretches: tuple[Stretch, ...]
+    cuts: dict[int, dict[str, Any]]
+    missing: dict[int, Missing]
+
+    @property
+    def whole(self) -> bool:
+        """Whether the bead can be run through in one."""
+        return not self.cuts and not self.missing
+
+    @property
+    def may_be_mended(self) -> bool:
+        """Whether a roll between the samples could help: not where every target that is missing is proved out."""
+        return bool(self.cuts) or not all(m.exhaustive for m in self.missing.values())
+
+    @property
+    def lost(self) -> int:
+        """Targets that are cut off or missing."""
+        return len(self.cuts) + len(self.missing)
+
+
+class BeadSearch:
+    """Holds what a search has learned about its nodes and edges. Targets count from the bead's first."""
+
+    def __init__(self, bead: SearchedBead, nodes: Nodes, *, turns_freely: bool = False, rounds: int = ROUNDS) -> None:
+        """Prepare.
+
+        Args:
+            bead: what to search a way along.
+            nodes: candidates of the bead's targets.
+            turns_freely: whether the roll may change by more than a sample from target to target.
+            rounds: searches until it is given up.
+        """
+        self.bead, self.nodes, self.rounds = bead, nodes, rounds
+        self.allowance = Allowance(bead.largest, bead.times)
+        if turns_freely:
+            price = ROLL_COST / bead.context.settings.roll_step
+            self.allowance = replace(self.allowance, rolls=nodes.rolls, turn=FREE_TURN, turn_price=price)
+        self.context, self.placed, self.stage, self.first = bead.context, bead.placed, bead.stage, bead.first
+        self.cost = nodes.cost.copy()
+        self._judged = np.zeros(len(bead), dtype=bool)  # targets whose every node has been checked
+        self._patience = MAX_TRIES
+        self._free = np.zeros(self.cost.shape, dtype=bool)  # nodes known to be free
+        self._least_bad: dict[int, tuple[float, Clearances, tuple[int, ...]]] = {}  # of the nodes that collide
+        self._blocked: dict[int, set[Edge]] = {}
+        self._causes: dict[int, list[dict[str, Any]]] = {}
+        self._done: dict[tuple[int, Edge], Stretch] = {}
+        self._followed: set[int] = set()  # targets from which all dear edges have been followed
+        self._gave_up = False
+
+    def run(self, q_before: Floats | None) -> BeadPlan:
+        """Search until the way found is free, or there is none.
+
+        Args:
+            q_before: where the arm comes from, (j,), rad, or None.
+
+        Returns:
+            The plan, its targets counted in the whole part.
+        """
+        for _ in range(self.rounds):
+            runs = self._runs(q_before)
+            if not self._block_colliding_nodes(runs) and not self._block_broken_edges(runs):
+                break
+        else:
+            self._gave_up = True
+            runs = self._given_up()
+        reached = {run.start + i for run in runs for i in range(len(run.nodes))}
+        lost = [i for i in range(len(self.stage)) if i not in reached]
+        missing = {self.first + i: m for i, m in self._missing(lost).items()}
+        stop = self.first + len(self.stage)
+        return BeadPlan(self.first, stop, tuple(self._stretch(run) for run in runs), self._cuts(runs), missing)
+
+    def _runs(self, q_before: Floats | None) -> list[Run]:
+        start = None
+        if q_before is not None:
+            way = (np.abs(self.nodes.q[0] - q_before) / self.bead.speed).max(axis=-1)
+            start = np.nan_to_num(way, nan=np.inf)
+        return best_runs(
+            self.nodes.q,
+            self.cost,
+            self.bead.slowest,
+            self.bead.speed,
+            largest_step=FURTHEST,
+            circular=self.nodes.window.is_full,
+            blocked=self._blocked,
+            start_cost=start,
+            allowance=self.allowance,
+        )
+
+    def _given_up(self) -> list[Run]:
+        """Every target by itself, in a configuration known to be free: of the way between them nothing is claimed."""
+        for i in range(len(self.stage)):
+            self._judge_target(i)
+        best = self.cost.reshape(len(self.stage), -1).argmin(axis=1)
+        nodes = np.stack(np.unravel_index(best, self.cost.shape[1:]), axis=1)
+        return [Run(i, nodes[i : i + 1], 0.0) for i in range(len(nodes)) if np.isfinite(self.cost[i]).any()]
+
+    def _block_colliding_nodes(self, runs: list[Run]) -> bool:
+        """Check the nodes the runs lead over; where one collides, judge all of that target's.
+
+        Returns:
+            Whether to search again: one collides, or is near to something, so that another way may be better.
+        """
+        way = [(run.start + i, *node) for run in runs for i, node in enumerate(run.nodes.tolist())]
+        index = np.array(way, dtype=np.int64).reshape(-1, 4)
+        index = index[~self._free[tuple(index.T)]]
+        before = self.cost[tuple(index.T)]
+        hit = self._check(index)
+        for i in np.unique(index[hit, 0]):
+            self._judge_target(int(i))
+        if not hit.any() and self._patience and (self.cost[tuple(index.T)] > before).any():
+            self._patience -= 1
+            return True
+        return bool(hit.any())
+
+    def _check(self, index: Ints) -> np.ndarray:
+        """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
+        # standings that differ by whole turns of a joint are one to look at; of a group there may be several others
+        angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME / 3) / SAME).astype(np.int64)
+        _, first, same = np.unique(
+            np.column_stack([index[:, :3], angle]), axis=0, return_index=True, return_inverse=True
+        )
+        some = index[first]
+        seen = self.context.screen.clearances(self.nodes.q[tuple(some.T)], self.stage[some[:, 0]])
+        found = seen.rows(same.reshape(-1))
+        hit = found.distance < self.context.settings.clearance
+        self._free[tuple(index[~hit].T)] = True
+        self.cost[tuple(index.T)] += near_cost(found.distance, self.context.settings.clearance)
+        self.cost[tuple(index[hit].T)] = np.inf
+        # the tool stands alike in every configuration of a roll
+        tool = index[hit & self.context.screen.of_tool(found.pair)]
+        self.cost[tool[:, 0], tool[:, 1]] = np.inf
+        for k in np.flatnonzero(hit):
+            i, distance = int(index[k, 0]), float(found.distance[k])
+            if i not in self._least_bad or distance > self._least_bad[i][0]:
+                self._least_bad[i] = distance, found.rows(np.array([k])), tuple(index[k, 1:].tolist())
+        return hit
+
+    def _judge_target(self, i: int) -> None:
+        """Check every node of a target."""
+        if self._judged[i]:
+            return
+        self._judged[i] = True
+        for one_a_roll in (True, False):
+            open_nodes = np.argwhere(np.isfinite(self.cost[i]) & ~self._free[i])
+            if one_a_roll:
+                open_nodes = open_nodes[np.unique(open_nodes[:, 0], return_index=True)[1]]
+            self._check(np.column_stack([np.full(len(open_nodes), i), open_nodes]))
+
+    def _block_broken_edges(self, runs: list[Run]) -> bool:
+        """Follow the edges of the runs that have not been followed; block those that do not hold. True if any."""
+        todo: list[tuple[int, Edge]] = []
+        for run in runs:
+            nodes = [tuple(node) for node in run.nodes.tolist()]
+            keys = [(run.start + i, (nodes[i], nodes[i + 1])) for i in range(len(nodes) - 1)]
+            todo += [key for key in keys if key not in self._done]
+        if not todo:
+            return False
+        start = np.array([i for i, _ in todo])
+        ends = np.array([edge for _, edge in todo])  # (e, 2, 3)
+        target = np.stack([start, start + 1], axis=1)
+        q = self.nodes.q[target, ends[..., 0], ends[..., 1], ends[..., 2]]
+        roll = self.nodes.rolls[ends[..., 0]]
+        found = examine(self.bead, start, roll, q)
+        move = np.abs(q[:, 1] - q[:, 0]).max(axis=1)
+        for e, ((i, edge), cause) in enumerate(zip(todo, found.causes, strict=True)):
+            if cause is None:
+                self._done[i, edge] = found.piece(e)
+                continue
+            self._blocked.setdefault(i, set()).add(edge)
+            if cause["on_the_way"] == "collision" or move[e] <= self.bead.largest[i]:
+                self._causes.setdefault(i, []).append(cause)
+            elif i not in self._followed:
+                # it was none; of those like it most are none either
+                self._followed.add(i)
+                self._blocked[i] |= self._dear(i) - true_edges(self.bead, self.nodes, i, self._dear(i))
+        return any(cause is not None for cause in found.causes)
+
+    def _dear(self, i: int) -> set[Edge]:
+        """Edges from a target to the next in which a joint turns further than usual, and that are still open."""
+        known = self._blocked.get(i, set()) | {edge for k, edge in self._done if k == i}
+        shifts, price = self.allowance.shifts()
+        rolls = len(self.nodes.rolls)
+        out = set()
+        for shift, cost in zip(shifts.tolist(), price, strict=True):
+            r0 = np.arange(rolls)
+            r1 = (r0 + shift) % rolls
+            inside = np.isfinite(np.broadcast_to(cost, rolls))[r1]
+            if not self.nodes.window.is_full:
+                inside &= (r0 + shift >= 0) & (r0 + shift < rolls)
+            a, b = self.nodes.q[i][r0], self.nodes.q[i + 1][r1]  # (r, g, k, j)
+            move = np.abs(b[:, :, None] - a[:, :, :, None])  # (r, g, k0, k1, j)
+            open_ = np.isfinite(self.cost[i])[r0][..., None] & np.isfinite(self.cost[i + 1])[r1][:, :, None]
+            open_ &= (move.max(axis=-1) > self.bead.largest[i]) & (move.max(axis=-1) <= FURTHEST)
+            open_ &= ((move / self.bead.speed).max(axis=-1) <= self.bead.slowest[i]) & inside[:, None, None, None]
+            at = np.argwhere(open_).tolist()
+            out |= {((r, g, k0), (int(r1[r]), g, k1)) for r, g, k0, k1 in at}
+        return out - known
+
+    def _stretch(self, run: Run) -> Stretch:
+        """The samples of a run, put together from its edges."""
+        nodes = [tuple(node) for node in run.nodes.tolist()]
+        target = run.start + np.arange(len(nodes))
+        where = (target, *run.nodes.T)
+        q, roll = self.nodes.q[where], self.nodes.rolls[run.nodes[:, 0]]
+        if len(nodes) == 1:
+            alone = self.context.checker.clearances(q, self.stage[target])
+            position, margin = self.placed.position[target], self.nodes.margin[where]
+            first = self.first + run.start
+            return Stretch(first, q, roll, self.first + target, np.zeros(1), q, position, alone, margin)
+        pieces = [self._done[run.start + i, (nodes[i], nodes[i + 1])] for i in range(len(nodes) - 1)]
+
+        def joined(of: Callable[[Stretch], Any]) -> Any:
+            # an edge's last sample is the next edge's first
+            return np.concatenate([*(of(piece)[:-1] for piece in pieces[:-1]), of(pieces[-1])])
+
+        return Stretch(
+            first=self.first + run.start,
+            q_targets=q,
+            roll=roll,
+            edge=joined(lambda s: s.edge),
+            fraction=joined(lambda s: s.fraction),
+            q=joined(lambda s: s.q),
+            position=joined(lambda s: s.position),
+            clearances=Clearances(
+                joined(lambda s: s.clearances.distance),
+                joined(lambda s: s.clearances.pair),
+                joined(lambda s: s.clearances.position),
+            ),
+            margin=joined(lambda s: s.margin),
+        )
+
+    def _cuts(self, runs: list[Run]) -> dict[int, dict[str, Any]]:
+        cuts = {}
+        for before, after in pairwise(runs):
+            if before.stop != after.start:
+                continue  # a target without configurations lies between, and says why itself
+            i = after.start
+            known = self._causes.get(i - 1)
+            why = known[-1] if known else self._without_edge(i - 1)
+            gave_up = {"searches": self.rounds} if self._gave_up else {}
+            cuts[self.first + i] = {"from_target": self.first + i - 1, **why, **gave_up}
+        return cuts
+
+    def _without_edge(self, i: int) -> dict[str, Any]:
+        """Why no edge joins two targets: a joint is too slow, or none of their configurations leads on to another."""
+        pair = slice(i, i + 2)
+        q, cost = self.nodes.q[pair], np.where(np.isfinite(self.cost[pair]), 0.0, np.inf)
+        circular, blocked = self.nodes.window.is_full, {0: self._blocked.get(i, set())}
+        wide = replace(self.allowance, usual_step=np.full(1, np.inf), usual_time=np.full(1, np.inf))
+        slow, fast = (
+            best_runs(
+                q,
+                cost,
+                np.array([time]),
+                self.bead.speed,
+                largest_step=largest,
+                circular=circular,
+                blocked=blocked,
+                allowance=wide,
+            )
+            for time, largest in ((np.inf, float(self.bead.largest[i])), (self.bead.slowest[i], FURTHEST))
+        )
+        if len(slow) != 1 or len(fast) == 1:
+            # even where two of their configurations are joined: not those that the bead arrives in
+            why = why_none_leads_on(self.bead, self.nodes, i, self.cost)
+            return {"on_the_way": "configuration change", **why}
+        a, b = (q[k][tuple(node)] for k, node in enumerate(slow[0].nodes.tolist()))
+        needed = np.abs(b - a) / self.bead.slowest[i]
+        j = int(np.argmax(needed / self.bead.speed))
+        return {
+            "on_the_way": "speed",
+            "axis": self.nodes.solver.chain.names[j],
+            "needed_deg_s": round(float(np.rad2deg(needed[j])), 3),
+            "allowed_deg_s": round(float(np.rad2deg(self.bead.speed[j])), 3),
+        }
+
+    def _missing(self, lost: list[int]) -> dict[int, Missing]:
+        """Why targets have no node that could be used."""
+        bare = [i for i in lost if not np.isfinite(self.nodes.cost[i]).any()]
+        out = {i: self._colliding(i) for i in lost if i not in bare}
+        proofs = self._proofs(bare)
+        for i in bare:
+            reason, detail, attempt = self.nodes.why_not(i)
+            proved, between = proofs.get(i, (False, None))
+            if between is not None:
+                T = self.placed.Ts_base_target[i]
+                detail |= standing_between(self.context, self.nodes, T, int(self.stage[i]), between)
+            out[i] = Missing(reason, detail, attempt, proved)
+        return out
+
+    def _colliding(self, i: int) -> Missing:
+        """The least bad of a target's configurations, all of which collide."""
+        _, found, node = self._least_bad[i]
+        roll = round(float(np.rad2deg(self.nodes.rolls[node[0]])), 3)
+        detail = {**self.context.describe(found, 0), "roll_deg": roll}
+        # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to look at
+        exhaustive = bool(self.nodes.exhaustive and self.nodes.window.is_fixed and self.context.limits.wrist > 0)
+        return Missing("collision", detail, self.nodes.q[i][node], exhaustive)
+
+    def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:
+        """Whether targets are proved out at every allowed roll; else, a roll between the samples that reaches, rad."""
+        form = self.context.solver.form
+        if form is None or not targets:
+            return {}
+        Ts, limits = self.placed.Ts_base_target[targets], self.context.limits
+        found = certify(self.context.solver.chain, form, Ts, self.nodes.window, limits)
+        return {
+            i: (bool(found.unreachable[k]), float(found.roll[k]) if found.reachable[k] else None)
+            for k, i in enumerate(targets)
+        }

@@ -1,0 +1,132 @@
+"""Beads and travels as a controller runs them, corners rounded, held against the cell.
+
+    spoilt = bead_corners(context, blend, stretches)            # by target: where a rounded corner comes too near
+    why = travel_corners(context, q, clearances, stage)         # None: the rounded travel is free
+
+Metres and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..collision.blended_corners import BlendedPath, cut_corners
+from ..collision.checker import Checker
+from ..collision.clearances import Clearances
+from ..motion.motion import STANDING
+from ..timing.blending import TRAVEL_ZONE
+from ..units import METRES_PER_MM
+from .context import Context
+from .edge_check import Stretch
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def bead_path(stretch: Stretch, blend: float) -> BlendedPath:
+    """A bead's rows with the length of the TCP's way to each, m; turns in one place count as hardly any."""
+    way = np.linalg.norm(np.diff(stretch.position, axis=0), axis=1)
+    return BlendedPath(stretch.q, np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))]), blend)
+
+
+def travel_path(q: Floats) -> tuple[BlendedPath, Ints]:
+    """A travel's rows with the length of the joints' way to each, rad; and which rows these are: none that repeats."""
+    moves = np.abs(np.diff(q, axis=0)).max(axis=1) > STANDING
+    rows = np.flatnonzero(np.concatenate([[True], moves]))
+    way = np.linalg.norm(np.diff(q[rows], axis=0), axis=1)
+    return BlendedPath(q[rows], np.concatenate([[0.0], np.cumsum(way)]), TRAVEL_ZONE), rows
+
+
+def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -> dict[int, dict[str, Any]]:
+    """Where beads come too near to something when their corners are rounded.
+
+    Args:
+        context: what the search used.
+        blend: distance each way over which corners are rounded, m.
+        stretches: beads that were found free, with all their rows.
+
+    Returns:
+        Why, by the target on the way to which it is.
+    """
+    spoilt: dict[int, dict[str, Any]] = {}
+    for bead in stretches:
+        if len(bead.q) < 3:
+            continue
+        stage = context.stage[bead.edge]
+        path, least = bead_path(bead, blend), context.settings.kept
+        step, nearest = cut_corners(context.checker, context.radius, path, stage, bead.clearances, least)
+        for n in np.argsort(nearest.distance, kind="stable").tolist():
+            at = int(bead.edge[step[n]])
+            why = {"from_target": at, "on_the_way": "collision", **context.describe(nearest, n), "rounded": True}
+            spoilt.setdefault(at + 1, why)
+    return spoilt
+
+
+def travel_corners(
+    context: Context, q: Floats, found: Clearances, stage: int, stops: Sequence[int] = ()
+) -> dict[str, Any] | None:
+    """What a travel comes too near to when its corners are rounded, if anything.
+
+    Args:
+        context: what the search uses.
+        q: rows, (m, j), rad, that are free themselves.
+        found: their clearances.
+        stage: deposits laid by then.
+        stops: rows in which the arm stops on the way.
+
+    Returns:
+        Why it is not free, or None.
+    """
+    for first, last in zip([0, *stops], [*stops, len(q) - 1], strict=True):
+        mine = slice(first, last + 1)
+        path, rows = travel_path(q[mine])
+        hit = _met(context.checker, context, path, found.rows(first + rows), stage, context.settings.kept)
+        if hit is not None:
+            return hit
+    return None
+
+
+def wire_corners(
+    wire: Checker, context: Context, q: Floats, across: tuple[int, Clearances], stage: int
+) -> dict[str, Any] | None:
+    """What the wire is drawn through where a travel's corners are rounded, if anything.
+
+    Args:
+        wire: from ``cell.collision.wire.wire_checker``.
+        context: what the search uses.
+        q: rows, (m, j), rad.
+        across: first row of the way across, neither off a bead nor onto one, and the wire's clearances on it.
+        stage: deposits laid by then.
+
+    Returns:
+        Why it is not free, or None.
+    """
+    path, rows = travel_path(q)
+    first, seen = across
+    mine = (rows >= first) & (rows < first + len(seen))
+    found = Clearances.none(len(rows))
+    found.distance[mine] = seen.distance[rows[mine] - first]
+    return _met(wire, context, path, found, stage, 0.0, mine[:-1] & mine[1:])
+
+
+def _met(
+    checker: Checker,
+    context: Context,
+    path: BlendedPath,
+    found: Clearances,
+    stage: int,
+    least: float,
+    which: NDArray[np.bool_] | None = None,
+) -> dict[str, Any] | None:
+    laid = np.full(len(path.s), stage)
+    step, nearest = cut_corners(checker, context.radius, path, laid, found, least, which)
+    if not len(step):
+        return None
+    hit = {**context.describe(nearest, 0), "required_mm": round(least / METRES_PER_MM, 3)}
+    return {"on_the_way": "collision", **hit, "rounded": True}

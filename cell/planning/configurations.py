@@ -1,0 +1,238 @@
+"""Everything a target could be done with: each roll, each configuration, and what is wrong with it.
+
+    nodes = evaluate(solver, placed, window, roll_step, limits)
+    nodes.q, nodes.cost              # (n, r, g, k, 6), (n, r, g, k); infinite cost = not allowed
+    nodes.why_not(i)                 # reason and measure of a target without an allowed node
+
+Radians and metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+from ik.roll import RollWindow, apply_roll
+from ik.singularity import KINDS, SingularityLimits, margins, smallest_singular_value
+from ik.solver import Solver
+
+from ..scene.placement import Placed
+
+NEAR_LIMIT = np.deg2rad(10.0)  # joints closer to a limit than this cost extra
+NEAR = 0.3  # s that a node is worth avoiding at the clearance itself; nothing at twice as much
+CHUNK = 4096  # poses a pass, to keep memory flat
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """Candidates of n targets.
+
+    Attributes:
+        solver: the arm.
+        limits: singularity margins asked for.
+        rolls: samples of the roll, (r,), rad.
+        window: allowed roll.
+        q: configurations inside the joint limits, (n, r, g, k, j), rad, NaN where there is none.
+        raw: configurations before the limits, (n, r, g, j), rad.
+        over: how far those are outside, (n, r, g, j), rad.
+        reach_excess: (n, r), m, see ``closed_form.reach_excess``.
+        margin: singularity margins of q, (n, r, g, k, 4).
+        cost: cost of standing at a node, (n, r, g, k), s; infinite where a margin is too small.
+        exhaustive: whether q holds every configuration of its rolls.
+    """
+
+    solver: Solver
+    limits: SingularityLimits
+    rolls: Floats
+    window: RollWindow
+    q: Floats
+    raw: Floats
+    over: Floats
+    reach_excess: Floats
+    margin: Floats
+    cost: Floats
+    exhaustive: bool
+
+    @property
+    def within_limits(self) -> NDArray[np.bool_]:
+        """(n, r, g, k): configurations inside the joint limits."""
+        return np.isfinite(self.q[..., 0])
+
+    def why_not(self, i: int) -> tuple[str, dict[str, Any], Floats | None]:
+        """Why a target has no allowed node, by its best candidate.
+
+        Args:
+            i: the target; none of its costs is finite.
+
+        Returns:
+            The reason ("singular", "joint_limit" or "unreachable"), its measure, and the best attempt (j,) or None.
+        """
+        if self.within_limits[i].any():
+            return ("singular", *self.singular(i, self.within_limits[i]))
+        outside = np.isfinite(self.over[i]).all(axis=-1)
+        if outside.any():
+            return ("joint_limit", *self.joint_limit(i, outside))
+        return "unreachable", self.reach(i, np.ones(len(self.rolls), dtype=bool)), None
+
+    def reach(self, i: int, among: NDArray[np.bool_]) -> dict[str, Any]:
+        """How far a target is out of reach at the best of some rolls (r,)."""
+        detail: dict[str, Any] = {}
+        if np.isfinite(self.reach_excess[i]).any():
+            best = int(np.nanargmin(np.where(among, np.abs(self.reach_excess[i]), np.inf)))
+            beyond = float(self.reach_excess[i, best])
+            detail["beyond_reach_mm" if beyond > 0 else "inside_reach_mm"] = round(abs(beyond) * 1e3, 3)
+            detail["roll_deg"] = _deg(self.rolls[best])
+        else:
+            detail["search"] = f"not found from {self.solver.seeds} seeds at {len(self.rolls)} roll(s)"
+        return detail
+
+    def singular(self, i: int, among: NDArray[np.bool_]) -> tuple[dict[str, Any], Floats]:
+        """The margin of a target's best node.
+
+        Args:
+            i: the target.
+            among: which of its nodes, (r, g, k).
+
+        Returns:
+            The measure, and the configuration (j,).
+        """
+        limits = self.limits.values(self.solver.geometry is not None)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            short = np.where(limits > 0, self.margin[i] / limits, np.inf)
+        share = np.where(among, short.min(axis=-1), -1.0)
+        node = np.unravel_index(int(np.argmax(share)), share.shape)
+        kind = int(np.argmin(short[node]))
+        q = self.q[i][node]
+        unit, factor = {0: ("deg", 180 / np.pi), 1: ("deg", 180 / np.pi), 2: ("mm", 1e3), 3: ("1", 1.0)}[kind]
+        detail = {
+            "singularity": KINDS[kind],
+            "margin": round(float(self.margin[i][node][kind]) * factor, 3),
+            "limit": round(float(limits[kind]) * factor, 3),
+            "unit": unit,
+            "smallest_singular_value": round(float(smallest_singular_value(self.solver.chain, q[None])[0]), 5),
+            "roll_deg": _deg(self.rolls[node[0]]),
+        }
+        return detail, q
+
+    def joint_limit(self, i: int, among: NDArray[np.bool_]) -> tuple[dict[str, Any], Floats]:
+        """How far a target's best configuration is outside the joint limits.
+
+        Args:
+            i: the target.
+            among: which of its rolls and groups, (r, g).
+
+        Returns:
+            The measure, and the configuration (j,).
+        """
+        total = np.where(among, self.over[i].max(axis=-1), np.inf)
+        node = np.unravel_index(int(np.argmin(total)), total.shape)
+        joint = int(np.argmax(self.over[i][node]))
+        detail = {
+            "axis": self.solver.chain.names[joint],
+            "over_deg": round(float(np.rad2deg(self.over[i][node][joint])), 3),
+            "roll_deg": _deg(self.rolls[node[0]]),
+        }
+        return detail, self.raw[i][node]
+
+
+def _deg(angle: float) -> float:
+    return round(float(np.rad2deg(angle)), 3)
+
+
+def evaluate(
+    solver: Solver,
+    placed: Placed,
+    window: RollWindow,
+    roll_step: float,
+    limits: SingularityLimits,
+    also: Floats | None = None,
+) -> Nodes:
+    """Candidates of all targets at all sampled rolls.
+
+    Args:
+        solver: the arm.
+        placed: targets, base frame.
+        window: allowed roll.
+        roll_step: distance of roll samples, rad.
+        limits: singularity margins to keep.
+        also: further rolls, (m,), rad.
+
+    Returns:
+        Nodes.
+    """
+    rolls = window.samples(roll_step)
+    if also is not None and len(also):
+        rolls = np.unique(np.concatenate([rolls, also]))
+    Ts = placed.Ts_base_target
+    n, r = len(Ts), len(rolls)
+    per_pass = max(CHUNK // r, 1)
+    parts = [
+        solver.candidates(apply_roll(Ts[i : i + per_pass, None], rolls).reshape(-1, 4, 4))
+        for i in range(0, n, per_pass)
+    ]
+    q = _joined([p.q for p in parts])
+    q = q.reshape(n, r, *q.shape[1:])
+    margin = margins(solver.chain, solver.geometry, q)
+    least = limits.values(solver.geometry is not None)
+    allowed = np.isfinite(q[..., 0]) & (margin >= least).all(axis=-1)
+    room = np.minimum(q - solver.chain.lower, solver.chain.upper - q).min(axis=-1)
+    cost = np.where(allowed, standing_cost(room, margin, least), np.inf)
+    shape = (n, r, -1, solver.chain.n)
+    return Nodes(
+        solver=solver,
+        limits=limits,
+        rolls=rolls,
+        window=window,
+        q=q,
+        raw=np.concatenate([p.raw for p in parts]).reshape(shape),
+        over=np.concatenate([p.over for p in parts]).reshape(shape),
+        reach_excess=np.concatenate([p.reach_excess for p in parts]).reshape(n, r),
+        margin=margin,
+        cost=cost,
+        exhaustive=parts[0].exhaustive,
+    )
+
+
+def _joined(parts: list[Floats]) -> Floats:
+    """Candidates of several passes, padded to the most standings any of them has."""
+    k = max(p.shape[2] for p in parts)
+    return np.concatenate(
+        [np.pad(p, ((0, 0), (0, 0), (0, k - p.shape[2]), (0, 0)), constant_values=np.nan) for p in parts]
+    )
+
+
+def standing_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
+    """What a node is worth avoiding: close to a singularity or to a joint limit.
+
+    Args:
+        room: of the joint nearest to its limit, (...), rad.
+        margin: singularity margins, (..., 4).
+        least: what they have to keep, (4,).
+
+    Returns:
+        (...) s.
+    """
+    tight = np.clip(1 - room / NEAR_LIMIT, 0.0, 1.0) ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # 1 at the margin itself, a quarter at twice the margin
+        near = np.where(least > 0, (least / margin) ** 2, 0.0).sum(axis=-1)
+    return 0.3 * tight + 0.1 * np.nan_to_num(near)
+
+
+def near_cost(distance: Floats, clearance: float) -> Floats:
+    """What a node is worth avoiding that keeps its clearance, but not twice as much.
+
+    Args:
+        distance: least distance of anything from anything, (...), m.
+        clearance: what has to be kept, m.
+
+    Returns:
+        (...) s; 0 where no clearance is asked for.
+    """
+    if clearance <= 0:
+        return np.zeros(np.shape(distance))
+    return NEAR * np.clip(2.0 - distance / clearance, 0.0, 1.0) ** 2

@@ -1,0 +1,154 @@
+"""What the searches for a motion share: the arm, the targets, the cell at a table pose, and what is to be kept.
+
+    context = Setup.of(solver, placed, stage, laid, window, limits, checker, settings)
+    context.describe(clearances, k)             # a collision in words and figures
+
+Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.roll import RollWindow
+from ik.singularity import SingularityLimits
+from ik.solver import Solver
+
+from ..arrays import Ints
+from ..collision.checker import Checker
+from ..collision.clearances import Clearances
+from ..collision.reach_radii import radii
+from ..collision.wire import wire_checker
+from ..job.job import Job, speeds
+from ..scene.placement import Placed
+from ..units import METRES_PER_MM
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How densely a motion is sampled.
+
+    Attributes:
+        position: m.
+        angle: rad, of the wire's direction, of the roll and of every joint.
+    """
+
+    position: float = 1e-3
+    angle: float = np.deg2rad(1.0)
+
+
+def settings_of(job: Job) -> Settings:
+    """The plan's settings, as the case has them."""
+    case = job.case
+    return Settings(
+        clearance=case.checks.clearance_mm * METRES_PER_MM,
+        speed=speeds(job),
+        retract=case.process.retract_mm * METRES_PER_MM,
+        roll_step=float(np.deg2rad(case.ik.roll_step_deg)),
+        least_share=case.process.least_speed_share,
+        travel_attempts=case.process.travel_attempts,
+    )
+
+
+KEPT = 2e-6  # m beyond the clearance asked for that is proved: what a motion file's digits and finer samples may take
+LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be seen
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a plan keeps to.
+
+    Attributes:
+        clearance: least distance of everything from everything, m.
+        speed: deposition speed from every target to the next, (n,), m/s.
+        retract: way out along the normal before travelling, m.
+        roll_step: distance of the roll's samples, rad.
+        least_share: of the speed, to be held over every stretch of a bead.
+        steps: density of the checks.
+        travel_attempts: configurations tried for a travel that the simple ways do not make.
+    """
+
+    clearance: float
+    speed: Floats
+    retract: float
+    roll_step: float
+    least_share: float = 1.0
+    steps: Steps = field(default_factory=Steps)
+    travel_attempts: int = 3000
+
+    @property
+    def kept(self) -> float:
+        """Clearance that is proved to be kept all along, m."""
+        return self.clearance + KEPT
+
+
+@dataclass(frozen=True, eq=False)
+class Context:
+    """What every search needs.
+
+    Attributes:
+        solver: the arm.
+        placed: the targets.
+        stage: deposits already laid when a target is welded, (n,).
+        laid: deposits laid once its layer is done, (n,).
+        window: allowed roll.
+        limits: singularity margins to keep.
+        checker: collision detection at the table pose, distances known far out.
+        screen: the same, distances known out to twice the clearance: what only has to be passed costs less.
+        settings: what to keep to.
+        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+    """
+
+    solver: Solver
+    placed: Placed
+    stage: Ints
+    laid: Ints
+    window: RollWindow
+    limits: SingularityLimits
+    checker: Checker
+    screen: Checker
+    settings: Settings
+    radius: Floats
+
+    @classmethod
+    def of(
+        cls,
+        solver: Solver,
+        placed: Placed,
+        stage: Ints,
+        laid: Ints,
+        window: RollWindow,
+        limits: SingularityLimits,
+        checker: Checker,
+        settings: Settings,
+    ) -> Context:
+        """The context of the checker's scene; the attributes say what is what."""
+        screen = Checker(checker.scene, checker.table, max(2 * settings.clearance, LEAST_REACH))
+        return cls(solver, placed, stage, laid, window, limits, checker, screen, settings, radii(checker.scene))
+
+    @cached_property
+    def wire(self) -> Checker | None:
+        """Collision detection of the wire and the part alone, None where the tool's wire is not modelled."""
+        return wire_checker(self.checker)
+
+    def without(self, deposits: Collection[int]) -> Context:
+        """The same where some deposits do not count."""
+        checker, screen = (Checker(c.scene, c.table, c.reach, deposits) for c in (self.checker, self.screen))
+        return replace(self, checker=checker, screen=screen)
+
+    def describe(self, found: Clearances, k: int) -> dict[str, Any]:
+        """A collision in words and figures."""
+        scene = self.checker.scene
+        pair = [scene.geom_name(int(g)) for g in found.pair[k] if g >= 0]
+        return {
+            "pair": pair,
+            "distance_mm": round(float(found.distance[k]) / METRES_PER_MM, 3),
+            "required_mm": round(self.settings.clearance / METRES_PER_MM, 3),
+            "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[k]],
+        }

@@ -1,0 +1,182 @@
+"""Rows close enough that straight joint motion between them stays on the bead.
+
+    dense, spoilt = refined(context, stretches)
+
+What replays or runs a motion moves the joints on straight lines from row to row. Where that leaves the bead by more
+than ``OFF`` or the wire by more than ``ASKEW`` half-way, a row is put in between: exactly on the bead, checked like any
+other. Metres and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ik import dls
+from ik.chain import Floats
+from ik.roll import RollWindow, apply_roll, roll_of, wrap
+from ik.singularity import margins
+
+from ..arrays import Ints
+from ..collision.between_samples import unproven_steps
+from ..collision.clearances import Clearances
+from ..rigid import frames, great_circle
+from .context import Context
+from .edge_check import Stretch, between
+
+OFF = 0.03e-3
+ASKEW = np.deg2rad(0.03)
+ROUNDS = 6  # each halves the steps and quarters the error
+
+
+def refined(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretch], dict[int, dict[str, Any]]]:
+    """Put rows between the samples of beads where they are needed.
+
+    Args:
+        context: what the search used.
+        stretches: beads that were found free.
+
+    Returns:
+        The beads with more samples, and targets on the way to which a new sample does not hold what the others do,
+        with why.
+    """
+    out, spoilt = [], {}
+    for stretch in stretches:
+        dense, why = _refined(context, stretch)
+        out.append(dense)
+        spoilt.update(why)
+    return out, spoilt
+
+
+def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Floats]:
+    """Points and deposition directions on the way from targets to the next.
+
+    Args:
+        context: holds the targets.
+        edge: targets, (m,).
+        fraction: of the way, (m,).
+
+    Returns:
+        (m, 3), base frame, m, and (m, 3).
+    """
+    p, n = context.placed.position, context.placed.normal
+    position = p[edge] + fraction[:, None] * (p[edge + 1] - p[edge])
+    return position, great_circle(n[edge], n[edge + 1], fraction)
+
+
+def _refined(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, dict[str, Any]]]:
+    spoilt: dict[int, dict[str, Any]] = {}
+    new = np.zeros(len(stretch.q), dtype=bool)
+    for _ in range(ROUNDS):
+        step = _open(context, stretch) if len(stretch.q) > 1 else np.zeros(0, dtype=np.int64)
+        if not len(step):
+            break
+        more, lost = _between(context, stretch, step)
+        spoilt.update({int(e) + 1: {"from_target": int(e), "on_the_way": "joint_limit"} for e in lost})
+        stretch = _merged(stretch, more, step)
+        new = np.insert(new, step + 1, True)
+        if spoilt:
+            break
+    else:
+        # what is still off the bead after the last halving is not run along it
+        for k in _open(context, stretch):
+            spoilt[int(stretch.edge[k]) + 1] = {"from_target": int(stretch.edge[k]), "on_the_way": "jump"}
+    if new.any():
+        spoilt.update(_checked(context, stretch, new))
+    return stretch, spoilt
+
+
+def _open(context: Context, stretch: Stretch) -> Ints:
+    """Steps whose middle is off the bead."""
+    edge, _, _ = _ends(stretch)
+    chain, placed = context.solver.chain, context.placed
+    T = chain.forward((stretch.q[:-1] + stretch.q[1:]) / 2)
+    a, b = placed.position[edge], placed.position[edge + 1]
+    along = b - a
+    s = np.clip(((T[:, :3, 3] - a) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
+    position, normal = on_bead(context, edge, s)
+    off = np.linalg.norm(T[:, :3, 3] - position, axis=1)
+    # half the chord, since an angle as small as this is lost in its cosine
+    wire_angle = 2 * np.arcsin(np.clip(np.linalg.norm(T[:, :3, 2] + normal, axis=1) / 2, 0.0, 1.0))
+    return np.flatnonzero((off > OFF) | (wire_angle > ASKEW))
+
+
+def _ends(stretch: Stretch) -> tuple[Ints, Floats, Floats]:
+    """Edge of every step, and the fractions of it between which the step leads."""
+    edge = stretch.edge[:-1]
+    return edge, stretch.fraction[:-1], stretch.fraction[1:] + (stretch.edge[1:] - edge)
+
+
+def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, Ints]:
+    """Samples half-way along steps, and the edges on which there is none."""
+    chain, placed = context.solver.chain, context.placed
+    edges, starts, ends = _ends(stretch)
+    edge, start, end = edges[step], starts[step], ends[step]
+    fraction = (start + end) / 2
+    rolls = []
+    for q, at in ((stretch.q[step], start), (stretch.q[step + 1], end)):
+        here = frames(*on_bead(context, edge, at), placed.reference)
+        rolls.append(roll_of(here, chain.forward(q)))
+    position, normal = on_bead(context, edge, fraction)
+    Ts = apply_roll(frames(position, normal, placed.reference), rolls[0] + wrap(rolls[1] - rolls[0]) / 2)
+    found = dls.track_one(chain, Ts, (stretch.q[step] + stretch.q[step + 1]) / 2, RollWindow.fixed(0.0))
+    more = replace(
+        stretch,
+        edge=edge,
+        fraction=fraction,
+        q=found.q,
+        position=position,
+        clearances=context.checker.clearances(found.q, context.stage[edge]),
+        margin=margins(chain, context.solver.geometry, found.q),
+    )
+    return more, np.unique(edge[~found.ok])
+
+
+def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
+    """A stretch with samples put after those of the given steps."""
+
+    def put(a: Any, b: Any) -> Any:
+        return np.insert(a, step + 1, b, axis=0)
+
+    return replace(
+        stretch,
+        edge=put(stretch.edge, more.edge),
+        fraction=put(stretch.fraction, more.fraction),
+        q=put(stretch.q, more.q),
+        position=put(stretch.position, more.position),
+        clearances=Clearances(
+            put(stretch.clearances.distance, more.clearances.distance),
+            put(stretch.clearances.pair, more.clearances.pair),
+            put(stretch.clearances.position, more.clearances.position),
+        ),
+        margin=put(stretch.margin, more.margin),
+    )
+
+
+def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> dict[int, dict[str, Any]]:
+    """What is wrong with new samples and the steps to and from them."""
+    spoilt: dict[int, dict[str, Any]] = {}
+
+    def blame(edge: int, why: dict[str, Any]) -> None:
+        spoilt.setdefault(edge + 1, {"from_target": edge, **why})
+
+    least = context.limits.values(context.solver.geometry is not None)
+    for k in np.flatnonzero(new & (stretch.margin < least).any(axis=1)):
+        blame(int(stretch.edge[k]), {"on_the_way": "singular"})
+    for k in np.flatnonzero(new & (stretch.clearances.distance < context.settings.clearance)):
+        blame(int(stretch.edge[k]), {"on_the_way": "collision", **context.describe(stretch.clearances, int(k))})
+    # the steps from one old sample to the next are proved already
+    wanted = new[:-1] | new[1:]
+    rows = np.flatnonzero(np.append(wanted, False) | np.insert(wanted, 0, False))
+    joined = (np.diff(rows) == 1) & wanted[rows[:-1]]
+    part = np.concatenate([[0], np.cumsum(~joined)])
+    stage, q = context.stage[stretch.edge[rows]], stretch.q[rows]
+    seen, kept = stretch.clearances.rows(rows), context.settings.kept
+    step, nearest = unproven_steps(context.checker, context.radius, q, stage, seen, part, least=kept)
+    for n, at in enumerate(rows[step].tolist()):
+        why = {"on_the_way": "collision", **context.describe(nearest, n), **between(nearest, n, context)}
+        blame(int(stretch.edge[at]), why)
+    return spoilt

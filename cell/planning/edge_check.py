@@ -1,0 +1,216 @@
+"""A bead to be planned, and its edges followed densely and checked: what is wrong with each, or the stretch it makes.
+
+    bead = Bead.of(context, first, stop)
+    found = examine(bead, start, roll, q)
+    found.causes                     # for each edge: why it does not hold, or None
+    found.piece(e)                   # the Stretch of an edge that holds
+
+Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ik.bead_path import LARGEST_STEP
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..collision.between_samples import unproven_steps
+from ..collision.clearances import Clearances
+from ..motion.deposition_speed import STRETCH
+from ..scene.placement import Placed
+from .context import Context
+from .edge_tracking import Track, track_edges
+
+STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: along a bead a joint that turns faster is dear, as it may be a flip
+UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
+
+
+@dataclass(frozen=True, eq=False)
+class SearchedBead:
+    """What a search for the way along a bead starts from. Targets count from the bead's first.
+
+    Attributes:
+        context: what all beads share.
+        first: number of the bead's first target in the whole part.
+        placed: its targets.
+        stage: deposits laid at each of them, (t,).
+        times: what the deposition takes from each target to the next, (t - 1,), s.
+        slowest: what it may take at most, (t - 1,), s.
+        largest: most that any joint usually moves from each target to the next, (t - 1,), rad.
+        speed: joint speed limits, (j,), rad/s.
+    """
+
+    context: Context
+    first: int
+    placed: Placed
+    stage: Ints
+    times: Floats
+    slowest: Floats
+    largest: Floats
+    speed: Floats
+
+    @classmethod
+    def of(cls, context: Context, first: int, stop: int) -> SearchedBead:
+        """Targets from ``first`` up to ``stop`` of the part."""
+        here = slice(first, stop)
+        placed = context.placed.rows(here)
+        length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
+        pace = context.settings.speed[first : first + len(length)]
+        speed = context.solver.chain.max_speed
+        times = np.where(length > 0, length / pace, np.inf)
+        with np.errstate(divide="ignore"):
+            # a speed is held over a stretch, of which what lies between two targets can be a small part
+            slowest = np.maximum(times, STRETCH / pace) / np.float64(context.settings.least_share)
+        return cls(
+            context=context,
+            first=first,
+            placed=placed,
+            stage=context.stage[here],
+            times=times,
+            slowest=slowest,
+            # neighbours far apart may stand far apart
+            largest=np.clip(length * STEP_PER_METRE, LARGEST_STEP, np.pi),
+            speed=np.where(np.isfinite(speed), speed, UNKNOWN_SPEED),
+        )
+
+    def __len__(self) -> int:
+        return len(self.stage)
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A run of targets with its dense samples.
+
+    Attributes:
+        first: first target.
+        q_targets: configuration at each target, (t, j), rad.
+        roll: roll at each target, (t,), rad.
+        edge: target that each sample follows, (m,).
+        fraction: place between that target and the next, (m,).
+        q: samples, (m, j), rad.
+        position: TCP, (m, 3), base frame, m.
+        clearances: of the samples.
+        margin: singularity margins of the samples, (m, 4).
+    """
+
+    first: int
+    q_targets: Floats
+    roll: Floats
+    edge: Ints
+    fraction: Floats
+    q: Floats
+    position: Floats
+    clearances: Clearances
+    margin: Floats
+
+    @property
+    def stop(self) -> int:
+        """One past the last target."""
+        return self.first + len(self.q_targets)
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedEdges:
+    """Edges that have been followed.
+
+    Attributes:
+        first: number of the bead's first target in the whole part.
+        start: first target of each edge, (e,).
+        roll: at both ends, (e, 2), rad.
+        q: at both ends, (e, 2, j), rad.
+        track: their samples.
+        clearances: of the samples.
+        causes: why an edge does not hold, None where it does, (e,).
+    """
+
+    first: int
+    start: Ints
+    roll: Floats
+    q: Floats
+    track: Track
+    clearances: Clearances
+    causes: list[dict[str, Any] | None]
+
+    def piece(self, e: int) -> Stretch:
+        """One edge as a stretch, its targets counted in the whole part."""
+        mine = np.flatnonzero(self.track.edge == e)
+        return self._stretch(self.start[e], self.q[e], self.roll[e], mine)
+
+    def whole(self) -> Stretch:
+        """All edges, which follow each other, as one stretch."""
+        edge = self.track.edge
+        last = len(self.start) - 1
+        # an edge's last sample is the next edge's first
+        mine = np.flatnonzero((self.track.fraction < 1) | (edge == last))
+        q = np.concatenate([self.q[:, 0], self.q[-1:, 1]])
+        roll = np.concatenate([self.roll[:, 0], self.roll[-1:, 1]])
+        return self._stretch(self.start[0], q, roll, mine)
+
+    def _stretch(self, start: int, q: Floats, roll: Floats, mine: Ints) -> Stretch:
+        track = self.track
+        return Stretch(
+            first=self.first + int(start),
+            q_targets=q,
+            roll=roll,
+            edge=self.first + self.start[track.edge[mine]],
+            fraction=track.fraction[mine],
+            q=track.q[mine],
+            position=track.position[mine],
+            clearances=self.clearances.rows(mine),
+            margin=track.margin[mine],
+        )
+
+
+def between(nearest: Clearances, k: int, context: Context) -> dict[str, Any]:
+    """A note where what was seen nearest keeps the clearance: that it is kept between samples is not proved."""
+    return {"between_samples": True} if nearest.distance[k] >= context.settings.clearance else {}
+
+
+def examine(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> CheckedEdges:
+    """Follow edges and check them, between the targets too.
+
+    Args:
+        bead: whose edges.
+        start: first target of each edge, (e,).
+        roll: roll at both ends, (e, 2), rad.
+        q: configurations at both ends, (e, 2, j), rad.
+
+    Returns:
+        The edges with what is wrong with them.
+    """
+    context = bead.context
+    track = track_edges(context.solver, bead.placed, start, roll, q, context.limits, context.settings.steps)
+    laid = bead.stage[start[track.edge]]
+    # where one edge begins as the one before ended, once is enough
+    again = np.append(False, (np.diff(track.edge) == 1) & (np.diff(laid) == 0) & ~np.diff(track.q, axis=0).any(axis=1))
+    clear = context.checker.clearances(track.q[~again], laid[~again]).rows(np.cumsum(~again) - 1)
+    step, nearest = unproven_steps(
+        context.checker, context.radius, track.q, laid, clear, track.edge, least=context.settings.kept
+    )
+    unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
+    first = np.searchsorted(track.edge, np.arange(len(start)))
+    least = np.minimum.reduceat(clear.distance, first) if len(start) else clear.distance
+    causes: list[dict[str, Any] | None] = []
+    for e in range(len(start)):
+        if track.broken[e]:
+            causes.append({"on_the_way": str(track.broken[e]), **track.why.get(e, {})})
+        elif least[e] < context.settings.clearance:
+            mine = np.flatnonzero(track.edge == e)
+            worst = int(mine[np.argmin(clear.distance[mine])])
+            causes.append({"on_the_way": "collision", **context.describe(clear, worst)})
+        elif e in unsafe:
+            causes.append(
+                {
+                    "on_the_way": "collision",
+                    **context.describe(nearest, unsafe[e]),
+                    **between(nearest, unsafe[e], context),
+                }
+            )
+        else:
+            causes.append(None)
+    return CheckedEdges(bead.first, start, roll, q, track, clear, causes)

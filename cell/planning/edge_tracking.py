@@ -1,0 +1,317 @@
+"""Between two targets: the arm followed densely along the bead, so that nothing hides between them.
+
+    track = follow(solver, placed, first, rolls, q, steps)
+    track.q                          # (m, j) samples of all edges, ends included
+    track.broken                     # (edges,) "", "jump", "joint_limit" or "singular"
+
+Poses are interpolated in space, not joints: the position along the bead's chord, the wire's direction along the great
+circle, the roll evenly; damped least squares brings the arm onto every one of them from the joint-linear guess.
+Metres and radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik import closed_form, dls
+from ik.chain import Chain, Floats
+from ik.joint_turns import SLACK
+from ik.roll import RollWindow, apply_roll, wrap
+from ik.singularity import KINDS, SingularityLimits, margins
+from ik.solver import Solver
+
+from ..motion.motion import JUMP
+from ..rigid import frames
+from ..scene.placement import Placed
+from .context import Steps
+
+Ints = NDArray[np.int64]
+DENSE = np.deg2rad(3.0)  # most that a joint turns between samples of a way that is followed from its beginning
+CLOSEST = 2.0**-24  # share of an edge: what still turns further within it jumps
+SAME = 1e-6  # rad: configurations nearer than this are one
+MOST_STEPS = 720  # of an edge that is followed step by step
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Samples of several edges, one after the other.
+
+    Attributes:
+        edge: edge of each sample, (m,).
+        fraction: place on the edge, 0 to 1, (m,).
+        q: configurations, (m, j), rad.
+        position: TCP, (m, 3), base frame, m.
+        margin: singularity margins, (m, 4).
+        broken: what is wrong with each edge: "", "jump", "joint_limit", "singular" or "unreachable", (edges,).
+        why: measures of that, by edge, where they are known.
+    """
+
+    edge: Ints
+    fraction: Floats
+    q: Floats
+    position: Floats
+    margin: Floats
+    broken: NDArray[np.str_]
+    why: dict[int, dict[str, Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Ways:
+    """Poses between targets, each given by its edge and its place on it.
+
+    Attributes:
+        position: of the edges' ends, (e, 2, 3), m.
+        normal: deposition direction there, (e, 2, 3).
+        roll: there, (e, 2), rad; the short way is taken.
+        reference: see :class:`cell.scene.placement.Placed`.
+    """
+
+    position: Floats
+    normal: Floats
+    roll: Floats
+    reference: tuple[Floats, Floats]
+
+    @classmethod
+    def of(cls, placed: Placed, start: Ints, roll: Floats) -> Ways:
+        """The edges from targets ``start`` to the next ones."""
+        ends = np.stack([start, start + 1], axis=1)
+        return cls(placed.position[ends], placed.normal[ends], roll, placed.reference)
+
+    @property
+    def swing(self) -> Floats:
+        """How far the wire's direction turns, (e,), rad."""
+        n = self.normal
+        return np.asarray(np.arccos(np.clip(np.einsum("ei,ei->e", n[:, 0], n[:, 1]), -1.0, 1.0)))
+
+    @property
+    def turn(self) -> Floats:
+        """How far the roll turns, (e,), rad."""
+        return wrap(self.roll[:, 1] - self.roll[:, 0])
+
+    def at(self, edge: Ints, t: Floats) -> Floats:
+        """Poses of the TCP, (m, 4, 4)."""
+        p, n = self.position, self.normal
+        position = p[edge, 0] + t[:, None] * (p[edge, 1] - p[edge, 0])
+        T0 = frames(position, _slerp(n[edge, 0], n[edge, 1], self.swing[edge], t), self.reference)
+        return apply_roll(T0, self.roll[edge, 0] + t * self.turn[edge])
+
+
+def track_edges(
+    solver: Solver,
+    placed: Placed,
+    start: Ints,
+    roll: Floats,
+    q: Floats,
+    limits: SingularityLimits,
+    steps: Steps,
+) -> Track:
+    """Follow edges from target ``start`` to ``start + 1``.
+
+    Args:
+        solver: the arm.
+        placed: the targets.
+        start: first target of each edge, (e,).
+        roll: roll at both ends, (e, 2), rad; the short way is taken.
+        q: configurations at both ends, (e, 2, j), rad.
+        limits: singularity margins to keep on the way.
+        steps: density.
+
+    Returns:
+        The track; the edges' ends are samples of it, as given.
+    """
+    ways = Ways.of(placed, start, roll)
+    edge, t = _sampled(ways, np.abs(q[:, 1] - q[:, 0]).max(axis=1), steps)
+    Ts = ways.at(edge, t)
+    guess = q[edge, 0] + t[:, None] * (q[edge, 1] - q[edge, 0])
+    inner = (t > 0) & (t < 1)
+    out = guess.copy()
+    found = dls.track_one(solver.chain, Ts[inner], guess[inner], RollWindow.fixed(0.0))
+    out[inner] = found.q
+    margin = margins(solver.chain, solver.geometry, out)
+    broken = np.full(len(start), "", dtype="<U12")
+    least = limits.values(solver.geometry is not None)
+    # the ends have been judged as targets
+    thin = inner & (margin < least).any(axis=1)
+    broken[edge[thin]] = "singular"
+    lost = np.flatnonzero(inner)[~found.ok]
+    broken[edge[lost]] = "joint_limit"
+    same = edge[1:] == edge[:-1]
+    far = same & (np.abs(out[1:] - out[:-1]).max(axis=1) > JUMP)
+    broken[edge[1:][far]] = "jump"
+    track = Track(edge, t, out, Ts[:, :3, 3], margin, broken, {})
+    again = np.flatnonzero(broken != "")
+    return _with_dense(solver, ways, q, limits, track, again) if len(again) else track
+
+
+def _sampled(ways: Ways, reach: Floats, steps: Steps) -> tuple[Ints, Floats]:
+    """Edge and place of samples dense enough for all edges, ends included; reach: of their joints, (e,), rad."""
+    count = np.maximum.reduce(
+        [
+            np.linalg.norm(ways.position[:, 1] - ways.position[:, 0], axis=1) / steps.position,
+            np.maximum.reduce([ways.swing, np.abs(ways.turn), reach]) / steps.angle,
+        ]
+    )
+    count = np.maximum(np.ceil(count - 1e-9), 1).astype(np.int64)
+    edge = np.repeat(np.arange(len(count)), count + 1)
+    first = np.concatenate([[0], np.cumsum(count + 1)[:-1]])
+    return edge, (np.arange(len(edge)) - first[edge]) / count[edge]
+
+
+def _with_dense(solver: Solver, ways: Ways, q: Floats, limits: SingularityLimits, track: Track, again: Ints) -> Track:
+    """The track with some edges followed from their beginning, and judged by that."""
+    kept = ~np.isin(track.edge, again)
+    mine = ~kept
+    edge, t, out = along(solver, ways, q[:, 0], track.edge[mine], track.fraction[mine])
+    margin = margins(solver.chain, solver.geometry, out)
+    broken, why = track.broken.copy(), {}
+    least = limits.values(solver.geometry is not None)
+    for e in again.tolist():
+        rows = np.flatnonzero(edge == e)
+        found = _judged(solver, out[rows], margin[rows], least, q[e])
+        broken[e], why[e] = ("", {}) if found is None else found
+        out[rows[-1]] = q[e, 1]
+    out = np.where(np.isfinite(out), out, q[edge, 0])
+    order = np.lexsort((np.concatenate([track.fraction[kept], t]), np.concatenate([track.edge[kept], edge])))
+
+    def joined(a: Any, b: Any) -> Any:
+        return np.concatenate([a[kept], b])[order]
+
+    return Track(
+        edge=joined(track.edge, edge),
+        fraction=joined(track.fraction, t),
+        q=joined(track.q, out),
+        position=joined(track.position, ways.at(edge, t)[:, :3, 3]),
+        margin=joined(track.margin, margin),
+        broken=broken,
+        why=why,
+    )
+
+
+def along(solver: Solver, ways: Ways, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
+    """Follow edges from their first ends without regard to joint limits.
+
+    Args:
+        solver: the arm.
+        ways: the edges.
+        start: configuration that each edge begins in, (e, j), rad.
+        edge: edge of each sample, ascending, (m,).
+        t: its place, ascending on each edge, from 0 to 1, (m,).
+
+    Returns:
+        Edge, place (more of them where joints turn fast) and configuration of samples, (m',), (m',) and (m', j), rad,
+        NaN from where the arm cannot follow. Where two are further apart than ``DENSE`` there is a jump between them.
+    """
+    if solver.form is None:
+        return _step_by_step(solver.chain, ways, start, edge, t)
+    raw = closed_form.solve(solver.form, ways.at(edge, t))
+    first = np.searchsorted(edge, edge)
+    # the branch is that of the beginning
+    off = np.abs(wrap(raw[first] - start[edge][:, None])).max(axis=-1)
+    branch = np.argmin(np.where(np.isnan(off), np.inf, off), axis=1)
+    q = raw[np.arange(len(raw)), branch]
+    while True:
+        step = np.abs(wrap(np.diff(q, axis=0))).max(axis=1)
+        gap = np.isnan(step) & (np.isnan(q[1:, 0]) != np.isnan(q[:-1, 0]))
+        wide = (edge[1:] == edge[:-1]) & ((step > DENSE) | gap) & (np.diff(t) > CLOSEST)
+        k = np.flatnonzero(wide)
+        if not len(k):
+            break
+        t_new = (t[k] + t[k + 1]) / 2
+        q_new = closed_form.solve(solver.form, ways.at(edge[k], t_new))[np.arange(len(k)), branch[k]]
+        q, t = np.insert(q, k + 1, q_new, axis=0), np.insert(t, k + 1, t_new)
+        edge, branch = np.insert(edge, k + 1, edge[k]), np.insert(branch, k + 1, branch[k])
+    # in the turns of the beginning; what comes after a gap is not reached
+    first = np.searchsorted(edge, edge)
+    move = np.concatenate([np.zeros((1, q.shape[1])), wrap(np.diff(q, axis=0))])
+    move[first == np.arange(len(edge))] = 0.0
+    total = np.cumsum(move, axis=0)
+    lost = np.isnan(total)
+    if lost.any():  # a gap ends its own edge alone
+        for e in np.unique(edge):
+            rows = edge == e
+            total[rows] = np.cumsum(move[rows], axis=0)
+    total -= np.where(np.isnan(total[first]), 0.0, total[first])
+    return edge, t, start[edge] + total
+
+
+def _step_by_step(chain: Chain, ways: Ways, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
+    """As :func:`along` for an arm without a closed form: every sample from the one before."""
+    which, count = np.unique(edge, return_counts=True)
+    count = np.minimum(4 * count, MOST_STEPS)
+    edge = np.repeat(which, count + 1)
+    k = np.arange(len(edge)) - np.searchsorted(edge, edge)
+    t = k / np.repeat(count, count + 1)
+    Ts, first = ways.at(edge, t), np.searchsorted(edge, which)
+    out = np.full((len(edge), chain.n), np.nan)
+    out[first] = start[which]
+    before = start[which].copy()
+    for step in range(1, int(count.max(initial=0)) + 1):
+        live = np.flatnonzero((step <= count) & np.isfinite(before[:, 0]))
+        rows = first[live] + step
+        # the same turn as in the step before
+        last = out[rows - 1]
+        guess = last + (last - out[rows - 2] if step > 1 else 0.0)
+        found = dls.track_one(chain, Ts[rows], guess, RollWindow.fixed(0.0))
+        good = found.ok & (np.abs(found.q - last).max(axis=1) <= DENSE)
+        out[rows] = np.where(good[:, None], found.q, np.nan)
+        before[live] = out[rows]
+    return edge, t, out
+
+
+def _judged(
+    solver: Solver, q: Floats, margin: Floats, least: Floats, ends: Floats
+) -> tuple[str, dict[str, Any]] | None:
+    """What is wrong with an edge followed from its beginning, by what comes first on the way; None: nothing."""
+    chain = solver.chain
+    over = np.maximum(chain.lower - q, q - chain.upper)
+    inner = slice(1, len(q) - 1)
+    thin = np.flatnonzero((margin[inner] < least).any(axis=1)) + 1
+    outside = np.flatnonzero((over > SLACK).any(axis=1))
+    lost = np.flatnonzero(np.isnan(q[:, 0]))
+    far = np.flatnonzero(np.abs(np.diff(q, axis=0)).max(axis=1) > JUMP) + 1
+    come = [int(rows[0]) if len(rows) else len(q) for rows in (thin, outside, lost, far)]
+    first = int(np.argmin(come))
+    if come[first] == len(q):
+        off = q[-1] - ends[1]
+        j = int(np.argmax(np.abs(off)))
+        if abs(off[j]) <= SAME:
+            return None
+        return "jump", {"axis": chain.names[j], "arrives_off_deg": round(float(np.rad2deg(off[j])), 3)}
+    if first == 0:
+        return "singular", thinnest(solver, margin[inner][thin - 1], least)
+    if first == 1:
+        j = int(np.argmax(np.nanmax(over, axis=0)))
+        return "joint_limit", {"axis": chain.names[j], "over_deg": round(float(np.rad2deg(np.nanmax(over[:, j]))), 3)}
+    if first == 2 and solver.form is None:
+        j = int(np.argmax(over[come[first] - 1]))
+        return "joint_limit", {"axis": chain.names[j]}  # the limit that is nearest where it can follow no further
+    return ("unreachable", {}) if first == 2 else ("jump", {})
+
+
+def thinnest(solver: Solver, margin: Floats, least: Floats) -> dict[str, Any]:
+    """The margin (m, 4) that is smallest against what it has to keep, in words and figures."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(least > 0, margin / least, np.inf)
+    k, kind = np.unravel_index(int(np.argmin(share)), share.shape)
+    unit, factor = (("deg", 180 / np.pi), ("deg", 180 / np.pi), ("mm", 1e3), ("1", 1.0))[int(kind)]
+    return {
+        "singularity": KINDS[kind],
+        "margin": round(float(margin[k, kind]) * factor, 3),
+        "limit": round(float(least[kind]) * factor, 3),
+        "unit": unit,
+    }
+
+
+def _slerp(a: Floats, b: Floats, angle: Floats, t: Floats) -> Floats:
+    """Unit vectors on the great circle from a to b, (m, 3)."""
+    sine = np.sin(angle)
+    straight = sine < 1e-9
+    s = np.where(straight, 1.0, sine)
+    wa = np.where(straight, 1 - t, np.sin((1 - t) * angle) / s)
+    wb = np.where(straight, t, np.sin(t * angle) / s)
+    v = wa[:, None] * a + wb[:, None] * b
+    return v / np.linalg.norm(v, axis=1)[:, None]

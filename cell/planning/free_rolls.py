@@ -1,0 +1,169 @@
+"""Rolls at which targets can be stood at, between the samples too.
+
+    found = free_rolls(context, targets, step)     # {i: [(low, high), ...]} rad: stretches of the roll that are free
+    rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
+
+Between two samples of a branch the arm has only so far to go: where it is deeper in a collision than that at both of
+them, nothing between them is free, and it is not looked at. All else is halved until ``FINEST``. A search, and no
+proof: depths are what the collision engine says. Metres and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+from ik.roll import apply_roll, wrap
+from ik.singularity import margins
+
+from ..arrays import Ints
+from .context import Context
+
+FINEST = np.deg2rad(0.3)  # closer samples are not looked at
+ROUNDABOUT = 1.5  # how much longer the way between two samples can be than the straight one in joints
+TOGETHER = 64  # targets looked at together, to keep memory flat
+Stretches = list[tuple[float, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Looked:
+    """What is known of targets' branches, sorted by target, branch and roll.
+
+    Attributes:
+        target: (m,).
+        branch: (m,).
+        roll: (m,), rad.
+        q: (m, j), rad.
+        room: least clearance less what is asked for, (m,), m: at most that; -inf where limits or margins forbid it.
+    """
+
+    target: Ints
+    branch: Ints
+    roll: Floats
+    q: Floats
+    room: Floats
+
+    def sorted_with(self, *others: _Looked) -> _Looked:
+        """All of them together."""
+        every = [np.concatenate([getattr(x, f.name) for x in (self, *others)]) for f in fields(self)]
+        order = np.lexsort((every[2], every[1], every[0]))
+        return _Looked(*(values[order] for values in every))
+
+
+def free_rolls(
+    context: Context, targets: Iterable[int], step: float, also: Mapping[int, float] | None = None
+) -> dict[int, Stretches]:
+    """Stretches of the roll at which targets are free by themselves.
+
+    Args:
+        context: the arm and the cell.
+        targets: which.
+        step: distance of the rolls that are looked at in any case, rad.
+        also: by target a further one, rad.
+
+    Returns:
+        By target lowest and highest of neighbouring rolls that were found free, rad, of every branch by itself.
+    """
+    every = list(targets)
+    out: dict[int, Stretches] = {i: [] for i in every}
+    for first in range(0, len(every), TOGETHER):
+        some = every[first : first + TOGETHER]
+        rolls = context.window.samples(step)
+        if context.window.is_full:
+            rolls = np.append(rolls, rolls[0] + 2 * np.pi)
+        target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
+        more = [(i, (also or {})[i]) for i in some if i in (also or {})]
+        target = np.concatenate([target, np.array([i for i, _ in more], dtype=np.int64)])
+        roll = np.concatenate([roll, np.array([r for _, r in more], dtype=float)])
+        known = _looked_at(context, target, roll, None)
+        while context.solver.form is not None:
+            at = np.flatnonzero(_may_hide(context, known))
+            if not len(at):
+                break
+            middle = (known.roll[at] + known.roll[at + 1]) / 2
+            known = known.sorted_with(_looked_at(context, known.target[at], middle, known.branch[at]))
+        for i, low, high in _stretches(known):
+            out[i].append((low, high))
+    return out
+
+
+def _looked_at(context: Context, target: Ints, roll: Floats, branch: Ints | None) -> _Looked:
+    """Targets at rolls, (m,): all their branches, or one of each."""
+    solver = context.solver
+    found = solver.candidates(apply_roll(context.placed.rows(target).Ts_base_target, roll)).q
+    # without a closed form there are no branches, and every configuration stands by itself
+    found = found if solver.form is not None else np.swapaxes(found, 1, 2)
+    if branch is None:
+        branch = np.tile(np.arange(found.shape[1]), len(target))
+        target, roll = np.repeat(target, found.shape[1]), np.repeat(roll, found.shape[1])
+        found = found.reshape(-1, *found.shape[2:])
+    else:
+        found = found[np.arange(len(target)), branch]
+    least = context.limits.values(solver.geometry is not None)
+    good = np.isfinite(found[..., 0]) & (margins(solver.chain, solver.geometry, found) >= least).all(axis=-1)
+    # standings that differ by whole turns are one to look at
+    q = found[np.arange(len(found)), np.argmax(good, axis=1)]
+    looked = _Looked(target, branch, roll, q, np.where(good.any(axis=1), np.nan, -np.inf)).sorted_with()
+    return _with_room(context, looked)
+
+
+def _with_room(context: Context, looked: _Looked) -> _Looked:
+    """The same with the room where it is NaN: of one branch of each roll first, as the tool stands alike in all."""
+    room = looked.room.copy()
+    _, alike = np.unique(np.stack([looked.target, looked.roll]), axis=1, return_inverse=True)
+    alike = alike.reshape(-1)
+    for one_a_roll in (True, False):
+        at = np.flatnonzero(np.isnan(room))
+        if one_a_roll:
+            at = at[np.unique(alike[at], return_index=True)[1]]
+        if not len(at):
+            break
+        seen = context.screen.clearances(looked.q[at], context.stage[looked.target[at]])
+        room[at] = seen.distance - context.settings.clearance
+        tool = at[(room[at] < 0) & context.screen.of_tool(seen.pair)]
+        most = np.full(int(alike.max(initial=0)) + 1, np.nan)
+        most[alike[tool]] = room[tool]
+        room = np.where(np.isnan(room), most[alike], room)
+    return _Looked(looked.target, looked.branch, looked.roll, looked.q, room)
+
+
+def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:
+    """Steps between neighbouring rolls that may hide something free, (m - 1,)."""
+    a, b = known.room[:-1], known.room[1:]
+    out = (np.diff(known.target) == 0) & (np.diff(known.branch) == 0) & (np.diff(known.roll) > FINEST)
+    out &= ((a < 0) | (b < 0)) & ~(np.isinf(a) & np.isinf(b))
+    both = np.flatnonzero(out & np.isfinite(a) & np.isfinite(b) & (a < 0) & (b < 0))
+    if len(both):
+        from_q = known.q[both]
+        to_q = from_q + wrap(known.q[both + 1] - from_q)
+        out[both] = -(a[both] + b[both]) < ROUNDABOUT * context.screen.way(context.radius, from_q, to_q)
+    return out
+
+
+def _stretches(known: _Looked) -> list[tuple[int, float, float]]:
+    """Targets, lowest and highest rolls of what is free without a gap."""
+    free = np.flatnonzero(known.room >= 0)
+    if not len(free):
+        return []
+    apart = (np.diff(free) > 1) | (np.diff(known.target[free]) != 0) | (np.diff(known.branch[free]) != 0)
+    return [
+        (int(known.target[run[0]]), float(known.roll[run[0]]), float(known.roll[run[-1]]))
+        for run in np.split(free, np.flatnonzero(apart) + 1)
+    ]
+
+
+def stabbing(stretches: Iterable[tuple[float, float]]) -> Floats:
+    """Few rolls of which at least one is in each of some stretches, in [-pi, pi), ascending, (m,), rad."""
+    out: list[float] = []
+    low, high = np.inf, -np.inf
+    for a, b in sorted(stretches, key=lambda s: s[1]):
+        if a <= high:  # ends are ascending, so that what all have in common reaches to the first of them
+            low = max(low, a)
+            continue
+        out.append((low + high) / 2)
+        low, high = a, b
+    return np.unique(wrap(np.array([*out, (low + high) / 2])[1:]))

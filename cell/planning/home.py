@@ -1,0 +1,138 @@
+"""The ways from the arm's home to the part and back to it: a program is run from there, and ends there.
+
+    plan, home = with_home(context, plan)        # home.out, home.back; what has no way is added to plan.stuck
+
+They are travels like those between beads: out of the part along the normal, round what is in the way, checked with what
+is laid by then, which on the way back is the whole part. Where no way leads to the first bead as it was planned, or
+from the last, other beginnings and ends of it are tried. Metres, radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ik.chain import Floats
+
+from .bead_search import BeadPlan
+from .context import Context
+from .edge_check import Stretch
+from .part_plan import BEGINNINGS, HURRIED, PartPlan, searched_again
+from .travel import Way, travel, turned
+
+
+@dataclass(frozen=True, eq=False)
+class HomeWays:
+    """The ways from home to the first bead and from the last one back.
+
+    Attributes:
+        out: to the first bead; None where there is none.
+        back: from the last; None where there is none.
+    """
+
+    out: Way | None
+    back: Way | None
+
+
+def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeWays | None]:
+    """Plan the ways from home and back.
+
+    Args:
+        context: what the plan was made with.
+        plan: of the part.
+
+    Returns:
+        The plan, with targets that no such way leads to, or from, among those that are stuck; and the ways, None where
+        no home is known.
+    """
+    if not context.checker.scene.has_home:
+        return plan, None
+    whole = not plan.stuck and all(bead.whole for bead in plan.beads)
+    if not whole:
+        few = max(context.settings.travel_attempts // HURRIED, 1)
+        context = replace(context, settings=replace(context.settings, travel_attempts=few))
+    return _Home(context, plan, whole).planned()
+
+
+class _Home:
+    """The search of both ways."""
+
+    def __init__(self, context: Context, plan: PartPlan, whole: bool) -> None:
+        self.context, self.plan, self.whole = context, plan, whole
+        self.beads, self.travels = list(plan.beads), list(plan.travels)
+        self.stuck = dict(plan.stuck)
+
+    def planned(self) -> tuple[PartPlan, HomeWays | None]:
+        first, last = self.beads[0], self.beads[-1]
+        stuck_at_home = [self._home_itself(0), self._home_itself(int(self.context.laid[last.stop - 1]))]
+        out = stuck_at_home[0] or (self._way(None, first.stretches[0]) if first.whole else None)
+        back = stuck_at_home[1] or (self._way(last.stretches[0], None) if last.whole else None)
+        if self.whole and isinstance(out, dict) and not stuck_at_home[0]:
+            out = self._otherwise(0, out)
+        if self.whole and isinstance(back, dict) and not stuck_at_home[1]:
+            back = self._otherwise(len(self.beads) - 1, back)
+        if isinstance(out, dict):
+            self._note(first.first, {"from": "home", "travel": True, "to_target": first.first, **out})
+        if isinstance(back, dict):
+            end = last.stop - 1
+            self._note(end, {"from_target": end, "travel": True, "to": "home", **back})
+        ways = HomeWays(None if isinstance(out, dict) else out, None if isinstance(back, dict) else back)
+        return PartPlan(tuple(self.beads), tuple(self.travels), self.stuck), ways
+
+    def _note(self, target: int, why: dict[str, Any]) -> None:
+        """Say it at a target that nothing else is wrong with."""
+        bead = self.beads[0] if target < self.beads[0].stop else self.beads[-1]
+        if target not in (*bead.missing, *bead.cuts, *self.stuck):
+            self.stuck[target] = why
+
+    def _home_itself(self, stage: int) -> dict[str, Any] | None:
+        """What the arm is too near to at home, if anything."""
+        found = self.context.checker.clearances(self.context.checker.scene.home[None], np.array([stage]))
+        if found.distance[0] >= self.context.settings.clearance:
+            return None
+        return {"on_the_way": "collision", **self.context.describe(found, 0), "at_home": True}
+
+    def _way(self, end: Stretch | None, start: Stretch | None) -> Way | dict[str, Any]:
+        stage = 0 if end is None else int(self.context.laid[end.stop - 1])
+        return travel(self.context, end, start, stage)
+
+    def _otherwise(self, k: int, why: dict[str, Any]) -> Way | dict[str, Any]:
+        """A way from home or back with the first or last bead begun or ended elsewhere, its other ways made anew."""
+        bead = self.beads[k]
+        begin_off: list[Floats] = []
+        end_off: list[Floats] = []
+        for _ in range(BEGINNINGS - 1):
+            run = bead.stretches[0]
+            if k == 0:
+                begin_off.append(run.q_targets[0])
+            if k == len(self.beads) - 1:
+                end_off.append(run.q_targets[-1])
+            before = self.beads[k - 1].stretches[0].q_targets[-1] if k else self.context.checker.scene.start
+            bead = searched_again(self.context, bead, before, begin_off, end_off)
+            if not bead.whole:
+                break
+            found = self._joined(k, bead)
+            if found is not None:
+                return found
+        return why
+
+    def _joined(self, k: int, bead: BeadPlan) -> Way | None:
+        """The way from home or back if all ways to and from a bead are free; the bead and they take their places."""
+        start = bead.stretches[0]
+        before = self.beads[k - 1].stretches[0] if k else None
+        after = self.beads[k + 1].stretches[0] if k + 1 < len(self.beads) else None
+        into = self._way(before, start)
+        if isinstance(into, dict):
+            return None
+        start = turned(start, into)
+        on = self._way(start, after)
+        if isinstance(on, dict) or (after is not None and (on[0][-1] != after.q_targets[0]).any()):
+            return None  # a way on that ends whole turns from the next bead would turn all that comes after it
+        self.beads[k] = replace(bead, stretches=(start,))
+        if before is not None:
+            self.travels[k - 1] = into
+        if after is not None:
+            self.travels[k] = on
+        return into if k == 0 else on

@@ -1,0 +1,160 @@
+"""Layers that lock the torch out: what cannot be welded only because of what was welded before.
+
+    plan = with_lockouts(job, context, plan)
+    plan.beads[3].missing[17].detail["blocked_by_layers"]     # [{"sub_volume": "SV1", "layer": 0}, ..]
+
+It is tried out: the bead or the travel is planned once more without these layers, and only what succeeds then is said
+to be locked out by them. Named are layers of another sub-volume where those are enough, and of these as few of the last
+as are enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .bead_search import BeadPlan
+from .configurations import evaluate
+from .context import Context
+from .part_plan import PartPlan, plan_bead
+from .travel import travel
+
+if TYPE_CHECKING:
+    from ..job.job import Job
+
+MOST = 12  # beads and travels that are tried again
+PROBES = 3  # targets of a bead looked at by themselves before it is searched
+FEWER = 5  # share of a travel's attempts: each is tried several times
+
+
+@dataclass(frozen=True)
+class _Layers:
+    """Deposits by name."""
+
+    names: tuple[str, ...]
+    first: tuple[int, ...]
+    count: int
+
+    def of(self, sub_volume: int, stage: int) -> list[int]:
+        """Deposits of a sub-volume laid by a stage."""
+        ends = [*self.first[1:], self.count]
+        return list(range(self.first[sub_volume], min(ends[sub_volume], stage)))
+
+    def words(self, deposits: list[int]) -> list[dict[str, Any]]:
+        """Deposits as a report names them."""
+        where = np.searchsorted(self.first, deposits, side="right") - 1
+        return [
+            {"sub_volume": self.names[s], "layer": d - self.first[s]}
+            for s, d in zip(where.tolist(), deposits, strict=True)
+        ]
+
+
+def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
+    """The plan with the layers named that lock the torch out of what failed.
+
+    Args:
+        job: the part.
+        context: what the plan was made with.
+        plan: from ``cell.planning.part_plan.plan_part``.
+
+    Returns:
+        The plan; ``blocked_by_layers`` is added to details of collisions that go away without those layers.
+    """
+    layers = _Layers(tuple(s.name for s in job.sliced), job.shape.first_deposit, job.shape.n_deposits)
+    beads, stuck = list(plan.beads), dict(plan.stuck)
+    known: list[int] = []
+    left = MOST
+    for k, bead in enumerate(beads):
+        failed = _collided(bead)
+        if failed and left:
+            left -= 1
+            trial, target = _bead_trial(bead, failed), min(failed)
+            found, known = _blame(job, context, layers, target, int(context.stage[target]), trial, known)
+            beads[k] = _noted(bead, found, layers.words(known))
+    for target in sorted(plan.stuck):
+        if left and stuck[target]["on_the_way"] == "collision":
+            left -= 1
+            stage = int(context.laid[stuck[target]["from_target"]])
+            found, known = _blame(job, context, layers, target, stage, _travel_trial(plan, target), known)
+            if found:
+                stuck[target] = {**stuck[target], "blocked_by_layers": layers.words(known)}
+    return PartPlan(tuple(beads), plan.travels, stuck)
+
+
+def _collided(bead: BeadPlan) -> set[int]:
+    missing = {i for i, m in bead.missing.items() if m.reason == "collision"}
+    return missing | {i for i, detail in bead.cuts.items() if detail["on_the_way"] == "collision"}
+
+
+def _noted(bead: BeadPlan, targets: set[int], words: list[dict[str, Any]]) -> BeadPlan:
+    note = {"blocked_by_layers": words}
+    missing = {i: replace(m, detail={**m.detail, **note}) if i in targets else m for i, m in bead.missing.items()}
+    cuts = {i: {**detail, **note} if i in targets else detail for i, detail in bead.cuts.items()}
+    return replace(bead, missing=missing, cuts=cuts)
+
+
+@dataclass(frozen=True)
+class _LayerTrial:
+    """A failed thing tried again: which of its targets can be welded, and a quick look whether they may."""
+
+    works: Callable[[Context], set[int]]
+    may_work: Callable[[Context], bool]
+
+
+def _bead_trial(bead: BeadPlan, failed: set[int]) -> _LayerTrial:
+    # a bead is dear to search in vain: a few targets by themselves say most of it
+    probes = sorted(failed)[:: max(len(failed) // PROBES, 1)][:PROBES]
+
+    def works(context: Context) -> set[int]:
+        again = plan_bead(context, bead.first, bead.stop, None)
+        return failed - again.missing.keys() - again.cuts.keys()
+
+    return _LayerTrial(works, lambda context: all(_has_configuration(context, i) for i in probes))
+
+
+def _has_configuration(context: Context, i: int) -> bool:
+    """Whether a target by itself has a configuration that is free."""
+    here = slice(i, i + 1)
+    placed = context.placed.rows(here)
+    nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step, context.limits)
+    q = nodes.q[np.isfinite(nodes.cost)]
+    found = context.screen.clearances(q, np.full(len(q), context.stage[i]))
+    return bool((found.distance >= context.settings.clearance).any())
+
+
+def _travel_trial(plan: PartPlan, target: int) -> _LayerTrial:
+    start = next(s for s in plan.stretches if s.first == target)
+    end = next(s for s in plan.stretches if s.stop - 1 == plan.stuck[target]["from_target"])
+
+    def works(context: Context) -> set[int]:
+        few = replace(context.settings, travel_attempts=max(context.settings.travel_attempts // FEWER, 1))
+        way = travel(replace(context, settings=few), end, start, int(context.laid[end.stop - 1]))
+        return set() if isinstance(way, dict) else {target}
+
+    return _LayerTrial(works, lambda context: bool(works(context)))
+
+
+def _blame(
+    job: Job, context: Context, layers: _Layers, target: int, stage: int, trial: _LayerTrial, known: list[int]
+) -> tuple[set[int], list[int]]:
+    """What works without some layers, and those layers; what is known of others is tried first, and kept where not."""
+    own = int(job.targets.sub_volume_index[target])
+    others = [layers.of(s, stage) for s in range(len(layers.names)) if s != own]
+    together = sorted(d for some in others for d in some)
+    for some in (known, *others, together, list(range(stage))):
+        laid = [d for d in some if d < stage]
+        if not laid or not trial.may_work(context.without(laid)):
+            continue
+        # of the last as few as are enough: how many of the first can stay is found by halving
+        keep, drop = 0, len(laid)
+        while drop - keep > 1 and some is not known:
+            middle = (keep + drop) // 2
+            keep, drop = (middle, drop) if trial.may_work(context.without(laid[middle:])) else (keep, middle)
+        for without in (laid[keep:], laid):
+            found = trial.works(context.without(without))
+            if found:
+                return found, without
+    return set(), known

@@ -1,0 +1,222 @@
+"""The way of the arm through every bead and from bead to bead.
+
+    plan = plan_part(context, path)             # path (n,): bead of each target
+    plan.beads[0].stretches                   # what can be run through; cuts and missing say what cannot
+    plan.travels, plan.stuck                  # between the beads
+
+A bead that does not come out whole is searched again with the roll sampled finer, turning as fast as the joints can,
+and with rolls at which its targets are free between the samples; one to which no travel leads, with its beginning
+elsewhere: in another configuration or at another roll. Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.roll import wrap
+
+from ..arrays import Ints
+from ..progress import Progress, counted
+from .bead_search import ROUNDS, BeadPlan, BeadSearch
+from .configurations import evaluate
+from .context import Context
+from .edge_check import SearchedBead, Stretch
+from .free_rolls import Stretches, free_rolls, stabbing
+from .station_search import ELSEWHERE, Ends, StationSearch
+from .travel import Way, can_leave, travel, turned
+
+FINER = 3  # times as many rolls where a bead does not come out whole, and again where every target is free by itself
+FINEST_ROUNDS = 60  # searches of such a bead until it is given up
+BEGINNINGS = 4  # of a bead that no travel leads to
+HURRIED = 10  # share of a travel's attempts once the part is lost
+
+
+@dataclass(frozen=True, eq=False)
+class PartPlan:
+    """What became of a part.
+
+    Attributes:
+        beads: in order.
+        travels: to each whole bead from the one before.
+        stuck: targets that begin a bead to which no travel leads, with why.
+    """
+
+    beads: tuple[BeadPlan, ...]
+    travels: tuple[Way, ...]
+    stuck: dict[int, dict[str, Any]]
+
+    @property
+    def stretches(self) -> list[Stretch]:
+        """All that can be run through, in order."""
+        return [stretch for bead in self.beads for stretch in bead.stretches]
+
+
+def plan_part(context: Context, path: Ints, progress: Progress | None = None) -> PartPlan:
+    """Plan bead after bead and the travels between them.
+
+    Args:
+        context: what the search needs.
+        path: bead of each target, (n,), ascending.
+        progress: told how far it is.
+
+    Returns:
+        The plan.
+    """
+    firsts = np.flatnonzero(np.diff(path, prepend=-1)).tolist()
+    beads: list[BeadPlan] = []
+    travels: list[Way] = []
+    stuck: dict[int, dict[str, Any]] = {}
+    last: Stretch | None = None
+    with counted(progress, "beads", len(firsts)) as count:
+        for first, stop in zip(firsts, [*firsts[1:], len(path)], strict=True):
+            bead = plan_bead(context, first, stop, context.checker.scene.start if last is None else last.q_targets[-1])
+            if bead.whole and stop < len(path):
+                bead, _ = _that_can_leave(context, bead)
+            if last is not None and bead.whole:
+                # where the part is lost, what is still searched for is what to report
+                whole = not stuck and all(bead.whole for bead in beads)
+                bead, way = _travel_to(context if whole else _hurried(context), last, bead)
+                if isinstance(way, dict):
+                    stuck[first] = {"from_target": last.stop - 1, "travel": True, "to_target": first, **way}
+                else:
+                    travels.append(way)
+            beads.append(bead)
+            last = bead.stretches[-1] if bead.stretches else last
+            count()
+    return PartPlan(tuple(beads), tuple(travels), stuck)
+
+
+def _hurried(context: Context) -> Context:
+    """The same, with fewer attempts at a travel."""
+    attempts = max(context.settings.travel_attempts // HURRIED, 1)
+    return replace(context, settings=replace(context.settings, travel_attempts=attempts))
+
+
+def _that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = ()) -> tuple[BeadPlan, bool]:
+    """The bead, ended elsewhere if only so the torch can be drawn back from it; and whether it can."""
+    stage = int(context.laid[bead.stop - 1])
+    ends: list[Floats] = []
+    tried = bead
+    while tried.whole:
+        if can_leave(context, tried.stretches[0], stage):
+            return tried, True
+        ends.append(tried.stretches[0].q_targets[-1])
+        if len(ends) == BEGINNINGS:
+            break
+        tried = _search(context, bead.first, bead.stop, None, context.settings.roll_step, avoid, ends)
+    return bead, False
+
+
+def _travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, Way | dict[str, Any]]:
+    """The travel to a whole bead; the bead begins elsewhere if that is the only way to reach it."""
+    stage = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
+    avoid: list[Floats] = []
+    tried = bead
+    failed: dict[str, Any] = {}
+    while tried.whole:
+        start = tried.stretches[0]
+        way = travel(context, last, start, stage)
+        if not isinstance(way, dict):
+            return replace(tried, stretches=(turned(start, way),)), way
+        failed = failed or way
+        avoid.append(start.q_targets[0])
+        if len(avoid) == BEGINNINGS or (way.get("while") == "leaving" and "attempts" not in way):
+            break
+        tried = _search(context, bead.first, bead.stop, last.q_targets[-1], context.settings.roll_step, avoid)
+        tried, _ = _that_can_leave(context, tried, avoid)
+    return bead, failed
+
+
+def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None) -> BeadPlan:
+    """Plan one bead.
+
+    Args:
+        context: what the search needs.
+        first: its first target.
+        stop: one past its last.
+        q_before: where the arm comes from, (j,), rad, or None.
+
+    Returns:
+        The plan.
+    """
+    step = context.settings.roll_step
+    plan = _search(context, first, stop, q_before, step)
+    if plan.whole or context.window.is_fixed or not plan.may_be_mended:
+        return plan
+    free = _free_between(context, plan, step / FINER)
+    plan = _better(plan, _search(context, first, stop, q_before, step / FINER, free=_Rolls(_all(free))))
+    if plan.whole or not all(i in free and free[i] for i in plan.missing):
+        return plan
+    free |= _free_between(context, plan, step / FINER, free)
+    rolls = _Rolls(_all(free), FINEST_ROUNDS)
+    return _better(plan, _search(context, first, stop, q_before, step / FINER**2, free=rolls))
+
+
+def _better(plan: BeadPlan, other: BeadPlan) -> BeadPlan:
+    """The plan that loses fewer targets, and of these fewer altogether; the first of two alike."""
+    return other if (other.lost, len(other.missing)) < (plan.lost, len(plan.missing)) else plan
+
+
+def _free_between(
+    context: Context, plan: BeadPlan, step: float, known: Mapping[int, Stretches] | None = None
+) -> dict[int, Stretches]:
+    """Rolls at which the missing targets of a bead are free by themselves, of those that are not proved out."""
+    some = [i for i, missing in plan.missing.items() if not missing.exhaustive and i not in (known or {})]
+    reached = {i: plan.missing[i].detail.get("reached_alone_at_roll_deg") for i in some}
+    return free_rolls(context, some, step, {i: float(np.deg2rad(deg)) for i, deg in reached.items() if deg is not None})
+
+
+def _all(found: Mapping[int, Stretches]) -> Floats:
+    return stabbing(stretch for stretches in found.values() for stretch in stretches)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rolls:
+    """How a bead is searched whose roll turns as fast as the joints can.
+
+    Attributes:
+        also: rolls beside the samples, (m,), rad.
+        rounds: searches until it is given up.
+    """
+
+    also: Floats
+    rounds: int = ROUNDS
+
+
+def _search(
+    context: Context,
+    first: int,
+    stop: int,
+    q_before: Floats | None,
+    roll_step: float,
+    begin_off: Sequence[Floats] = (),
+    end_off: Sequence[Floats] = (),
+    free: _Rolls | None = None,
+) -> BeadPlan:
+    """Search a bead that begins and ends well off given configurations: quickly, and in full where that finds none."""
+    bead = SearchedBead.of(context, first, stop)
+    if StationSearch.suits(bead):
+        stretch = StationSearch(bead, roll_step, Ends(q_before, begin_off, end_off)).run()
+        if stretch is not None:
+            return BeadPlan(first, stop, (stretch,), {}, {})
+    also = None if free is None else free.also
+    nodes = evaluate(context.solver, bead.placed, context.window, roll_step, context.limits, also)
+    for at, q in [*((0, q) for q in begin_off), *((-1, q) for q in end_off)]:
+        # whole turns are the travel's own to try
+        off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)
+        nodes.cost[at][off < ELSEWHERE] = np.inf
+    if free is None:
+        return BeadSearch(bead, nodes).run(q_before)
+    return BeadSearch(bead, nodes, turns_freely=True, rounds=free.rounds).run(q_before)
+
+
+def searched_again(
+    context: Context, bead: BeadPlan, q_before: Floats | None, begin_off: Sequence[Floats], end_off: Sequence[Floats]
+) -> BeadPlan:
+    """A bead that begins and ends well off given configurations."""
+    return _search(context, bead.first, bead.stop, q_before, context.settings.roll_step, begin_off, end_off)

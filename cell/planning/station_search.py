@@ -1,0 +1,286 @@
+"""A bead's way found at a few stations and between them: what most beads need, at a fraction of the full search's cost.
+
+    stretch = StationSearch(bead, roll_step, ends).run()      # None: search in full
+
+Stations stand at most STATION apart along the bead. Every roll and branch is looked at there; between them only rolls
+near the way through the stations, in its branch. Where the way collides at a station, rolls around are looked at, and
+it goes elsewhere; where it collides between two, another station is put there. Nothing is taken on trust: a way counts
+when all of it has been followed and checked. What is not found here may still be there.
+
+Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik import bead_path_quick as banded
+from ik import closed_form
+from ik.bead_path import ROLL_COST
+from ik.chain import Floats
+from ik.roll import apply_roll, wrap
+from ik.singularity import margins
+
+from ..arrays import Ints
+from ..scene.placement import Placed
+from .configurations import NEAR, near_cost, standing_cost
+from .edge_check import SearchedBead, Stretch, examine
+
+STATION, STATION_TURN = 0.04, np.deg2rad(12.0)  # m along the bead, rad of the wire between stations
+LEAST_STATIONS = 4
+ROUNDS, LOOKS = 8, 24  # ways followed, and ways through the stations before each, until it is left to the full search
+MAX_TRIES = 4  # ways that are free, but near something, before the clearest of them is taken
+WIDE = 2  # samples the roll may change between stations
+BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls looked at between stations, samples
+NEARBY, STILL = np.array([-1, 0, 1]), np.array([0])  # of those, from target to target
+MORE = 3  # stations put in at a time
+ELSEWHERE = np.deg2rad(40.0)  # an end is another one where some joint is further away
+COLLISION_PENALTY = 2.0  # s that a node is worth avoiding where nodes beside it collide
+UNKNOWN, FREE, HIT = 0, 1, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Where a bead comes from, and what its ends are to be well off.
+
+    Attributes:
+        q_before: where the arm comes from, (j,), rad, or None.
+        begin_off: configurations to begin well off, each (j,), rad.
+        end_off: configurations to end well off.
+    """
+
+    q_before: Floats | None = None
+    begin_off: Sequence[Floats] = ()
+    end_off: Sequence[Floats] = ()
+
+
+class StationSearch:
+    """One bead's search. Targets count from the bead's first."""
+
+    def __init__(self, bead: SearchedBead, roll_step: float, ends: Ends) -> None:
+        """Look at every node of the stations.
+
+        Args:
+            bead: what to search a way along; see :meth:`suits`.
+            roll_step: distance of the roll's samples, rad.
+            ends: of the way.
+        """
+        self.bead, self.context, self.roll_step, self.ends = bead, bead.context, roll_step, ends
+        self.chain = bead.context.solver.chain
+        self.bounds = banded.Bounds(
+            speed=bead.speed,
+            times=bead.times,
+            largest=bead.largest,
+            roll_price=ROLL_COST / roll_step,
+            roll_step=np.full(len(bead.times), roll_step),
+        )
+        self.Ts = bead.placed.Ts_base_target
+        self.rolls = bead.context.window.samples(roll_step)
+        self.at = stations(bead.placed)
+        self.q, self.cost = self._standing(self.at, np.broadcast_to(self.rolls, (len(self.at), len(self.rolls))))
+        self.known = np.full(self.cost.shape, UNKNOWN)
+        self.expected_cost = np.zeros(self.cost.shape)
+
+    @staticmethod
+    def suits(bead: SearchedBead) -> bool:
+        """Whether a bead is one for this search: two targets, and an arm with a closed form."""
+        return bead.context.solver.form is not None and len(bead) > 1
+
+    def run(self) -> Stretch | None:
+        """Search.
+
+        Returns:
+            The whole bead, checked; None if that was not found.
+        """
+        for _ in range(ROUNDS):
+            way = self._way()
+            if way is None:
+                break
+            group, roll, q = way
+            start = np.arange(len(q) - 1)
+            pair = np.stack([start, start + 1], axis=1)
+            found = examine(self.bead, start, roll[pair], q[pair])
+            bad = [i for i, cause in enumerate(found.causes) if cause is not None]
+            if not bad:
+                return found.whole()
+            if any(cause["on_the_way"] != "collision" for cause in found.causes if cause):
+                break
+            ends = np.unique([*bad, *(i + 1 for i in bad)])
+            if not self._add(ends):
+                self._avoid(ends, group, roll[ends])
+        return None
+
+    def _way(self) -> tuple[int, Floats, Floats] | None:
+        """The cheapest way that is free at the stations: group, rolls (t,) and configurations (t, j) of all targets."""
+        found = self._through_stations()
+        if found is None:
+            return None
+        group, samples = found
+        roll = self._rolls_between(samples)
+        every = np.arange(len(self.bead))
+        q, cost = self._standing(every, roll, group)
+        cost += self._worry_between(group, roll)[:, None]
+        cost[0] += self._arriving(q[:, 0])
+        shifts = NEARBY if roll.shape[1] > 1 else STILL
+        way = banded.cheapest(cost, banded.prices(self.chain, q, roll, self.bounds, shifts, circular=False), shifts)
+        if way is None:
+            return None
+        q_way = banded.unwound(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
+        return None if q_way is None else (group, roll[every, way[1]], q_way)
+
+    def _rolls_between(self, samples: Ints) -> Floats:
+        """Rolls to look at for every target, (t, b), around those chosen at the stations, (s,) samples."""
+        chosen, window = self.rolls[samples], self.context.window
+        if window.is_fixed:
+            return np.full((len(self.bead), 1), window.low)
+        steady = chosen[0] + np.concatenate([[0.0], np.cumsum(wrap(np.diff(chosen)))])
+        roll = np.interp(np.arange(len(self.bead)), self.at, steady)[:, None] + BESIDE * self.roll_step
+        return roll if window.is_full else np.clip(roll, window.low, window.high)
+
+    def _worry_between(self, group: int, roll: Floats) -> Floats:
+        """What rolls (t, b) between stations are worth avoiding for what is known at the stations beside them, s."""
+        expected_cost = np.where(self.known[:, group] == HIT, COLLISION_PENALTY, self.expected_cost[:, group])
+        if expected_cost.any():  # where something is near, what has not been looked at may be nearer
+            expected_cost = np.where(self.known[:, group] == UNKNOWN, np.maximum(expected_cost, NEAR), expected_cost)
+        after = np.minimum(np.searchsorted(self.at, np.arange(len(roll))), len(self.at) - 1)
+        before = np.maximum(after - (self.at[after] > np.arange(len(roll))), 0)
+        return np.maximum.reduce([expected_cost[s[:, None], r] for s in (before, after) for r in self._beside(roll)])
+
+    def _through_stations(self) -> tuple[int, Ints] | None:
+        """Group and samples of the cheapest way that is free at the stations, (s,)."""
+        edges, shifts = self._edges()
+        arriving, weight = self._arriving(self.q[:, 0]), len(self.bead) / len(self.at)
+        s = np.arange(len(self.at))
+        free = 0
+        for _ in range(LOOKS):
+            cost = (self.cost + self.expected_cost) * weight
+            cost[0] += arriving
+            if free == MAX_TRIES:  # what else may be clearer is not worth looking at
+                return banded.cheapest(np.where(self.known == FREE, cost, np.inf), edges, shifts)
+            way = banded.cheapest(np.where(self.known == HIT, np.inf, cost), edges, shifts)
+            if way is None:
+                return None
+            g, r = way
+            new = self.known[s, g, r] == UNKNOWN
+            hit = self._look(s[new], g, r[new])
+            if hit.any():
+                self._look_around(s[new][hit], g)
+            elif not self.expected_cost[s[new], g, r[new]].any():
+                return way
+            else:
+                free += 1
+        return None
+
+    def _edges(self) -> tuple[Floats, Ints]:
+        bounds = self.bounds
+        total, far = (np.concatenate([[0.0], np.cumsum(each)]) for each in (bounds.times, bounds.largest))
+        steps = np.diff(self.at)
+        wider = replace(
+            bounds,
+            times=np.diff(total[self.at]),
+            largest=np.minimum(np.diff(far[self.at]), np.pi),
+            roll_step=steps * self.roll_step,
+        )
+        count = len(self.rolls)
+        most = WIDE if count > 2 * WIDE else min(count - 1, 1)
+        rolls = np.broadcast_to(self.rolls, (len(self.at), count))
+        shifts = np.arange(-most, most + 1)
+        full = self.context.window.is_full
+        return banded.prices(self.chain, self.q, rolls, wider, shifts, circular=full), shifts
+
+    def _look(self, s: Ints, g: int, r: Ints) -> NDArray[np.bool_]:
+        """Check nodes of stations; which collide."""
+        least = self.context.settings.clearance
+        found = self.context.screen.clearances(self.q[:, s, g, r].T, self.bead.stage[self.at[s]])
+        hit = found.distance < least
+        self.known[s, g, r] = np.where(hit, HIT, FREE)
+        self.expected_cost[s, g, r] = near_cost(found.distance, least)
+        # the tool stands alike in every branch
+        tool = hit & self.context.screen.of_tool(found.pair)
+        self.known[s[tool], :, r[tool]] = HIT
+        return hit
+
+    def _look_around(self, s: Ints, g: int) -> None:
+        """Look at every second roll at one of some stations where the way collides; expect the same at the others."""
+        i = int(s[len(s) // 2])
+        r = np.arange(0, len(self.rolls), 2)
+        r = r[(self.known[i, g, r] == UNKNOWN) & np.isfinite(self.cost[i, g, r])]
+        if len(r):
+            self._look(np.full(len(r), i), g, r)
+        hit = self.known[i, g] == HIT
+        hit |= np.roll(hit, 1) | np.roll(hit, -1)
+        for other in (g, g ^ 1):  # the wrist's other configuration has the same links in nearly the same places
+            expected = np.ix_(s, np.array([other]), np.flatnonzero(hit))
+            self.expected_cost[expected] = np.where(
+                self.known[expected] == FREE, self.expected_cost[expected], COLLISION_PENALTY
+            )
+
+    def _avoid(self, targets: Ints, group: int, roll: Floats) -> None:
+        """Expect no good of rolls (t,) at targets that are stations: they are free, but what lies between is not."""
+        s, count = np.searchsorted(self.at, targets), len(self.rolls)
+        low, high = self._beside(roll)
+        for r in (low - 1, low, high, high + 1):  # those beside it are hardly better
+            self.expected_cost[s, group, r % count] += COLLISION_PENALTY
+
+    def _beside(self, roll: Floats) -> tuple[Ints, Ints]:
+        """The samples on either side of rolls; one and the same where a roll is a sample."""
+        place = (roll - self.rolls[0]) / self.roll_step
+        low, high = (np.round(x).astype(np.int64) % len(self.rolls) for x in (place - 0.499, place + 0.499))
+        return low, high
+
+    def _add(self, targets: Ints) -> bool:
+        """Put stations at some of these targets; False if there is one at each of them."""
+        new = np.setdiff1d(targets, self.at)
+        if not len(new):
+            return False
+        some = new[np.unique(np.linspace(0, len(new) - 1, MORE + 2)[1:-1].round().astype(np.int64))]
+        q, cost = self._standing(some, np.broadcast_to(self.rolls, (len(some), len(self.rolls))))
+        where = np.searchsorted(self.at, some)
+        self.at = np.insert(self.at, where, some)
+        self.q = np.insert(self.q, where, q, axis=1)
+        self.cost = np.insert(self.cost, where, cost, axis=0)
+        self.known = np.insert(self.known, where, UNKNOWN, axis=0)
+        self.expected_cost = np.insert(self.expected_cost, where, 0.0, axis=0)
+        return True
+
+    def _standing(self, at: Ints, rolls: Floats, group: int | None = None) -> tuple[Floats, Floats]:
+        """Nodes (j, t, g, r) of some targets at rolls (t, r), and what standing there costs, (t, g, r), s."""
+        solver = self.context.solver
+        assert solver.form is not None
+        raw = closed_form.solve(solver.form, apply_roll(self.Ts[at][:, None], rolls))
+        if group is not None:
+            raw = raw[:, :, group : group + 1]
+        q, inside, room = banded.standings(solver.chain, raw)
+        margin = np.swapaxes(margins(solver.chain, solver.geometry, raw), 1, 2)
+        least = self.context.limits.values(True)
+        allowed = inside & (margin >= least).all(axis=-1)
+        cost = np.where(allowed, standing_cost(room, margin, least), np.inf)
+        for end, off in ((0, self.ends.begin_off), (len(self.bead) - 1, self.ends.end_off)):
+            for k in np.flatnonzero(at == end):
+                for other in off:
+                    cost[k][np.abs(wrap(q[:, k] - other[:, None, None])).max(axis=0) < ELSEWHERE] = np.inf
+        return q, cost
+
+    def _arriving(self, q: Floats) -> Floats:
+        """What coming to nodes of the first target costs, (j, g, r) -> (g, r), s."""
+        if self.ends.q_before is None:
+            return np.zeros(q.shape[1:])
+        move = q - self.ends.q_before[:, None, None]
+        turning = banded.several_turns(self.chain)
+        move[turning] = wrap(move[turning])
+        return np.nan_to_num((np.abs(move) / self.bounds.speed[:, None, None]).max(axis=0), nan=np.inf)
+
+
+def stations(placed: Placed) -> Ints:
+    """Targets at most STATION and STATION_TURN apart, the first and the last among them."""
+    length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
+    cosine = np.einsum("ti,ti->t", placed.normal[1:], placed.normal[:-1])
+    measure = np.maximum(length / STATION, np.arccos(np.clip(cosine, -1.0, 1.0)) / STATION_TURN)
+    along = np.concatenate([[0.0], np.cumsum(measure)])
+    wanted = max(int(np.ceil(along[-1])) + 1, LEAST_STATIONS)
+    some = np.searchsorted(along, np.linspace(0.0, along[-1], wanted) - 1e-9)
+    return np.unique(np.append(some, len(along) - 1))

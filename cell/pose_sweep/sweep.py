@@ -1,0 +1,223 @@
+"""Which table angles work: the verdict at every pose of a grid, on all cores, resumable.
+
+    poses = grid(case, "-90:90:15")
+    found = sweep(case, poses, workers=2, log="sweep.jsonl", progress=sys.stderr)
+    found = sweep(case, poses, executor=ThreadPoolExecutor(2))       # or any other of concurrent.futures
+    document = sweep_document(case, found)                           # "rbam-sweep/1"
+
+Each pose is computed by itself, so that results do not depend on who computes them. Hopeless poses are settled by
+``cell.pose_sweep.hopeless_poses``; all others get the whole check.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+from collections import OrderedDict
+from collections.abc import Generator, Sequence
+from concurrent.futures import BrokenExecutor, Executor
+from contextlib import closing
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ik.singularity import KINDS
+
+from ..case.fingerprint import fingerprint as fingerprint
+from ..case.sections import REASONS, Case
+from ..errors import InputError
+from ..job.job import Job, prepare
+from ..plain import plain
+from ..progress import Progress, counted
+from ..scene.compose import compose
+from ..units import METRES_PER_MM
+from ..verdict.check import Result, check
+from .grid import Pose
+from .hopeless_poses import screen
+from .log import Log
+from .ranking import SCHEMA as SCHEMA
+from .ranking import sweep_document as sweep_document
+from .workers import completed, processes
+
+LOG = logging.getLogger(__name__)
+
+MOST_JOBS = 8  # cells a worker keeps ready
+Rows = Generator[dict[str, Any], None, None]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """What a worker is sent: a case as it was read, not what is made of it, so that it is small.
+
+    Attributes:
+        mark: the case's fingerprint; a worker prepares each once.
+        case: the case; its meshes are read from their files where the worker runs.
+        pose: what to try.
+    """
+
+    mark: str
+    case: Case
+    pose: Pose
+
+    def __call__(self) -> dict[str, Any]:
+        """The pose's row."""
+        return pose_outcome(_job(self), self.pose)
+
+
+_ready = threading.local()  # jobs of a worker's thread: MuJoCo's model is changed by checks and not to be shared
+
+
+def _job(unit: Unit) -> Job:
+    """The job of a pose's cell, prepared at most once."""
+    jobs: OrderedDict[tuple[str, Pose | None], Job] = _ready.__dict__.setdefault("jobs", OrderedDict())
+    key = unit.mark, unit.pose.variant
+    if key not in jobs:
+        whole = unit.mark, None
+        if whole not in jobs:
+            if fingerprint(unit.case) != unit.mark:
+                raise InputError(f"{unit.case.path}: a file of the case or the program changed while the sweep ran")
+            jobs[whole] = prepare(unit.case)
+        jobs[key] = variant_of(jobs[whole], unit.pose)
+        jobs.move_to_end(whole)
+    jobs.move_to_end(key)
+    while len(jobs) > MOST_JOBS:
+        jobs.popitem(last=False)
+    return jobs[key]
+
+
+def variant_of(job: Job, pose: Pose) -> Job:
+    """A job with a pose's roll, placement and height; layers and targets stay.
+
+    Args:
+        job: of the case as it is.
+        pose: its table angles do not matter.
+
+    Returns:
+        The job.
+
+    Raises:
+        InputError: the cell cannot be composed like that.
+    """
+    case = pose.applied(job.case)
+    moved = pose.positioner is not None or pose.height_mm is not None
+    return replace(job, case=case, scene=compose(case, job.shape) if moved else replace(job.scene, case=case))
+
+
+def pose_outcome(job: Job, pose: Pose) -> dict[str, Any]:
+    """The verdict at one pose, as the document has it.
+
+    Args:
+        job: the job, with the pose's roll, placement and height.
+        pose: what is tried.
+
+    Returns:
+        A row of "rbam-sweep/1".
+    """
+    angles = pose.E1_deg, pose.E2_deg
+    hopeless = screen(job, *angles)
+    if hopeless is not None:
+        return {
+            **pose.columns(),
+            "verdict": "infeasible",
+            "infeasible": hopeless.infeasible,
+            "reasons": {reason: hopeless.reasons.get(reason, 0) for reason in REASONS},
+            "searched": False,
+            "looked_at": hopeless.looked_at,
+        }
+    result = check(job, *angles)
+    row: dict[str, Any] = plain(
+        {
+            **pose.columns(),
+            "verdict": "feasible" if result.feasible else "infeasible",
+            "infeasible": result.infeasible,
+            "reasons": result.reasons,
+            "searched": True,
+            "looked_at": len(result.rows),
+            **_measures(result),
+        }
+    )
+    return row
+
+
+def _measures(result: Result) -> dict[str, Any]:
+    clearance, margin, motion = result.clearance, result.singularity, result.motion
+    found: dict[str, Any] = {
+        "least_clearance_mm": None if clearance is None else round(clearance.value / METRES_PER_MM, 3),
+        "least_margin": None if margin is None else {"kind": margin.what[0], "value": round(margin.value, 5)},
+        "least_margin_share": None,
+        "least_joint_room_deg": None,
+        "least_joint": None,
+        "gravity_max_deg": round(float(np.rad2deg(result.gravity.max())), 3),
+        "time_s": None if motion is None else round(float(motion.t_s[-1]), 2),
+    }
+    job = result.job
+    if margin is not None:
+        limits = job.singularity_limits.values(job.solver.geometry is not None)
+        found["least_margin_share"] = round(margin.value / float(limits[KINDS.index(margin.what[0])]), 3)
+    if motion is not None:
+        chain = job.scene.chain
+        room = np.minimum(motion.q - chain.lower, chain.upper - motion.q).min(axis=0)
+        tightest = int(np.argmin(room))
+        found["least_joint_room_deg"] = round(float(np.rad2deg(room[tightest])), 3)
+        found["least_joint"] = chain.names[tightest]
+    return found
+
+
+def sweep(
+    case: Case,
+    poses: Sequence[Pose | tuple[float, float]],
+    *,
+    workers: int | None = None,
+    log: str | None = None,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
+) -> list[dict[str, Any]]:
+    """Verdicts at all poses.
+
+    Args:
+        case: the case.
+        poses: from ``cell.pose_sweep.grid.grid``, or E1, E2 pairs, deg.
+        workers: processes; one a core where left out.
+        log: file of finished poses, one JSON a line; what is in it already is not computed again.
+        progress: told how far it is.
+        executor: who computes, instead of processes of this sweep's own; it is left running.
+
+    Returns:
+        One row a pose, in the order of the poses.
+
+    Raises:
+        InputError: the log belongs to another case, or a worker was killed; what was done is in the log.
+    """
+    asked = [Pose(*pose) for pose in poses]
+    mark = fingerprint(case)
+    with Log(log, mark) as book:
+        if book.damaged:
+            LOG.warning("%s: %d damaged line(s) left out; their poses are computed again", log, book.damaged)
+        todo = [pose for pose in dict.fromkeys(asked) if pose not in book.done]
+        units = [Unit(mark, case, pose) for pose in todo]
+        with counted(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
+            try:
+                with closing(_outcomes(units, workers, executor)) as rows:
+                    for row in rows:
+                        book.add(row)
+                        count()
+            except BrokenExecutor:
+                done = sum(pose in book.done for pose in asked)
+                keep = f"they are in {log}: the same command goes on from there" if log else "--out F.jsonl keeps them"
+                after = f"after {done} of {len(asked)} poses"
+                raise InputError(f"sweep: a worker process was killed (too little memory?) {after}; {keep}") from None
+        return [book.done[pose] for pose in asked]
+
+
+def _outcomes(units: Sequence[Unit], workers: int | None, executor: Executor | None) -> Rows:
+    if executor is not None:
+        yield from completed(executor, units)
+        return
+    workers = min(workers or os.cpu_count() or 1, len(units))
+    if workers <= 1:
+        yield from (unit() for unit in units)
+        return
+    with processes(workers) as pool:
+        yield from completed(pool, units)

@@ -1,0 +1,62 @@
+"""A first opinion on a changed case: whether some of its beads come out whole.
+
+    first_failure(job, E1_deg, E2_deg, [3, 7], None)       # infeasible targets of the first bead that has any
+
+Single targets are looked at before their bead is searched, since a target at which everything collides is what takes a
+search of a bead longest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ..collision.checker import Checker
+from ..collision.clearances import CLEARANCE_REACH
+from ..collision.table import table_alone
+from ..job.job import Job
+from ..planning.configurations import evaluate
+from ..planning.context import Context, settings_of
+from ..planning.part_plan import FINER, plan_bead
+from ..scene.placement import place
+from ..scene.scene import table_angles
+
+TOGETHER = 8  # configurations looked at before asking whether one is free
+ALONE = 4  # targets of a bead that are looked at by themselves
+
+
+def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], wanted: set[int] | None) -> set[int]:
+    """Infeasible targets of the first of some beads that has wanted ones among them (None: any); empty if none has."""
+    table = table_angles(job.scene, E1_deg, E2_deg)
+    if table_alone(job.scene, table).distance[0] < 0.0:
+        return set(range(len(job.targets)))
+    placed, settings = place(job.targets, job.scene.T_base_part(*table)), settings_of(job)
+    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
+    context = Context.of(job.solver, placed, job.stage, job.laid, job.window, job.singularity_limits, checker, settings)
+    for bead in beads:
+        first, stop = np.searchsorted(job.targets.path, [bead, bead + 1]).tolist()
+        some = range(first, stop, max((stop - first) // ALONE, 1))
+        if not all(_stands_free(context, i) for i in some if wanted is None or i in wanted):
+            return set(range(first, stop))
+        plan = plan_bead(context, first, stop, None)
+        lost = {*plan.missing, *plan.cuts}
+        if wanted is not None:
+            lost &= wanted
+        if lost:
+            return lost
+    return set()
+
+
+def _stands_free(context: Context, i: int) -> bool:
+    """Whether any configuration of a target is free, at three times the rolls that a bead is first searched with."""
+    placed = context.placed.rows([i])
+    nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step / FINER, context.limits)
+    at = np.argwhere(np.isfinite(nodes.cost))
+    at = at[np.argsort(nodes.cost[tuple(at.T)], kind="stable")]
+    for first in range(0, len(at), TOGETHER):
+        q = nodes.q[tuple(at[first : first + TOGETHER].T)]
+        found = context.screen.clearances(q, np.full(len(q), context.stage[i]))
+        if (found.distance >= context.settings.clearance).any():
+            return True
+    return False

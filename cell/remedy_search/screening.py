@@ -1,0 +1,150 @@
+"""Hundreds of changes to a case, screened by the arm's kinematics on a sample of the targets.
+
+    screening = Screening(start, bad, good, knobs)
+    screening.border(knob, wanted)       # (too small, large enough): from where on the change can help
+
+What screening refuses cannot help: some target is out of reach, limits or margins at every allowed roll. What it
+lets pass may still collide, or lack a way. With damped least squares, which proves nothing, it is a search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+from ik.dls import solve as dls_solve
+from ik.reachability_proof import certify
+from ik.roll import RollWindow
+from ik.singularity import SingularityLimits, margins
+from ik.solver import Solver
+
+from ..arrays import Ints
+from .changes import Knob, Start
+
+Bools = NDArray[np.bool_]
+BAD, GOOD = 96, 48  # targets in the sample; a quarter of them without a closed form
+TURN_MM = 35.0  # a right angle between normals counts as 50 mm of distance
+
+
+class Screening:
+    """Which sampled targets the arm can reach after which changes."""
+
+    def __init__(self, start: Start, bad: Sequence[int], good: Sequence[int], must: Sequence[int] = ()) -> None:
+        """Choose the sample.
+
+        Args:
+            start: what is changed.
+            bad: infeasible targets.
+            good: feasible ones, which a change must not lose.
+            must: targets to have in the sample whatever else is.
+        """
+        self.start = start
+        fewer = 4 if start.job.solver.form is None else 1
+        chosen = [*must, *self._spread(bad, BAD // fewer), *self._spread(good, GOOD // fewer)]
+        self.sample = np.unique(np.array(chosen, dtype=np.int64))
+        self.reached: dict[Knob, Bools] = {}
+
+    def add(self, knobs: Iterable[Knob]) -> None:
+        """Screen all sizes of some knobs; those that leave the window of the roll alone in one pass."""
+        start = self.start
+        todo: dict[RollWindow, list[tuple[Knob, int, Floats, Floats]]] = {}
+        for knob in knobs:
+            self.reached[knob] = np.zeros((len(knob.steps), len(self.sample)), dtype=bool)
+            # the start of a bead is nothing to the arm in a single target
+            for k, size in enumerate(knob.steps[: 1 if knob.unit == "seam" else None]):
+                window = start.window(knob, size)
+                todo.setdefault(window, []).append((knob, k, *start.poses(knob, size, self.sample)))
+        for window, items in todo.items():
+            Ts, normal = (np.concatenate([item[i] for item in items]) for i in (2, 3))
+            ok = self._solved(Ts, normal, window).reshape(len(items), -1)
+            for (knob, k, *_), row in zip(items, ok, strict=True):
+                self.reached[knob][slice(None) if knob.unit == "seam" else k] = row
+
+    def allowed(self, knob: Knob, wanted: Ints | None) -> list[float]:
+        """Sizes at which the sampled ones of some targets (None: of all) can be reached."""
+        ok = self.reached[knob][:, self._mine(wanted)]
+        return [size for size, row in zip(knob.steps, ok, strict=True) if row.all()]
+
+    def border(self, knob: Knob, wanted: Ints | None) -> tuple[float, float]:
+        """Where screening begins to allow a change, to the knob's resolution.
+
+        Returns:
+            A size that is too small and one that is not; infinite where none is large enough. Where the arm is no
+            obstacle as things stand, zero and the first size.
+        """
+        allowed = self.allowed(knob, wanted)
+        if not allowed:
+            return 0.0, np.inf
+        if knob.numbered:
+            return -1.0, allowed[0]
+        high, mine = allowed[0], self.sample[self._mine(wanted)]
+        low = max((s for s in knob.steps if s < high), default=0.0)
+        if low == 0.0 and self._reached(knob, 0.0, mine).all():
+            return 0.0, high
+        while high - low > knob.resolution * 1.001:
+            middle = between(knob, low, high)
+            if self._reached(knob, middle, mine).all():
+                high = middle
+            else:
+                low = middle
+        return low, high
+
+    def _mine(self, wanted: Ints | None) -> Bools:
+        return np.ones(len(self.sample), dtype=bool) if wanted is None else np.isin(self.sample, wanted)
+
+    def _reached(self, knob: Knob, size: float, index: Ints) -> Bools:
+        if not self.start.has(knob, size):
+            return np.zeros(len(index), dtype=bool)
+        return self._solved(*self.start.poses(knob, size, index), self.start.window(knob, size))
+
+    def _solved(self, Ts: Floats, normal: Floats, window: RollWindow) -> Bools:
+        job = self.start.job
+        ok = reachable(job.solver, Ts, window, job.singularity_limits)
+        steepest = job.case.checks.gravity_max_deg
+        if steepest is not None:
+            up = job.scene.T_world_base()[2, :3]
+            ok &= normal @ up >= np.cos(np.deg2rad(steepest)) - 1e-12
+        return ok
+
+    def _spread(self, index: Sequence[int], most: int) -> Ints:
+        """Targets that stand for many: the outermost, then those furthest from the ones chosen."""
+        targets = self.start.job.targets
+        if len(index) <= most:
+            return np.array(index, dtype=np.int64)
+        points = np.hstack([targets.position[index], TURN_MM * targets.normal[index]])
+        chosen = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
+        far = np.full(len(points), np.inf)
+        for _ in range(most - 1):
+            far = np.minimum(far, np.linalg.norm(points - points[chosen[-1]], axis=1))
+            chosen.append(int(np.argmax(far)))
+        return np.array(index, dtype=np.int64)[chosen]
+
+
+def reachable(solver: Solver, Ts: Floats, window: RollWindow, limits: SingularityLimits) -> Bools:
+    """Which targets an arm reaches at some roll, collisions aside.
+
+    Args:
+        solver: the arm.
+        Ts: targets at roll 0, (m, 4, 4), m, base frame.
+        window: allowed roll.
+        limits: singularity margins to keep.
+
+    Returns:
+        (m,) booleans; without a closed form, what damped least squares finds.
+    """
+    if solver.form is not None:
+        return certify(solver.chain, solver.form, Ts, window, limits).reachable
+    found = dls_solve(solver.chain, Ts, window, seeds=solver.seeds, enough=1)
+    least = limits.values(solver.geometry is not None)
+    q = np.where(found.ok[..., None], found.q, np.nan)
+    keeps: Bools = np.all(margins(solver.chain, solver.geometry, q) >= least, axis=-1)
+    return np.asarray(keeps.any(axis=1), dtype=bool)
+
+
+def between(knob: Knob, low: float, high: float) -> float:
+    """The middle of two sizes, on the knob's lattice."""
+    middle = round((low + high) / 2 / knob.resolution) * knob.resolution
+    return float(min(max(middle, low + knob.resolution), high - knob.resolution))

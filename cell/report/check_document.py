@@ -1,0 +1,153 @@
+"""The document of a check, as the contracts describe it.
+
+Use:
+
+    report_document(result)                   # "rbam-report/1": plain lists, dicts, strings and numbers
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ik.chain import Floats
+from slicing import metal_document, typed
+
+from ..job.part_input import found_document
+from ..motion.deposition_speed import pace_document
+from ..rigid import inverse, pose
+from ..units import METRES_PER_MM
+from ..verdict.check import Result
+
+if TYPE_CHECKING:
+    from ..job.job import Job
+    from ..remedy_search.search import Remedy
+
+
+def tcp_in_flange(result: Result) -> Floats:
+    """Pose of the TCP in the flange frame, (4, 4), m."""
+    import mujoco
+
+    scene = result.job.scene
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    T = [pose(data.site_xpos[s], data.site_xmat[s]) for s in (scene.sites["flange"], scene.sites["tcp"])]
+    return inverse(T[0]) @ T[1]
+
+
+def report_document(
+    result: Result,
+    remedies: Sequence[Remedy] = (),
+    all_reasons: Mapping[int, list[dict[str, Any]]] | None = None,
+) -> dict[str, Any]:
+    """The contract "rbam-report/1": see docs/formats.md.
+
+    Args:
+        result: the verdict.
+        remedies: what would help, from ``cell.remedy_search.search``.
+        all_reasons: by target what excludes its candidates, from ``cell.verdict.all_reasons``; None leaves the key out.
+
+    Returns:
+        The document.
+    """
+    job, t = result.job, result.job.targets
+    T = tcp_in_flange(result)
+    rows = [
+        {
+            "index": i,
+            "sub_volume": t.sub_volume[t.sub_volume_index[i]],
+            "layer": int(t.layer[i]),
+            "base_xyz_mm": _list(result.placed.position[i] / METRES_PER_MM, 4),
+            "base_normal": _list(result.placed.normal[i], 8),
+            "verdict": "feasible" if row.reason is None else "infeasible",
+            "reason": row.reason,
+            "detail": row.detail,
+            "proved": row.proved,
+            "q_deg": None if row.q is None or row.reason else _list(np.rad2deg(row.q), 6),
+            "attempt_deg": None if row.attempt is None else _list(np.rad2deg(row.attempt), 6),
+            "gravity_deg": round(float(np.rad2deg(result.gravity[i])), 3),
+            "bead": int(t.path[i]),
+        }
+        for i, row in enumerate(result.rows)
+    ]
+    if all_reasons is not None:
+        for i, reasons in all_reasons.items():
+            rows[i]["all_reasons"] = reasons
+    return {
+        "schema": "rbam-report/1",
+        "case": job.case.title,
+        "verdict": "feasible" if result.feasible else "infeasible",
+        "table": table_document(result),
+        "tcp_in_flange": {"xyz_mm": _list(T[:3, 3] / METRES_PER_MM, 4), "z_axis": _list(T[:3, 2], 9)},
+        "targets": len(rows),
+        "infeasible": result.infeasible,
+        "reasons": result.reasons,
+        "solver": job.solver.name,
+        "roll": roll_text_of(result),
+        "least_clearance": least_document(result, "clearance"),
+        "least_singularity_margin": least_document(result, "singularity"),
+        "smallest_singular_value": None if result.sigma is None else round(result.sigma, 6),
+        "gravity_deg": {
+            "min": round(float(np.rad2deg(result.gravity.min())), 3),
+            "max": round(float(np.rad2deg(result.gravity.max())), 3),
+        },
+        "motion": None
+        if result.motion is None
+        else {
+            "time_s": round(float(result.motion.t_s[-1]), 3),
+            "arc_on_s": round(result.motion.arc_time, 3),
+            "samples": len(result.motion.t_s),
+            "travel_s": round(result.motion.travel_time, 3),
+            "dwell_s": round(result.motion.dwell_time, 3),
+            "speed": None if result.motion.pace is None else pace_document(result.motion.pace, t.path),
+            "home_s": None if result.motion.home_s is None else round(result.motion.home_s, 3),
+        },
+        "metal": metal_of(job) if job.beads else None,
+        "warnings": [str(line) for line in result.warnings],
+        "typed_warnings": [typed(line).document() for line in result.warnings],
+        **found_document(job.T_part_input, job.evidence),
+        "rows": rows,
+        "help": [remedy.document() for remedy in remedies],
+    }
+
+
+def table_document(result: Result) -> dict[str, float]:
+    """Table angles as the contracts write them."""
+    return {"E1_deg": float(result.asked[0]), "E2_deg": float(result.asked[1])}
+
+
+def _list(values: Floats, digits: int) -> list[float]:
+    return [round(float(v), digits) + 0.0 for v in values]
+
+
+def roll_text_of(result: Result) -> str:
+    """The roll window of a result in words."""
+    window = result.job.window
+    if window.is_full:
+        return "free"
+    low, high = np.rad2deg([window.low, window.high])
+    return f"fixed:{low:g}" if window.is_fixed else f"range:{low:g}:{high:g}"
+
+
+def least_document(result: Result, what: str) -> dict[str, Any] | None:
+    """The least clearance or singularity margin as the contract writes it."""
+    if what == "clearance":
+        c = result.clearance
+        if c is None:
+            return None
+        return {"distance_mm": round(c.value / METRES_PER_MM, 3), "target": c.target, "pair": list(c.what)}
+    s = result.singularity
+    if s is None:
+        return None
+    kind = s.what[0]
+    factor, unit = {"shoulder": (1e3, "mm"), "sigma": (1.0, "1")}.get(kind, (180 / np.pi, "deg"))
+    return {"kind": kind, "margin": round(s.value * factor, 3), "unit": unit, "target": s.target}
+
+
+def metal_of(job: Job) -> dict[str, float]:
+    """The metal of all beads of a job, see `slicing.beads.deposition.metal_document`."""
+    process = job.case.process
+    metal = [m for one in job.beads for m in one.metal]
+    return metal_document(metal, process.density_g_cm3, process.wire_diameter_mm)

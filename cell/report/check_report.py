@@ -1,0 +1,150 @@
+"""What is said of a result: the documents of the contracts, and the terminal report.
+
+document = report_document(result)                # "rbam-report/1"
+for line in report_lines(result): ...             # rich renderables
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slicing import share_of, worst_angle
+
+from ..job.part_input import found_lines
+from ..motion.deposition_speed import pace_document
+from ..units import METRES_PER_MM
+from ..verdict.check import Result
+from ..verdict.severity import worst_first
+from ..verdict.words import in_words, speed_in_words, unit_word
+from .check_document import least_document, metal_of, roll_text_of
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from slicing import LaidSubVolume
+
+
+WORST = 8  # infeasible targets shown on the terminal
+
+
+def metal_in_words(d: dict[str, Any]) -> str:
+    """Metal of `metal_document` in a few words."""
+    return (
+        f"{d['mass_g']:.0f} g, {d['wire_m']:.1f} m of wire; {d['laid_mm3']:.0f} mm3 laid, {d['share']:.0%} of the"
+        f" {d['wanted_mm3']:.0f} mm3 that the layers take"
+    )
+
+
+def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableType]:
+    """The terminal report.
+
+    Args:
+        result: the verdict.
+        every: list every infeasible target, not the worst ones alone.
+
+    Yields:
+        rich renderables, one a block.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    job = result.job
+    good = result.feasible
+    head = Text.assemble(
+        (job.case.title, "bold"),
+        f"  E1 = {result.asked[0]:g}, E2 = {result.asked[1]:g} deg   ",
+        ("feasible" if good else "infeasible", "bold green" if good else "bold red"),
+    )
+    yield head
+    facts = Table.grid(padding=(0, 2))
+    facts.add_column(style="dim")
+    facts.add_column()
+    for name, value in _facts(result):
+        facts.add_row(name, value)
+    yield facts
+    if not good:
+        yield _worst(result, every)
+
+
+def _facts(result: Result) -> Iterator[tuple[str, str]]:
+    job, n = result.job, len(result.rows)
+    layers = sum(len(s.layers) for s in job.sliced)
+    beads = int(job.targets.path.max()) + 1
+    yield (
+        "part",
+        f"{len(job.sliced)} sub-volume(s), {job.case.slicing.strategy}: {layers} layers, {beads} beads, {n} targets",
+    )
+    for line in found_lines(job.T_part_input, job.evidence):
+        name, text = line.split(": ", 1)
+        yield name, text
+    yield "reached", f"{n - result.infeasible} of {n} targets ({job.solver.name}, roll {roll_text_of(result)})"
+    counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
+    if counts:
+        yield "not reached", counts
+    clearance, singular = least_document(result, "clearance"), least_document(result, "singularity")
+    if clearance:
+        yield (
+            "least clearance",
+            f"{clearance['distance_mm']:.1f} mm, {' - '.join(clearance['pair'])}, at target {clearance['target']}"
+            f" (limit {job.case.checks.clearance_mm:g})",
+        )
+    if singular:
+        sigma = "" if result.sigma is None else f"; smallest singular value {result.sigma:.3f}"
+        yield (
+            "singularity",
+            f"{singular['kind']} at {singular['margin']:g}{unit_word(singular['unit'])}, "
+            f"at target {singular['target']}{sigma}",
+        )
+    gravity = np.rad2deg(result.gravity)
+    yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"
+    if result.motion is not None:
+        motion = result.motion
+        dwell = f", {motion.dwell_time:.0f} s waiting" if motion.dwell_time else ""
+        home = "" if motion.home_s is None else f" ({motion.home_s:.0f} s from home and back)"
+        yield (
+            "motion",
+            f"{motion.t_s[-1]:.0f} s, {motion.arc_time:.0f} s of them with the arc on, {motion.travel_time:.0f} s "
+            f"travelling{home}{dwell}; {len(motion.t_s)} samples checked",
+        )
+        if motion.pace is not None:
+            yield "speed", speed_in_words(pace_document(motion.pace, job.targets.path))
+    if job.beads:
+        yield "metal", metal_in_words(metal_of(job))
+    for line in result.warnings:
+        yield "warning", line
+
+
+def _worst(result: Result, every: bool) -> RenderableType:
+    from rich.table import Table
+
+    t = result.job.targets
+    bad = worst_first(result)
+    table = Table(box=None, pad_edge=False, header_style="dim", title_justify="left")
+    for name, justify in (
+        ("target", "right"),
+        ("layer", "left"),
+        ("x, y, z mm (base)", "left"),
+        ("reason", "left"),
+    ):
+        table.add_column(name, justify=justify)  # type: ignore[arg-type]
+    table.add_column("what went wrong")
+    table.add_column("")
+    shown = len(bad) if every else WORST
+    for i in bad[:shown]:
+        row = result.rows[i]
+        xyz = ", ".join(f"{v:.0f}" for v in result.placed.position[i] / METRES_PER_MM)
+        layer = f"{t.sub_volume[t.sub_volume_index[i]]}/{t.layer[i]}"
+        table.add_row(str(i), layer, xyz, row.reason, in_words(row), "proved" if row.proved else "")
+    if len(bad) > shown:
+        table.caption = f"and {len(bad) - shown} more; all of them with --verbose or --json"
+        table.caption_justify = "left"
+    return table
+
+
+def _bead_figures(laid: LaidSubVolume) -> tuple[str, str]:
+    """Greatest overhang angle, and metal laid as a share of what the layers take."""
+    angle = worst_angle(laid.overhangs)
+    return "-" if angle is None else f"{angle:.0f}", f"{share_of(laid.metal):.0%}"

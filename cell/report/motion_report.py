@@ -1,0 +1,206 @@
+"""What is said of a motion from outside: the document, and the terminal report.
+
+document = motion_document(result, "blade.csv")   # "rbam-motion-report/1"
+for line in motion_lines(result, "blade.csv"): ...
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slicing import typed
+
+from ..motion.deposition_speed import pace_document
+from ..units import METRES_PER_MM
+from ..verdict.words import overhang_in_words
+from ..verification.bead_order import REASONS, Finding
+from ..verification.motion_check import UNITS, MotionResult
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+SHOWN = 8  # findings on the terminal
+
+
+def motion_document(result: MotionResult, path: str) -> dict[str, Any]:
+    """The contract "rbam-motion-report/1".
+
+    Args:
+        result: what was found.
+        path: the motion's file.
+
+    Returns:
+        The document; rows count from 1, the header not counted.
+    """
+    motion, t = result.read.motion, result.job.targets
+    count = Counter(f.reason for f in result.findings)
+    at = {int(row): float(when) for row, when in zip(result.read.row, motion.t_s, strict=True)}
+    kinds = zip(("speed", "acceleration"), result.use, strict=True)
+    return {
+        "schema": "rbam-motion-report/1",
+        "case": result.job.case.title,
+        "motion": path,
+        "verdict": "feasible" if result.feasible else "infeasible",
+        "rows": len(motion.t_s),
+        "samples": result.samples,
+        "targets": len(t),
+        "welded": result.welded,
+        "reasons": {reason: count[reason] for reason in REASONS},
+        "time_s": round(float(motion.t_s[-1] - motion.t_s[0]), 3),
+        "arc_on_s": round(motion.arc_time, 3),
+        "travel_s": round(motion.travel_time, 3),
+        "dwell_s": round(motion.dwell_time, 3),
+        "least_clearance": _clearance(result),
+        "least_singularity_margin": _margin(result),
+        "smallest_singular_value": None if result.sigma is None else round(result.sigma, 6),
+        "off_bead": {"distance_mm": round(result.off[0] / METRES_PER_MM, 5), "row": result.off[1]},
+        "off_wire": {"angle_deg": round(float(np.rad2deg(result.wire_angle[0])), 5), "row": result.wire_angle[1]},
+        "largest_share_of_limit": {
+            kind: {name: round(float(v), 4) for name, v in zip(result.job.drives.names, use, strict=True)}
+            for kind, use in kinds
+        },
+        "speed": pace_document(result.pace, t.path),
+        "repaired": list(result.read.repaired),
+        "warnings": [str(line) for line in result.warnings],
+        "typed_warnings": [typed(line).document() for line in result.warnings],
+        "findings": [
+            {"reason": f.reason, "row": f.row, "to_row": f.to_row, "t_s": round(at[f.row], 6), "detail": f.detail}
+            for f in result.findings
+        ],
+    }
+
+
+def _clearance(result: MotionResult) -> dict[str, Any] | None:
+    if result.clearance is None:
+        return None
+    distance, row, pair = result.clearance
+    return {"distance_mm": round(distance / METRES_PER_MM, 3), "row": row, "pair": list(pair)}
+
+
+def _margin(result: MotionResult) -> dict[str, Any] | None:
+    if result.singularity is None:
+        return None
+    value, row, kind = result.singularity
+    factor, unit = UNITS[kind]
+    return {"kind": kind, "margin": round(value * factor, 3), "unit": unit, "row": row}
+
+
+def finding_in_words(f: Finding) -> str:
+    """A finding's measure in a few words."""
+    d = f.detail
+    if f.reason == "joint_limit":
+        return f"{d['axis']} {d['over_deg']:g} deg outside its range"
+    if f.reason == "collision":
+        where = "nothing proves the way between rows free: " if d.get("between_rows") else ""
+        where = "where a corner is rounded: " if d.get("rounded") else where
+        near = "" if d["distance_mm"] is None else f" {d['distance_mm']:.1f} mm"
+        return f"{where}{' - '.join(d['pair'])}{near}, needs {d['required_mm']:g}"
+    if f.reason == "singular":
+        return f"{d['singularity']} at {d['margin']:g} {d['unit']}, needs {d['limit']:g}"
+    if f.reason == "overhang":
+        return overhang_in_words(d)
+    if f.reason == "gravity":
+        return f"{d['angle_deg']:.1f} deg off up, limit {d['limit_deg']:g}"
+    if f.reason == "no_path":
+        return f"{d['on_the_way']}{', ' + d['singularity'] if 'singularity' in d else ''} inside a bead"
+    if f.reason == "speed":
+        return _speed_in_words(d)
+    return _place_in_words(f.reason, d)
+
+
+def _speed_in_words(d: dict[str, Any]) -> str:
+    if d["by"] == "deposition":
+        return f"{100 * d['share']:.0f} % of the deposition speed from target {d['from_target']}"
+    if d["by"] == "standing still":
+        return f"the arc burns for {d['seconds']:g} s at a standstill, allowed {d['limit_s']:g} s"
+    unit = "deg/s" if d["by"] == "speed" else "deg/s2"
+    key = unit.replace("/", "_")
+    return f"{d['axis']} needs {d[f'needed_{key}']:.1f} {unit}, has {d[f'limit_{key}']:g}"
+
+
+def _place_in_words(reason: str, d: dict[str, Any]) -> str:
+    if reason == "not_welded":
+        more = "" if d["to_target"] == d["target"] else f" to {d['to_target']}"
+        return f"target {d['target']}{more}"
+    if reason == "order":
+        if "goes_back_mm" in d:
+            return f"goes back by {d['goes_back_mm']:g} mm along its bead"
+        if "skips_mm" in d:
+            return f"gets on along its bead by {d['skips_mm']:g} mm more than it moves"
+        return f"bead {d['bead']} " + ("first" if d["after_bead"] is None else f"after bead {d['after_bead']}")
+    if "off_mm" in d:
+        return f"TCP {d['off_mm']:g} mm off the bead, allowed {d['limit']:g}"
+    if "off_wire_deg" in d:
+        return f"wire {d['off_wire_deg']:g} deg off its direction, allowed {d['limit']:g}"
+    return f"roll {d['roll_outside_deg']:g} deg outside what the case allows"
+
+
+def motion_lines(result: MotionResult, path: str) -> Iterator[RenderableType]:
+    """The terminal report.
+
+    Args:
+        result: what was found.
+        path: the motion's file.
+
+    Yields:
+        rich renderables, one a block.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    good = result.feasible
+    verdict = ("feasible" if good else "infeasible", "bold green" if good else "bold red")
+    yield Text.assemble((result.job.case.title, "bold"), f"  {path}   ", verdict)
+    facts = Table.grid(padding=(0, 2))
+    facts.add_column(style="dim")
+    facts.add_column()
+    for name, value in _facts(result, motion_document(result, path)):
+        facts.add_row(name, value)
+    yield facts
+    if good:
+        return
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    table.add_column("rows", justify="right")
+    table.add_column("reason")
+    table.add_column("what is wrong")
+    for f in result.findings[:SHOWN]:
+        rows = str(f.row) if f.row == f.to_row else f"{f.row} .. {f.to_row}"
+        table.add_row(rows, f.reason, finding_in_words(f))
+    if len(result.findings) > SHOWN:
+        table.caption = f"and {len(result.findings) - SHOWN} more; all of them with --json"
+        table.caption_justify = "left"
+    yield table
+
+
+def _facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "welded", f"{d['welded']} of {d['targets']} targets"
+    counts = ", ".join(f"{reason} {k}" for reason, k in d["reasons"].items() if k)
+    if counts:
+        yield "found", counts
+    c, s = d["least_clearance"], d["least_singularity_margin"]
+    if c:
+        limit = result.job.case.checks.clearance_mm
+        yield "least clearance", f"{c['distance_mm']:.1f} mm, {' - '.join(c['pair'])}, row {c['row']} (limit {limit:g})"
+    if s:
+        unit = "" if s["unit"] == "1" else f" {s['unit']}"
+        yield "singularity", f"{s['kind']} at {s['margin']:g}{unit}, row {s['row']}"
+    off, wire_angle = d["off_bead"], d["off_wire"]
+    yield "on the bead", f"within {off['distance_mm']:.3f} mm and {wire_angle['angle_deg']:.3f} deg"
+    use = d["largest_share_of_limit"]
+    most = {kind: max(shares.items(), key=lambda item: item[1]) for kind, shares in use.items()}
+    yield "drives", ", ".join(f"{axis} at {100 * v:.0f} % of its {kind}" for kind, (axis, v) in most.items())
+    if d["speed"]["least_share"] is not None:
+        share, start = d["speed"]["least_share"], d["speed"]["from_target"]
+        yield "speed", f"held to {100 * share:.0f} % or more over every 5 mm, least from target {start}"
+    dwell = f", {d['dwell_s']:.0f} s waiting" if d["dwell_s"] else ""
+    yield (
+        "motion",
+        f"{d['time_s']:.0f} s, {d['arc_on_s']:.0f} s of them with the arc on, {d['travel_s']:.0f} s travelling{dwell}; "
+        f"{d['rows']} rows, {d['samples']} samples checked",
+    )
+    for line in (*d["repaired"], *d["warnings"]):
+        yield "warning", line

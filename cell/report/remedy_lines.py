@@ -1,0 +1,97 @@
+"""What the terminal says beyond the verdict: what would help, and everything that keeps a target out.
+
+for line in remedy_lines(result, remedies): ...            # rich renderables
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ..verdict.check import Result, TargetVerdict
+from ..verdict.severity import worst_first
+from ..verdict.words import in_words
+from .check_report import WORST
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from ..remedy_search.search import Remedy
+
+
+def remedy_lines(result: Result, remedies: Iterable[Remedy]) -> Iterator[RenderableType]:
+    """What would help, a line each, as it is found.
+
+    Args:
+        result: the verdict.
+        remedies: from ``cell.remedy_search.search``.
+
+    Yields:
+        rich renderables.
+    """
+    for remedy in remedies:
+        whose = whom_it_helps(result, remedy)
+        yield f"what would help{whose and ' '}{whose}: {remedy.sentence}"
+
+
+def whom_it_helps(result: Result, remedy: Remedy) -> str:
+    """The targets that a remedy is about, in words; empty where it is about all infeasible ones."""
+    if len(remedy.targets) >= result.infeasible:
+        return ""
+    reason = str(remedy.reason).replace("_", " ")
+    some = "1 target" if len(remedy.targets) == 1 else f"{len(remedy.targets)} targets"
+    return f"{some} ({reason}, {_where(result, remedy.targets)})"
+
+
+def _where(result: Result, targets: Iterable[int]) -> str:
+    """The layers of a group of neighbouring targets, in words."""
+    t, index = result.job.targets, list(targets)
+    low, high = int(t.layer[index].min()), int(t.layer[index].max())
+    name = t.sub_volume[t.sub_volume_index[index[0]]]
+    return f"{name}/{low}" if low == high else f"{name}/{low} to {high}"
+
+
+def all_reasons_lines(
+    result: Result, found: Mapping[int, list[dict[str, Any]]], *, every: bool = False
+) -> Iterator[RenderableType]:
+    """Of the worst infeasible targets, how many candidates each reason excludes, and its best measure.
+
+    Args:
+        result: the verdict.
+        found: from ``cell.verdict.all_reasons``.
+        every: list every infeasible target, not the worst ones alone.
+
+    Yields:
+        rich renderables.
+    """
+    from rich.table import Table
+
+    if not found:
+        return
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for name, justify in (
+        ("target", "right"),
+        ("reason", "left"),
+        ("candidates", "right"),
+        ("the best of them", "left"),
+    ):
+        table.add_column(name, justify=justify)  # type: ignore[arg-type]
+    shown = found if every else sorted(worst_first(result)[:WORST])
+    for i, reasons in ((i, found[i]) for i in shown):
+        for k, entry in enumerate(reasons):
+            row = TargetVerdict(entry["reason"], entry, False, None)
+            table.add_row(
+                "" if k else str(i), entry["reason"], str(entry["candidates"]), _candidate_in_words(result, i, row)
+            )
+    if len(found) > len(shown):
+        table.caption = f"and {len(found) - len(shown)} more; all of them with --verbose or --json"
+        table.caption_justify = "left"
+    yield table
+
+
+def _candidate_in_words(result: Result, i: int, row: TargetVerdict) -> str:
+    if row.reason == "free":
+        why = result.rows[i].reason
+        return f"nothing is wrong with the target by itself; its verdict is {why}"
+    roll = f", at roll {row.detail['roll_deg']:g}" if "roll_deg" in row.detail else ""
+    return str(row.detail["note"]) if "note" in row.detail else in_words(row) + roll

@@ -1,0 +1,74 @@
+"""Links whose shapes collide with nothing: what a check does not look at.
+
+    links_without_shapes(model, arm_joints, table_joints, piece)      # typed warnings, one a model
+
+A link is what moves together: the bodies between one axis and the next, and what is welded to them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from slicing import Code, Warning
+
+from .composition import Piece
+
+Ints = NDArray[np.int64]
+
+
+def links_without_shapes(
+    model: mujoco.MjModel, arm_joints: Sequence[int], table_joints: Sequence[int], piece: Ints
+) -> Iterator[Warning]:
+    """Say which links have no shapes that collide.
+
+    Args:
+        model: the compiled cell, with its contact bits.
+        arm_joints: ids of the arm's joints.
+        table_joints: ids of the positioner's.
+        piece: what each geom belongs to, of ``cell.scene.composition.Piece``, (ngeom,).
+
+    Yields:
+        One warning for each model that has such links.
+    """
+    hard = (model.geom_contype | model.geom_conaffinity) != 0
+    link = link_of_body(model, (*arm_joints, *table_joints))[model.geom_bodyid]
+    if not (hard & (piece == Piece.TOOL)).any():
+        text = "tool.model: no shape of the tool collides: it is not looked at; shapes need contype or conaffinity"
+        yield Warning(Code.LINK_WITHOUT_SHAPES, text)
+    for what, joints, kind in (("robot", arm_joints, Piece.ROBOT), ("positioner", table_joints, Piece.POSITIONER)):
+        bare = []
+        for joint in joints:
+            body = int(model.jnt_bodyid[joint])
+            if not (hard & (piece == kind) & (link == body)).any() and _is_last(model, joint, joints):
+                bare.append(model.body(body).name)
+        if bare:
+            text = (
+                f"{what}.model: no shape of {', '.join(bare)} collides: what they hit is not looked at; "
+                "shapes need contype or conaffinity"
+            )
+            yield Warning(Code.LINK_WITHOUT_SHAPES, text)
+
+
+def _is_last(model: mujoco.MjModel, joint: int, joints: Sequence[int]) -> bool:
+    """Whether no later joint of the list turns the same body: what is between two such has no extent."""
+    return all(
+        other == joint or model.jnt_bodyid[other] != model.jnt_bodyid[joint] or other < joint for other in joints
+    )
+
+
+def link_of_body(model: mujoco.MjModel, joints: Sequence[int]) -> Ints:
+    """By body the body of the last of these joints that moves it; 0 where none does, (nbody,).
+
+    Args:
+        model: a compiled model.
+        joints: ids.
+    """
+    own = set(model.jnt_bodyid[list(joints)].tolist())
+    link = np.zeros(model.nbody, dtype=np.int64)
+    for body in range(1, model.nbody):  # parents come first
+        link[body] = body if body in own else link[model.body_parentid[body]]
+    return link

@@ -1,0 +1,239 @@
+"""The cell as one MuJoCo model, composed from a case: robot, tool, positioner, support, part, fixtures.
+
+    scene = compose(case, part)               # part: slicing.deposits.part_shape.PartShape
+    scene.model, scene.chain                  # MuJoCo's model, the arm as arrays
+    scene.T_base_part(E1, E2)                 # where the part is, seen from the arm
+    standalone_xml(scene)                     # one MJCF that plain MuJoCo loads
+
+Every model keeps its own names where it can, so that a user can swap any of them and bind other names in the case file;
+what a shape belongs to is known by its number, never by its name. World frame: z up, metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Chain, Floats
+from slicing import Code, PartShape, Warning
+
+from ..case.sections import Case
+from ..errors import InputError
+from ..mjcf.chain_from_model import chain_of, check_base, check_count, check_names
+from ..mjcf.detection import make_detectable
+from ..mjcf.held_joints import Held
+from ..mjcf.model_names import require
+from ..progress import stage
+from .absent_shapes import links_without_shapes
+from .composition import Piece, Pieces, one_line
+from .contacts import pair_tool_with_arm, set_contact_bits
+from .equipment import add_positioner, add_robot, leave_out_table
+from .scene import Scene
+from .standing import standing
+from .table_axes import table_axes
+from .workpiece import add_fixture, add_part
+from .world import surroundings
+
+WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
+WIRE_AHEAD = 0.1  # share of its length by which a wire's middle may lie ahead of the TCP
+
+
+@stage("composing the cell")
+def compose(case: Case, part: PartShape) -> Scene:
+    """Build the cell.
+
+    Args:
+        case: the case.
+        part: shapes of the part, part frame, mm.
+
+    Returns:
+        The compiled scene.
+
+    Raises:
+        InputError: a model file is missing or does not compile, or a name the case binds is not in it.
+    """
+    pieces = Pieces(surroundings(case), case)
+    check_names(case.robot.joints)
+    arm = add_robot(pieces)
+    check_count(case.robot.joints)
+    pair_tool_with_arm(pieces)
+    table = add_positioner(pieces)
+    add_part(pieces, part)
+    for fixture in case.fixtures:
+        add_fixture(pieces, fixture)
+    leave_out_table(pieces)
+    set_contact_bits(pieces)
+    make_detectable(pieces.world, case)
+    try:
+        model = pieces.world.compile()
+    except ValueError as error:
+        raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
+    scene = _bind(pieces, model, part, arm.home)
+    told = (*arm.warnings, *table.warnings, *_without_home(case, scene, arm))
+    return replace(scene, warnings=(*scene.warnings, *told, *standing(scene, part)))
+
+
+def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str, float]) -> Scene:
+    case = pieces.case
+    robot = [pieces.name(Piece.ROBOT, "joints", name) for name in case.robot.joints]
+    table = [pieces.name(Piece.POSITIONER, "joints", name) for name in case.positioner.joints]
+    arm_joints = [require(model, "joint", name, "robot.joints") for name in robot]
+    sites = _sites(pieces, model)
+    table_joints, has_axis = table_axes(model, table, sites["table"], case)
+    wire_geom = np.array([model.geom(g).name in pieces.wires for g in range(model.ngeom)])
+    _check_wire(model, sites["tcp"], wire_geom, case)
+    tool_root = int(model.jnt_bodyid[arm_joints[0]])
+    arm_geom = np.array([_descends(model, int(b), tool_root) for b in model.geom_bodyid], dtype=bool)
+    last = [b for b in range(model.nbody) if _descends(model, b, int(model.jnt_bodyid[arm_joints[-1]]))]
+    base = pieces.name(Piece.ROBOT, "bodies", case.robot.base)
+    chain = chain_of(model, robot, model.site(sites["tcp"]).name, base, _speeds(model, case))
+    chain = replace(chain, names=tuple(case.robot.joints))
+    check_base(model, base, [*arm_joints, *table_joints])
+    rest = _rest(case, chain, home)
+    body_piece = np.array([pieces.piece.get(model.body(b).name, Piece.SURROUNDINGS) for b in range(model.nbody)])
+    on_table = np.array([model.body(b).name in pieces.on_table for b in range(model.nbody)])
+    piece = body_piece[model.geom_bodyid].astype(np.int64)
+    deposits = np.full(model.ngeom, -1, dtype=np.int64)
+    for geom in np.flatnonzero(piece == Piece.PART):
+        kind, *number = model.geom(geom).name.split("/")
+        deposits[geom] = int(number[0]) if kind == "deposit" else -1
+    return Scene(
+        case=case,
+        model=model,
+        spec=pieces.world,
+        chain=chain,
+        arm_qpos=model.jnt_qposadr[arm_joints].astype(np.int64),
+        table_qpos=model.jnt_qposadr[table_joints].astype(np.int64),
+        table_range=_table_range(model, table_joints, has_axis),
+        has_axis=has_axis,
+        home=np.clip(np.zeros(chain.n), chain.lower, chain.upper) if rest is None else rest,
+        has_home=rest is not None,
+        deposit_of_geom=deposits,
+        n_deposits=part.n_deposits,
+        contact_bits=np.array([model.geom_contype, model.geom_conaffinity]),
+        body_contype=model.body_contype.copy(),
+        body_conaffinity=model.body_conaffinity.copy(),
+        arm_geom=arm_geom,
+        tool_geom=arm_geom & np.isin(model.geom_bodyid, last),
+        piece_of_geom=piece,
+        wire_geom=wire_geom,
+        put_on_table=np.isin(piece, (Piece.SUPPORT, Piece.PART)) | on_table[model.geom_bodyid],
+        arm_joints=np.array(arm_joints, dtype=np.int64),
+        table_joints=np.array(table_joints, dtype=np.int64),
+        base_body=require(model, "body", base, "robot.base"),
+        sites=sites,
+        warnings=(*pieces.warnings, *links_without_shapes(model, arm_joints, table_joints, piece)),
+    )
+
+
+def _sites(pieces: Pieces, model: mujoco.MjModel) -> dict[str, int]:
+    """Ids of the sites that the case binds, and of the part's."""
+    case = pieces.case
+    tcp = "tool.tcp (the wire's end, z along the wire)"
+    return {
+        "flange": require(model, "site", pieces.name(Piece.ROBOT, "sites", case.robot.flange), "robot.flange"),
+        "tcp": require(model, "site", pieces.name(Piece.TOOL, "sites", case.tool.tcp), tcp),
+        "table": require(model, "site", pieces.name(Piece.POSITIONER, "sites", case.positioner.table), "positioner"),
+        "part": model.site("part").id,
+    }
+
+
+def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
+    """The arm's home, from the case or else its MJCF's key; None where neither has one.
+
+    Raises:
+        InputError: it is outside the joint limits, or not one angle a joint.
+    """
+    given, where = case.robot.home_deg, "robot.home_deg"
+    if given is not None and len(given) != chain.n:
+        raise InputError(f"{case.path}: {where}: has {len(given)} values for {chain.n} joints")
+    if given is None and not set(chain.names) <= home.keys():
+        return None
+    if given is None:
+        where = f"robot.model: the key home of {case.robot.model} (robot.home_deg goes before it)"
+    rest = np.array([home[name] for name in chain.names]) if given is None else np.deg2rad(given)
+    for name, value, low, high in zip(chain.names, *np.rad2deg([rest, chain.lower, chain.upper]), strict=True):
+        if not low - 1e-6 <= value <= high + 1e-6:
+            raise InputError(f"{case.path}: {where}: {name} = {value:g} deg is outside {low:g} .. {high:g} deg")
+    return np.clip(rest, chain.lower, chain.upper)
+
+
+def _without_home(case: Case, scene: Scene, arm: Held) -> tuple[Warning, ...]:
+    """What is not looked at where no home is known."""
+    if scene.has_home:
+        return ()
+    has = f"its keys are {', '.join(map(repr, arm.keys))}" if arm.keys else "it has no keys"
+    return (
+        Warning(
+            Code.HOME_UNKNOWN,
+            f"robot.home_deg: not given, and {case.robot.model} has no key home ({has}): the ways from a home to the "
+            "part and back are not in the motion and not checked",
+        ),
+    )
+
+
+def _table_range(model: mujoco.MjModel, joints: list[int], has_axis: NDArray[np.bool_]) -> Floats:
+    out: Floats = np.where(model.jnt_limited[joints, None] != 0, model.jnt_range[joints], (-np.inf, np.inf))
+    out[~has_axis] = 0.0
+    return out
+
+
+def _check_wire(model: mujoco.MjModel, site: int, wires: NDArray[np.bool_], case: Case) -> None:
+    """Refuse a TCP whose z axis is not the wire's, or points back into the nozzle."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    place, z = data.site_xpos[site], data.site_xmat[site].reshape(3, 3)[:, 2]
+    behind, length = 0.0, 0.0
+    for geom in np.flatnonzero(wires):
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        behind += float((place - data.geom_xpos[geom] - turn @ model.geom_aabb[geom, :3]) @ z)
+        length += float(np.abs(turn.T @ z) @ model.geom_aabb[geom, 3:])
+        if int(model.geom_type[geom]) not in (int(mujoco.mjtGeom.mjGEOM_CYLINDER), int(mujoco.mjtGeom.mjGEOM_CAPSULE)):
+            continue
+        off = float(np.rad2deg(np.arccos(np.clip(abs(z @ turn[:, 2]), 0, 1))))
+        if off > WIRE_OFF:
+            raise InputError(
+                f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} is {off:.0f} deg off the wire "
+                f"{model.geom(geom).name}; it must run along it"
+            )
+    if behind < -WIRE_AHEAD * length:  # a TCP is at the wire's end: the wire's middle lies behind it
+        raise InputError(
+            f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} points back along the wire into the nozzle; "
+            "it must point the way the wire is fed, out of the nozzle"
+        )
+
+
+def _descends(model: mujoco.MjModel, body: int, root: int) -> bool:
+    while body not in (0, root):
+        body = int(model.body_parentid[body])
+    return body == root
+
+
+def _speeds(model: mujoco.MjModel, case: Case) -> Floats:
+    n = len(case.robot.joints)
+    if case.robot.max_speed_deg_s is not None:
+        speeds = np.array(case.robot.max_speed_deg_s)
+        if len(speeds) != n:
+            raise InputError(f"{case.path}: robot.max_speed_deg_s: has {len(speeds)} values for {n} joints")
+        return np.deg2rad(speeds)
+    try:
+        speeds = np.asarray(model.numeric("max_speed_deg_s").data)
+    except KeyError:
+        raise InputError(
+            f"{case.path}: robot.max_speed_deg_s: needed, since the robot's MJCF has no numeric max_speed_deg_s"
+        ) from None
+    if len(speeds) != n or not np.all(speeds > 0):
+        raise InputError(f"{case.path}: the robot's numeric max_speed_deg_s needs {n} positive values")
+    return np.deg2rad(speeds)
+
+
+def _without_images(spec: mujoco.MjSpec) -> None:
+    """Leave out textures that are files; materials keep their colours."""
+    images = {texture.name for texture in spec.textures if texture.file or any(texture.cubefiles)}
+    for material in spec.materials:
+        material.textures = ["" if name in images else name for name in material.textures]
+    for texture in [t for t in spec.textures if t.name in images]:
+        spec.delete(texture)

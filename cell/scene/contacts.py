@@ -1,0 +1,255 @@
+"""What may touch what in a composed cell: contact bits, and the pairs that MuJoCo would leave out.
+
+    set_contact_bits(pieces)                  # everything against everything, but for the wire on the part
+    pair_tool_with_arm(pieces)                # the tool against the links that MuJoCo leaves out
+
+Pieces are told apart by the bodies they belong to, never by what a shape is called.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+from slicing import Code, Warning
+
+from ..errors import InputError
+from .composition import Piece, Pieces, one_line
+
+# contact bits: the wire may touch the part and nothing else
+SOLID, WIRE = 1, 2
+ROUND_SHAPES = tuple(
+    int(t)
+    for t in (
+        mujoco.mjtGeom.mjGEOM_SPHERE,
+        mujoco.mjtGeom.mjGEOM_CAPSULE,
+        mujoco.mjtGeom.mjGEOM_CYLINDER,
+        mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    )
+)
+OFF_AXIS = 1e-4  # m, and rad: what a shape that turns about the last joint's own axis may be off it
+TOUCHING = 1e-3  # m: nearer than this, two shapes that never move against each other may touch
+AT_FLANGE = 1e-3  # m: a shape that begins this near the flange's face is bolted onto it
+TURNS = 25  # angles of the last joint at which the arm's own shapes are looked at
+FAR = 10.0  # m
+
+
+def set_contact_bits(pieces: Pieces) -> None:
+    """Everything may hit everything, but for the wire on the part (a model's own bits only say what collides)."""
+    wires = pieces.wires
+    for geom in pieces.world.geoms:
+        if not (geom.contype or geom.conaffinity):
+            continue
+        piece = pieces.piece.get(geom.parent.name, Piece.SURROUNDINGS)
+        if piece is Piece.TOOL and geom.name in wires:
+            geom.contype, geom.conaffinity = WIRE, 0
+        elif piece in (Piece.SUPPORT, Piece.PART):
+            geom.contype, geom.conaffinity = SOLID, SOLID
+        else:
+            geom.contype, geom.conaffinity = SOLID, SOLID | WIRE
+
+
+def pair_tool_with_arm(pieces: Pieces) -> None:
+    """Name the pairs of the tool and the arm that MuJoCo leaves out though they move against each other.
+
+    MuJoCo leaves out a body and the one that carries it, and what the model excludes; the tool is welded to the arm's
+    last link, so that its pairs with the link before would never be tested. Shapes of the last link itself count as
+    tool where they stand out beyond the flange. To be called before the positioner is added.
+
+    Raises:
+        InputError: the arm and its tool do not compile.
+    """
+    case, world = pieces.case, pieces.world
+    joints = [world.joint(pieces.name(Piece.ROBOT, "joints", name)) for name in case.robot.joints]
+    if None in joints:
+        return  # cell.scene.compose says which
+    try:
+        model = world.copy().compile()
+    except ValueError as error:
+        raise InputError(f"{case.path}: the robot with its tool does not compile: {one_line(error)}") from None
+    wrist = _ToolPairs(model, pieces, tuple(model.joint(joint.name).id for joint in joints))
+    left_out = []
+    for tool, arm in wrist.unseen():
+        fixed = wrist.bolted_on(tool, arm)
+        if fixed and not wrist.touch(tool, arm):
+            continue
+        if (fixed and wrist.is_disc(tool)) or (not wrist.of_tool[tool] and wrist.always_touch(tool, arm)):
+            left_out.append(" - ".join(model.geom(g).name for g in (arm, tool)))
+            continue
+        names = model.geom(tool).name, model.geom(arm).name
+        world.add_pair(name="~".join(names), geomname1=names[0], geomname2=names[1])
+    _pair_links(wrist)
+    if left_out:
+        text = (
+            f"robot.model: {', '.join(left_out)} touch at every angle of {case.robot.joints[-1]}: shapes at the "
+            "flange, not held against each other"
+        )
+        pieces.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
+
+
+def _pair_links(wrist: _ToolPairs) -> None:
+    """Name the pairs of links with two or more joints between that MuJoCo takes for a body and the one that carries it.
+
+    So they are where a body has several joints. What touches at every angle that is looked at is left out and said.
+    """
+    pieces, left_out = wrist.pieces, []
+    for outer, inner in wrist.unseen_links():
+        names = wrist.model.geom(outer).name, wrist.model.geom(inner).name
+        if wrist.always_touch(outer, inner):
+            left_out.append(" - ".join(reversed(names)))
+        else:
+            pieces.world.add_pair(name="~".join(names), geomname1=names[0], geomname2=names[1])
+    if left_out:
+        text = f"robot.model: {', '.join(left_out)} touch at every angle between them: not held against each other"
+        pieces.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
+
+
+@dataclass(frozen=True, eq=False)
+class _ToolPairs:
+    """The arm with its tool alone.
+
+    Attributes:
+        model: compiled.
+        pieces: what it was compiled from.
+        joints: ids of the arm's joints.
+    """
+
+    model: mujoco.MjModel
+    pieces: Pieces
+    joints: tuple[int, ...]
+
+    @cached_property
+    def moved_by(self) -> NDArray[np.int64]:
+        """By geom, how many of the arm's joints move it."""
+        model, bodies = self.model, set(self.model.jnt_bodyid[list(self.joints)].tolist())
+        count = np.zeros(model.nbody, dtype=np.int64)
+        for body in range(1, model.nbody):  # parents come first
+            own = sum(int(model.jnt_bodyid[j]) == body for j in self.joints) if body in bodies else 0
+            count[body] = count[model.body_parentid[body]] + own
+        return count[model.geom_bodyid]
+
+    @cached_property
+    def of_tool(self) -> NDArray[np.bool_]:
+        """Whether a geom is the tool's, by its body."""
+        piece = [self.pieces.piece.get(self.model.body(b).name) for b in range(self.model.nbody)]
+        of_tool = np.array([p is Piece.TOOL for p in piece])
+        return of_tool[self.model.geom_bodyid]
+
+    @cached_property
+    def flange(self) -> tuple[Floats, Floats]:
+        """Its place and its z axis with all joints at zero, world, m."""
+        site = self.model.site(self.pieces.name(Piece.ROBOT, "sites", self.pieces.case.robot.flange)).id
+        return self.data.site_xpos[site], self.data.site_xmat[site].reshape(3, 3)[:, 2]
+
+    @cached_property
+    def data(self) -> mujoco.MjData:
+        """All joints at zero."""
+        data = mujoco.MjData(self.model)
+        data.qpos[self.model.jnt_qposadr[list(self.joints)]] = 0.0
+        mujoco.mj_kinematics(self.model, data)
+        return data
+
+    def unseen(self) -> list[tuple[int, int]]:
+        """Geoms of tool and arm that move against each other, but that MuJoCo does not hold against each other."""
+        model = self.model
+        hard = (model.geom_contype | model.geom_conaffinity) != 0
+        robot = np.array([self.pieces.piece.get(model.body(b).name) is Piece.ROBOT for b in model.geom_bodyid])
+        last = len(self.joints)
+        moved = np.flatnonzero(hard & (self.moved_by == last)).tolist()
+        tools = [g for g in moved if self.of_tool[g] or self._beyond(g)]
+        arms = np.flatnonzero(hard & robot & (self.moved_by < last)).tolist()
+        return [(t, a) for t in tools for a in arms if self._filtered(t, a)]
+
+    def unseen_links(self) -> list[tuple[int, int]]:
+        """Geoms of the arm with two or more joints between that MuJoCo takes for neighbours, but for unseen ones.
+
+        What the model itself excludes stays excluded.
+        """
+        model, known = self.model, set(self.unseen())
+        hard = (model.geom_contype | model.geom_conaffinity) != 0
+        robot = [self.pieces.piece.get(model.body(b).name) is Piece.ROBOT for b in model.geom_bodyid]
+        geoms, moved = np.flatnonzero(hard & np.array(robot)).tolist(), self.moved_by
+        pairs = [(o, i) for o in geoms for i in geoms if moved[o] - moved[i] >= 2 and (o, i) not in known]
+        return [(o, i) for o, i in pairs if self._filtered(o, i) and not self._excluded(o, i)]
+
+    def _excluded(self, one: int, other: int) -> bool:
+        """Whether the model excludes the bodies of two geoms."""
+        a, b = sorted((int(self.model.geom_bodyid[one]), int(self.model.geom_bodyid[other])))
+        return (a << 16) + b in self.model.exclude_signature
+
+    def _filtered(self, one: int, other: int) -> bool:
+        """Whether MuJoCo leaves a pair of geoms out; see "collision detection: selection" in its documentation."""
+        model = self.model
+        if self._excluded(one, other):
+            return True
+        a, b = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
+        weld = [int(model.body_weldid[x]) for x in (a, b)]
+        above = [int(model.body_weldid[model.body_parentid[w]]) for w in weld]
+        return 0 not in weld and (weld[0] == above[1] or weld[1] == above[0])
+
+    def _span(self, geom: int) -> tuple[float, float]:
+        """From where to where a geom reaches along the flange's z axis, from the flange on, m."""
+        model, data = self.model, self.data
+        at, z = self.flange
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        centre = float((data.geom_xpos[geom] + turn @ model.geom_aabb[geom, :3] - at) @ z)
+        half = float(np.abs(turn.T @ z) @ model.geom_aabb[geom, 3:])
+        return centre - half, centre + half
+
+    def _beyond(self, geom: int) -> bool:
+        """Whether a shape of the last link stands out beyond the flange."""
+        return self._span(geom)[1] > AT_FLANGE
+
+    def bolted_on(self, tool: int, arm: int) -> bool:
+        """Whether a shape is round about the last joint's axis, at the flange.
+
+        Its distance to the link before is the same at every angle, so that no clearance can be kept or lost.
+        """
+        model, data = self.model, self.data
+        if self.moved_by[arm] != len(self.joints) - 1 or int(model.geom_type[tool]) not in ROUND_SHAPES:
+            return False
+        low, high = self._span(tool)
+        if low > AT_FLANGE or high < -AT_FLANGE:
+            return False
+        joint = self.joints[-1]
+        axis, away = data.xaxis[joint], data.geom_xpos[tool] - data.xanchor[joint]
+        if np.linalg.norm(np.cross(axis, away)) > OFF_AXIS:
+            return False
+        ball = int(model.geom_type[tool]) == int(mujoco.mjtGeom.mjGEOM_SPHERE)
+        along = data.geom_xmat[tool].reshape(3, 3)[:, 2]
+        round_about = model.geom_size[tool, 0] == model.geom_size[tool, 1] or int(model.geom_type[tool]) != int(
+            mujoco.mjtGeom.mjGEOM_ELLIPSOID
+        )
+        return ball or (round_about and bool(np.linalg.norm(np.cross(axis, along)) <= OFF_AXIS))
+
+    def touch(self, tool: int, arm: int) -> bool:
+        """Whether two shapes touch with all joints at zero."""
+        return mujoco.mj_geomDistance(self.model, self.data, tool, arm, FAR, np.zeros(6)) <= TOUCHING
+
+    def is_disc(self, geom: int) -> bool:
+        """Whether a shape is a plate: a cylinder no higher than its radius.
+
+        A plate on the flange turns freely there, so that a link that reaches into it is modelled too large.
+        """
+        radius, half = self.model.geom_size[geom, :2]
+        return int(self.model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_CYLINDER) and bool(2 * half <= radius)
+
+    def always_touch(self, tool: int, arm: int) -> bool:
+        """Whether two shapes touch at every angle of the joints between them that is looked at."""
+        model, data = self.model, mujoco.MjData(self.model)
+        between = self.joints[int(self.moved_by[arm]) :]
+        turns = np.linspace(0, 1, TURNS)
+        for joint in between:
+            low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.pi, np.pi)
+            for turn in low + turns * (high - low):
+                data.qpos[model.jnt_qposadr[list(self.joints)]] = 0.0
+                data.qpos[model.jnt_qposadr[joint]] = turn
+                mujoco.mj_kinematics(model, data)
+                if mujoco.mj_geomDistance(model, data, tool, arm, FAR, np.zeros(6)) > 0.0:
+                    return False
+        return True

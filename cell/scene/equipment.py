@@ -1,0 +1,284 @@
+"""The pieces of a cell, put into one MjSpec: surroundings, robot with its tool, positioner, part, fixtures.
+
+    pieces = Pieces(surroundings(case), case)
+    held = add_robot(pieces)
+    held = add_positioner(pieces)
+    add_part(pieces, shape); add_fixture(pieces, fixture)
+
+Every piece keeps its own names where it can (``cell.mjcf.names``); which piece a shape belongs to is known by its body.
+World frame, metres; ``cell.scene.compose`` compiles what comes of it.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from ik.chain import Floats
+from slicing import Code, Warning
+
+from ..case.sections import NO_TABLE, Case
+from ..errors import InputError
+from ..mjcf.held_joints import Held, OwnPlaces, check_planned, hold
+from ..mjcf.names import attach, name_all
+from ..mjcf.torch import TorchDimensions, shape_torch
+from ..shipped import MODELS_DIR, is_path
+from ..units import METRES_PER_MM
+from .composition import Piece, Pieces, one_line
+
+UNUSED = ("unused/E1", "unused/E2")  # joints of axes that a positioner does not have
+ROOT, PLATE = "fixed_table", "fixed_table_plate"  # bodies of a table without axes
+UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
+DRIVEN = ("actuators", "sensors", "tendons", "equalities", "keys", "tuples", "texts", "skins")
+SIZES = (
+    "memory",
+    "nuserdata",
+    "nuser_actuator",
+    "nuser_body",
+    "nuser_cam",
+    "nuser_geom",
+    "nuser_jnt",
+    "nuser_sensor",
+    "nuser_site",
+    "nuser_tendon",
+)
+
+
+def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
+    """A shipped model by name, or any MJCF by its path."""
+    shipped = MODELS_DIR / name / f"{name}.xml"
+    path = case.path_of(name) if is_path(name) else shipped
+    if not path.is_file():
+        known = sorted(p.parent.name for p in MODELS_DIR.glob("*/*.xml"))
+        raise InputError(
+            f"{case.path}: {what}.model: no file {path}; shipped models are {', '.join(known)}, anything else is a path"
+        )
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise InputError(f"{path}: not an MJCF that MuJoCo reads: {one_line(error)}") from None
+    for mesh in spec.meshes:
+        if mesh.file:  # found wherever the scene is compiled
+            mesh.file = str((path.parent / spec.meshdir / mesh.file).resolve())
+    for hfield in spec.hfields:
+        if hfield.file:
+            hfield.file = str((path.parent / spec.meshdir / hfield.file).resolve())
+    for texture in spec.textures:
+        if texture.file:
+            texture.file = str((path.parent / spec.texturedir / texture.file).resolve())
+    return spec
+
+
+def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
+    """A model with all that is named and nothing that only a simulation needs."""
+    gone = [f"{len(spec.equalities)} equality constraint(s)"] if len(spec.equalities) else []
+    pairs = list(spec.pairs) if what == "positioner" else []  # of the arm's pairs alone a motion is asked
+    gone += [f"{len(pairs)} contact pair(s)"] if pairs else []
+    gone += [f"{len(spec.flexes)} flex(es)"] if len(spec.flexes) else []
+    if gone:
+        text = (
+            f"{what}.model: {' and '.join(gone)} left out of the cell: what they couple stays where it is, "
+            "and what they hold or name is not looked at"
+        )
+        pieces.warnings.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
+    for kind in (*DRIVEN, "flexes"):  # names in them would have to follow; kinematics and contacts need none
+        for element in list(getattr(spec, kind)):
+            spec.delete(element)
+    for pair in pairs:
+        spec.delete(pair)
+    _with_the_cells_options(spec, pieces.world)
+    for eye in (*spec.cameras, *spec.lights):
+        if eye.targetbody:
+            eye.targetbody, eye.mode = "", mujoco.mjtCamLight.mjCAMLIGHT_FIXED
+    name_all(spec, what)
+    return spec
+
+
+def _with_the_cells_options(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> None:
+    """Give a model the cell's options and sizes: MuJoCo keeps the cell's, and says so of each that differs."""
+    for name in (n for n in dir(spec.option) if not n.startswith("_")):
+        value = getattr(world.option, name)
+        if not callable(value) and name != "authored":
+            setattr(spec.option, name, value)
+    for name in SIZES:
+        setattr(spec, name, getattr(world, name))
+
+
+def _put(pieces: Pieces, child: mujoco.MjSpec, piece: Piece, parent: mujoco.MjsBody, pos: Floats, quat: Floats) -> None:
+    """Attach a prepared model to a body.
+
+    Shapes in its worldbody get a body of their own: in a body of another piece they would take part in what that one's
+    excludes say.
+    """
+    what = piece.name.lower()
+    holds = [(e.bodyname1, e.bodyname2) for e in child.excludes if "world" in (e.bodyname1, e.bodyname2)]
+    world = pieces.world
+    if len(child.worldbody.geoms):
+        parent = parent.add_body(name=what, pos=pos, quat=quat)
+        pieces.piece[what] = piece
+        frame = parent.add_frame()
+    else:
+        frame, holds = parent.add_frame(pos=pos, quat=quat), []
+    names = pieces.names[piece] = attach(world, child, f"{what}/", frame)
+    names.bodies["world"] = parent.name
+    pieces.piece.update(dict.fromkeys((n for own, n in names.bodies.items() if own != "world"), piece))
+    for pair in holds:
+        one, two = (names.bodies[name] for name in pair)
+        world.add_exclude(bodyname1=one, bodyname2=two)
+
+
+def _stands_at(spec: mujoco.MjSpec, site: str, what: str) -> tuple[Floats, Floats]:
+    """Position and quaternion of a site in its body, whatever frames and angles the MJCF gives it by.
+
+    Raises:
+        InputError: the model does not compile.
+    """
+    try:
+        model = spec.copy().compile()
+    except ValueError as error:
+        raise InputError(f"{what}.model: does not compile: {one_line(error)}") from None
+    found = model.site(site).id
+    return model.site_pos[found].copy(), model.site_quat[found].copy()
+
+
+def quaternion_about(rotation_deg: tuple[float, float, float]) -> Floats:
+    """A quaternion of turns about x, y and z."""
+    quat = np.zeros(4)
+    mujoco.mju_euler2Quat(quat, np.deg2rad(rotation_deg), "XYZ")
+    return quat
+
+
+def add_robot(pieces: Pieces) -> Held:
+    """Attach the arm and its tool.
+
+    Returns:
+        The arm's home, and where the joints stand that are not planned.
+
+    Raises:
+        InputError: there is no such model, or its flange or the tool's dimensions are not as the case says.
+    """
+    case, world = pieces.case, pieces.world
+    robot = _load(case, case.robot.model, "robot")
+    held = hold(robot, case.robot.joints, _own_places(case, "robot"))
+    check_planned(held, case.robot.joints, _own_places(case, "robot"))
+    if robot.site(case.robot.flange) is None:
+        raise InputError(f"{case.path}: robot.flange: {case.robot.model} has no site named {case.robot.flange!r}")
+    _prepared(pieces, robot, "robot")
+    pos, quat = _stands_at(robot, case.robot.flange, "robot")
+    place = np.array(case.robot.position_mm) * METRES_PER_MM
+    _put(pieces, robot, Piece.ROBOT, world.worldbody, place, quaternion_about(case.robot.rotation_deg))
+    tool = _load(case, case.tool.model, "tool")
+    held_by_tool = hold(tool, (), _own_places(case, "tool"))
+    if case.tool.dimensions or case.tool.model == "cmt_torch":
+        try:
+            shape_torch(tool, TorchDimensions(**case.tool.dimensions))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{case.path}: tool.dimensions: {_dimension_problem(error)}") from None
+    for wire in case.tool.wire:
+        if tool.geom(wire) is None:
+            raise InputError(f"{case.path}: tool.wire: {case.tool.model} has no geom named {wire!r}")
+    _prepared(pieces, tool, "tool")
+    flange = world.site(pieces.name(Piece.ROBOT, "sites", case.robot.flange))
+    _put(pieces, tool, Piece.TOOL, flange.parent, pos, quat)
+    return replace(held, warnings=(*held.warnings, *held_by_tool.warnings))
+
+
+def _own_places(case: Case, section: str) -> OwnPlaces:
+    told = getattr(case, section)
+    return OwnPlaces(section, told.model, str(case.path), told.held_deg, told.held_mm)
+
+
+def _dimension_problem(error: Exception) -> str:
+    text = str(error)
+    if isinstance(error, TypeError):
+        known = list(TorchDimensions.__dataclass_fields__)
+        match = re.search(r"'(\w+)'", text)
+        wrong = match.group(1) if match else text
+        near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
+        return f"{wrong}: unknown key; " + (f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}")
+    return text
+
+
+def add_positioner(pieces: Pieces) -> Held:
+    """Attach the positioner where the case puts it.
+
+    Axes that it does not have are joints that nothing hangs on, so that every cell has two: :data:`UNUSED`. A table
+    without any stands on a body of its own with both, so that it is held against the floor and what stands on it.
+
+    Returns:
+        Where its joints stand that are not planned.
+
+    Raises:
+        InputError: there is no such model, or it has no site for the table.
+    """
+    case, world, told = pieces.case, pieces.world, pieces.case.positioner
+    if told.model == NO_TABLE:
+        positioner = mujoco.MjSpec()
+        positioner.worldbody.add_site(name=told.table)
+    else:
+        positioner = _load(case, told.model, "positioner")
+    held = hold(positioner, told.joints, _own_places(case, "positioner"))
+    if positioner.site(told.table) is None:
+        raise InputError(f"{case.path}: positioner.table: {told.model} has no site named {told.table!r}")
+    check_planned(held, told.joints, _own_places(case, "positioner"))
+    for numeric in list(positioner.numerics):
+        numeric.name = f"positioner_{numeric.name}"
+    _prepared(pieces, positioner, "positioner")
+    pieces.table = _stands_at(positioner, told.table, "positioner")
+    root, place, quat = world.worldbody, np.array(told.position_mm) * METRES_PER_MM, quaternion_about(told.rotation_deg)
+    if not told.joints:
+        root = root.add_body(name=ROOT, pos=place, quat=quat)
+        place, quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+    pieces.piece[ROOT] = pieces.piece[PLATE] = Piece.POSITIONER
+    _put(pieces, positioner, Piece.POSITIONER, root, place, quat)
+    if not told.joints:
+        pos, quat = pieces.table
+        plate = world.site(pieces.name(Piece.POSITIONER, "sites", told.table)).parent
+        plate = plate.add_body(name=PLATE, pos=pos, quat=quat)
+        _still(plate, UNUSED)
+        pieces.table = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+        held = replace(held, warnings=(*held.warnings, *_without_shape(case)))
+    elif len(told.joints) == 1:
+        _still(world.worldbody.add_body(name="unused"), UNUSED)
+    return held
+
+
+def _still(body: mujoco.MjsBody, joints: tuple[str, ...]) -> None:
+    """Give a body joints that nothing ever moves."""
+    for name, axis in zip(joints, ((1, 0, 0), (0, 0, 1)), strict=True):
+        body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
+    # MuJoCo wants mass and inertia of what moves, and writes them where their place is given as well
+    body.explicitinertial, body.mass, body.inertia = True, 1.0, (1.0, 1.0, 1.0)
+    body.ipos, body.iquat = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+
+
+def _without_shape(case: Case) -> tuple[Warning, ...]:
+    if case.positioner.model != NO_TABLE:
+        return ()
+    return (
+        Warning(
+            Code.TABLE_WITHOUT_SHAPE,
+            "positioner: none: nothing of a table is in the cell; what carries the part is to be among the fixtures, "
+            "or a model with joints: []",
+        ),
+    )
+
+
+def leave_out_table(pieces: Pieces) -> None:
+    """Leave out pairs of a fixed table and what stands on it: as on one that turns, it touches it by design."""
+    world = pieces.world
+    if pieces.case.positioner.joints:
+        return
+    below: list[str] = []
+    for k, body in enumerate([world.body(ROOT), *world.body(ROOT).find_all("body")]):
+        if not body.name:
+            body.name = f"{ROOT} {k}"
+        below.append(body.name)
+    on = [PLATE, *(body.name for body in world.body(PLATE).find_all("body"))]
+    for one in sorted(set(below) - set(on)):
+        for other in on:
+            world.add_exclude(bodyname1=one, bodyname2=other)

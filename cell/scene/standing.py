@@ -1,0 +1,101 @@
+"""Whether the part stands on what carries it: neither inside it nor in the air above it.
+
+    for line in standing(scene, shape): ...          # typed warnings
+
+What is on the table does not move against the table: no check of a motion ever holds the two against each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from slicing import Code, PartShape, Warning
+
+from ..units import METRES_PER_MM
+from .absent_shapes import link_of_body
+from .composition import Piece
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+Ints = NDArray[np.int64]
+OFF_MM = 0.5  # that a part may be off what it stands on
+NEAR = 0.05  # m: out to here distances are of interest
+CARRIERS = (Piece.SUPPORT, Piece.POSITIONER, Piece.FIXTURE)
+
+
+def standing(scene: Scene, shape: PartShape) -> Iterator[Warning]:
+    """Say what stands in what carries it, and a body that nothing carries.
+
+    Args:
+        scene: the composed cell.
+        shape: what its part was made from.
+
+    Yields:
+        Typed warnings.
+    """
+    model = scene.model
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    names = [model.geom(g).name for g in range(model.ngeom)]
+    solid = scene.contact_bits.any(axis=0)
+    table = int(model.site_bodyid[scene.sites["table"]])
+    link = link_of_body(model, scene.table_joints.tolist())
+    moves_along = link[model.geom_bodyid] == link[table]
+    carriers = np.flatnonzero(solid & moves_along & np.isin(scene.piece_of_geom, CARRIERS))
+    half_bead = 0.5 * scene.case.beads.width_mm * METRES_PER_MM
+    ground = carriers[scene.piece_of_geom[carriers] != Piece.FIXTURE]  # fixtures may stand for more of the part
+    for what, of_part, beads in _what_stands(names, shape):
+        off_mm = float(shape.visual[f"{what}_visual"].vertices[:, 2].min()) + scene.case.part.position_mm[2]
+        apart, found = _nearest(model, data, of_part, ground)
+        if off_mm < -OFF_MM and apart < -(OFF_MM * METRES_PER_MM + (half_bead if beads else 0.0)):
+            text = (
+                f"part.position_mm: the {what} is inside {names[found]}: its lower end is {-off_mm:.1f} mm below what "
+                "the part stands on"
+            )
+            yield Warning(Code.PART_NOT_ON_SUPPORT, text, sub_volume=what if beads else "")
+        if not beads and _nearest(model, data, of_part, carriers)[0] > OFF_MM * METRES_PER_MM:
+            told = scene.case.part.body
+            ends = told is not None and told.z_mm is None and told.radius_mm is not None and told.mesh is None
+            hint = " (part.body.z_mm is not given, so that it ends where its sub-volumes do)" if ends else ""
+            text = (
+                f"part.position_mm: nothing carries the body: its lower end is {off_mm:.1f} mm above what the part "
+                f"stands on{hint}"
+            )
+            yield Warning(Code.PART_NOT_ON_SUPPORT, text)
+
+
+def _what_stands(names: list[str], shape: PartShape) -> Iterator[tuple[str, Ints, bool]]:
+    """The body and each sub-volume: what it is called, its geoms, and whether its beads may stand out of it."""
+    kind = np.array([name.split("/")[0] for name in names])
+    owner = np.array([_sub_volume(name) for name in names])
+    for visual in shape.visual:
+        what = visual.removesuffix("_visual")
+        if what == "body":
+            yield what, np.flatnonzero(kind == "body"), False
+        else:
+            yield what, np.flatnonzero(np.isin(kind, ("deposit", "built")) & (owner == what)), True
+
+
+def _sub_volume(name: str) -> str:
+    words = name.split("/")
+    place = {"deposit": 2, "built": 1}.get(words[0], 0)
+    return words[place] if 0 < place < len(words) else ""
+
+
+def _nearest(model: mujoco.MjModel, data: mujoco.MjData, of_part: Ints, carriers: Ints) -> tuple[float, int]:
+    """The least signed distance of some geoms from others, m, and which of these it is to; -1 where none is near."""
+    least, found, ends = np.inf, -1, np.zeros(6)
+    for carrier in carriers.tolist():
+        apart = np.linalg.norm(data.geom_xpos[of_part] - data.geom_xpos[carrier], axis=1)
+        near = of_part[apart - model.geom_rbound[of_part] - model.geom_rbound[carrier] <= NEAR]
+        for geom in near.tolist():
+            distance = mujoco.mj_geomDistance(model, data, geom, carrier, NEAR, ends)
+            if distance < min(least, NEAR):
+                least, found = distance, carrier
+    return least, found

@@ -1,0 +1,222 @@
+"""What stands on the table or in the cell: support, part, deposits and fixtures.
+
+Use:
+
+    add_part(world, case, shape); add_fixture(world, case, fixture)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from slicing import Code, PartShape, Warning
+
+from ..case.sections import Case, Fixture
+from ..errors import InputError
+from ..mjcf.convex_pieces import ConvexPieces, convex_pieces
+from ..units import METRES_PER_MM
+from .composition import Piece, Pieces, one_line
+from .contacts import SOLID, WIRE
+from .equipment import PLATE, UNIT, quaternion_about
+
+MANY_PIECES = 256  # of the part in one body
+
+FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
+
+COLOUR = {
+    "support": (0.42, 0.44, 0.47, 1.0),
+    "body": (0.62, 0.65, 0.69, 1.0),
+    "part": (0.36, 0.62, 0.86, 1.0),
+    "deposit": (0.36, 0.62, 0.86, 0.35),
+    "fixture": (0.55, 0.50, 0.40, 1.0),
+}
+
+
+def _table_body(pieces: Pieces) -> mujoco.MjsBody:
+    """The body that holds the table's site; of a fixed table its plate."""
+    told = pieces.case.positioner
+    if not told.joints:
+        return pieces.world.body(PLATE)
+    return pieces.world.site(pieces.name(Piece.POSITIONER, "sites", told.table)).parent
+
+
+def add_part(pieces: Pieces, part: PartShape) -> None:
+    """Put support and part onto the positioner's table, with a site ``part`` at the part's frame."""
+    case, world = pieces.case, pieces.world
+    pos, quat = pieces.table
+    lift = 0.0
+    fixed = _table_body(pieces).add_body(name="workpiece", pos=pos, quat=quat)
+    pieces.piece["workpiece"] = Piece.SUPPORT
+    if case.support is not None:
+        radius, height = case.support.radius_mm * METRES_PER_MM, case.support.height_mm * METRES_PER_MM
+        fixed.add_geom(
+            name="support",
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=(radius, height / 2, 0),
+            pos=(0, 0, height / 2),
+            rgba=COLOUR["support"],
+            group=3,
+            contype=SOLID,
+            conaffinity=SOLID,
+        )
+        fixed.add_geom(
+            name="support_visual",
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=(radius, height / 2, 0),
+            pos=(0, 0, height / 2),
+            rgba=COLOUR["support"],
+            group=2,
+            contype=0,
+            conaffinity=0,
+        )
+        lift = height
+    place = np.array(case.part.position_mm) * METRES_PER_MM + (0.0, 0.0, lift)
+    body = fixed.add_body(name="part", pos=place, quat=quaternion_about((0.0, 0.0, case.part.rotation_deg)))
+    pieces.piece["part"] = Piece.PART
+    body.add_site(name="part", size=(0.002, 0.002, 0.002), group=4)
+    for name, mesh in part.visual.items():
+        world.add_mesh(
+            name=name,
+            uservert=(mesh.vertices * METRES_PER_MM).ravel(),
+            userface=mesh.faces.astype(np.int32).ravel(),
+        )
+        colour = COLOUR["body" if name == "body_visual" else "part"]
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            rgba=colour,
+            group=2,
+            contype=0,
+            conaffinity=0,
+        )
+    several = len(part.hulls) > MANY_PIECES
+    holder = body
+    for i, (name, vertices) in enumerate(part.hulls.items()):
+        if several and i % MANY_PIECES == 0:
+            # MuJoCo goes through every geom of a body that may be hit: what lies far off is left out body by body
+            holder = body.add_body(name=f"pieces_{i // MANY_PIECES}")
+            pieces.piece[holder.name] = Piece.PART
+        world.add_mesh(name=name, uservert=(vertices * METRES_PER_MM).ravel())
+        holder.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            rgba=COLOUR["deposit" if name.startswith("deposit/") else "body"],
+            group=3,
+            contype=SOLID,
+            conaffinity=SOLID,
+        )
+
+
+def add_fixture(pieces: Pieces, fixture: Fixture) -> None:
+    """Put a fixture onto the floor or the table.
+
+    Raises:
+        InputError: its mesh is missing, or its name is another's.
+    """
+    case, world = pieces.case, pieces.world
+    if not fixture.name.strip() or not fixture.name.isprintable():
+        raise InputError(f"{case.path}: fixtures: {fixture.name!r} is no name: one line of printable characters is")
+    if "/" in fixture.name or world.geom(fixture.name) or world.body(f"fixture/{fixture.name}"):
+        raise InputError(f"{case.path}: fixtures: the name {fixture.name!r} is taken, or holds a /; choose another")
+    parent, name = world.worldbody, f"fixture/{fixture.name}"
+    if fixture.on == "table":
+        pos, quat = pieces.table
+        parent = _table_body(pieces).add_body(name=f"{name}/frame", pos=pos, quat=quat)
+        pieces.on_table.add(name)
+    body = parent.add_body(
+        name=name,
+        pos=np.array(fixture.position_mm) * METRES_PER_MM,
+        quat=quaternion_about(fixture.rotation_deg),
+    )
+    pieces.piece[name] = Piece.FIXTURE
+    options = {
+        "name": fixture.name,
+        "rgba": COLOUR["fixture"],
+        "group": 3,
+        "contype": SOLID,
+        "conaffinity": SOLID | WIRE,
+    }
+    if fixture.box is not None:
+        shape = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": np.array(fixture.box.size_mm) * METRES_PER_MM / 2}
+    elif fixture.cylinder is not None:
+        radius, height = fixture.cylinder.radius_mm, fixture.cylinder.height_mm
+        shape = {
+            "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
+            "size": np.array([radius, height / 2, 0]) * METRES_PER_MM,
+        }
+    else:
+        shape = {
+            "type": mujoco.mjtGeom.mjGEOM_MESH,
+            "meshname": _fixture_mesh(world, case, fixture),
+        }
+        for solid in _solids(pieces, fixture, shape):
+            body.add_geom(**{**options, **solid})
+    if fixture.mesh is None:
+        body.add_geom(**shape, **options)
+    look = {**options, "name": f"{name}/visual", "group": 2, "contype": 0, "conaffinity": 0}
+    body.add_geom(**shape, **look)
+
+
+def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
+    """Add a fixture's mesh; its name.
+
+    Raises:
+        InputError: there is no such file.
+    """
+    path = Path(case.path_of(str(fixture.mesh)))
+    if not path.is_file():
+        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {path}: no such file")
+    name = f"fixture/{fixture.name}/mesh"
+    world.add_mesh(name=name, file=str(path.resolve()), scale=[UNIT[fixture.units]] * 3)
+    return name
+
+
+def _solids(pieces: Pieces, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """What collides of a fixture's mesh, as options of geoms: itself where it is convex, else convex pieces."""
+    case, world = pieces.case, pieces.world
+    path = Path(case.path_of(str(fixture.mesh))).resolve()
+    changed = path.stat()
+    try:
+        found = _cut_up(str(path), UNIT[fixture.units], changed.st_mtime_ns, changed.st_size)
+    except ValueError as error:
+        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
+    if found.excess > FILLED:
+        more = "its convex hull counts, since it is not closed"
+        if np.isfinite(found.excess):
+            more = f"it counts with {100 * found.excess:.0f} % more than its volume, which fills some of its hollows"
+        text = f"fixtures.{fixture.name}.mesh: {more}; several fixtures of simple shapes would be exact"
+        pieces.warnings.append(Warning(Code.CONCAVE_FIXTURE, text))
+    if len(found.pieces) == 1:
+        yield {**shape, "name": fixture.name}
+        return
+    for number, vertices in enumerate(found.pieces, start=1):
+        name = f"fixture/{fixture.name}/{number}"
+        world.add_mesh(name=name, uservert=vertices.ravel())
+        yield {**shape, "meshname": name, "name": name}
+
+
+@lru_cache(maxsize=32)
+def _cut_up(path: str, scale: float, *_changed: int) -> ConvexPieces:
+    """A mesh file as convex pieces, m, as MuJoCo reads it.
+
+    Raises:
+        ValueError: MuJoCo does not read it.
+    """
+    import trimesh
+
+    spec = mujoco.MjSpec()
+    spec.add_mesh(name="mesh", file=path, scale=[scale] * 3)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+    model = spec.compile()
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.mesh_quat[0])
+    vertices = model.mesh_vert.astype(np.float64) @ turn.reshape(3, 3).T + model.mesh_pos[0]
+    return convex_pieces(trimesh.Trimesh(vertices, model.mesh_face, process=False))

@@ -1,0 +1,4 @@
+"""The time law under the axes' speeds and accelerations, and corners as a controller rounds them.
+
+Modules: ``time_law``, ``blending``. Arrays in, arrays out; nothing here knows a case or a scene.
+"""

@@ -1,0 +1,295 @@
+"""Time laws: how fast a given joint path can be run.
+
+    law = time_path(q, s, max_speed, max_acceleration, cap=speeds, zone=1e-3)   # along a bead, s in metres of the TCP
+    law.t, law.speed                                # at every sample; law.cause(a, b) says what slows it down
+    dt = time_travel(q, max_speed, max_acceleration)                            # from rest to rest
+
+The fastest law there is under joint speeds, joint accelerations and a cap on the path's own speed, from rest to rest.
+A path of straight pieces has corners, which no axis can run through at any speed; a controller rounds them. So the
+path that is timed is the samples' moving average over ``zone`` each way: straight where they are straight, and at a
+corner the parabola of a controller's blend (C_DIS with that distance), which leaves the corner by a quarter of the
+zone times the change of direction (0.35 of the zone at a right angle). The samples themselves stay as they are; that
+the rounded path is free as well is ``cell.collision.blended_corners``'.
+Radians and seconds; the unit of the path's length is the caller's.
+
+Source: Pham and Pham, A new approach to time-optimal path parameterization based on reachability analysis, IEEE T-RO
+2018 (controllable sets backwards, greedily forwards); here every bound is linear in the speed's square, so that a step
+of either pass is the least of a few straight lines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from .blending import TRAVEL_ZONE, kept_zone, mirrored
+
+PER_ZONE = 4  # grid steps a zone
+MOST_STEPS = 200_000  # of a grid that is even; a finer one is fine about the samples and grows coarser between them
+GROWTH, EVEN_STEPS = 1.25, 16  # of the steps of such a grid; its pieces have at least so many
+REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
+CORNER = 0.05  # share of a path's sharpest bend from which on another counts as a corner
+FLAT = 1e-12  # slope that counts as none
+
+
+@dataclass(frozen=True, eq=False)
+class TimeLaw:
+    """When a path's samples are passed.
+
+    Attributes:
+        t: time at every sample, (m,), s, from 0.
+        speed: speed along the path at every sample, (m,), in its unit of length a second.
+        grid: path lengths between and at the samples at which the law was worked out, (g,).
+        use: share of its speed, and of its acceleration, that every joint needs there, (g, 2, j).
+    """
+
+    t: Floats
+    speed: Floats
+    grid: Floats
+    use: Floats
+
+    def cause(self, low: float, high: float) -> tuple[int, str]:
+        """What holds the speed down between two path lengths.
+
+        Args:
+            low: from here.
+            high: to here.
+
+        Returns:
+            The joint that is used most, and "speed" or "acceleration".
+        """
+        here = (self.grid >= low) & (self.grid <= high)
+        kind, joint = np.unravel_index(int(np.argmax(self.use[here].max(axis=0))), self.use.shape[1:])
+        return int(joint), ("speed", "acceleration")[int(kind)]
+
+
+def time_path(
+    q: Floats, s: Floats, max_speed: Floats, max_acceleration: Floats, *, cap: Floats | float, zone: float
+) -> TimeLaw:
+    """The fastest time law along a path, from rest to rest.
+
+    Args:
+        q: samples, (m, j), rad.
+        s: path length at each, (m,), ascending.
+        max_speed: of the joints, (j,), rad/s; infinite where unknown.
+        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+        cap: greatest speed along the path on each step between samples, (m - 1,) or one for all.
+        zone: distance each way over which corners are rounded; at most half the path. With 0 corners are stopped in.
+
+    Returns:
+        The law.
+
+    Raises:
+        ValueError: the path does not move on between two samples, a cap is not above 0, or the zone below 0.
+    """
+    cap = np.broadcast_to(np.asarray(cap, dtype=float), len(s) - 1)
+    if len(s) < 2 or not np.all(np.diff(s) > 0) or not np.all(cap > 0) or not zone >= 0:
+        raise ValueError("a time law needs a path that moves on at every sample, caps above 0 and a zone")
+    s = s - s[0]
+    raw = np.diff(q, axis=0) / np.diff(s)[:, None]
+    zone = kept_zone(zone, s[-1])
+    grid = _grid(s, zone, _corners(s, raw))
+    slope, bend = _blended(q, s, grid, zone)
+    piece = np.clip(np.searchsorted(s, (grid[:-1] + grid[1:]) / 2) - 1, 0, len(raw) - 1)
+    with np.errstate(divide="ignore"):
+        # the samples' own path has to keep the speeds as well, in which a short piece is not averaged with others
+        most = np.minimum((max_speed / np.abs(raw)).min(axis=1), cap)[piece]
+        top = np.minimum(np.concatenate([most[:1], most]), np.concatenate([most, most[-1:]]))
+        top = np.minimum(top, (max_speed / np.abs(slope)).min(axis=1)) ** 2
+    step = np.diff(grid)
+    x = _fastest(top, step, _bounds(slope, bend, step, max_acceleration))
+    speed = np.sqrt(x)
+    dt = 2 * step / np.maximum(speed[:-1] + speed[1:], 1e-300)
+    t = np.interp(s, grid, np.concatenate([[0.0], np.cumsum(dt)]))
+    u = np.diff(x) / (2 * step)
+    use = np.empty((len(grid), 2, q.shape[1]))
+    use[:, 0] = np.abs(slope) * speed[:, None] / max_speed
+    before = np.abs(slope[1:] * u[:, None] + bend * x[1:, None])
+    after = np.abs(slope[:-1] * u[:, None] + bend * x[:-1, None])
+    use[:, 1] = np.maximum(np.concatenate([after, after[-1:]]), np.concatenate([before[:1], before])) / max_acceleration
+    return TimeLaw(t, np.sqrt(np.interp(s, grid, x)), grid, use)
+
+
+def time_stops(
+    q: Floats, s: Floats, max_speed: Floats, max_acceleration: Floats, *, cap: Floats, stops: NDArray[np.int64]
+) -> TimeLaw:
+    """The fastest time law along a path that stops in some of its samples.
+
+    Args:
+        q: samples, (m, j), rad.
+        s: path length at each, (m,), ascending from 0.
+        max_speed: of the joints, (j,), rad/s; infinite where unknown.
+        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+        cap: greatest speed along the path on each step between samples, (m - 1,).
+        stops: samples at which it stops, ascending, the first and the last among them. Those between follow one another
+            smoothly: the path is averaged over a step each way.
+
+    Returns:
+        The law.
+    """
+    laws = []
+    for a, b in pairwise(stops.tolist()):
+        zone = (s[b] - s[a]) / (b - a)
+        part = slice(a, b + 1)
+        laws.append(time_path(q[part], s[part], max_speed, max_acceleration, cap=cap[a:b], zone=zone))
+    begins = np.cumsum([0.0, *(law.t[-1] for law in laws)])
+    return TimeLaw(
+        np.concatenate([[0.0], *(begin + law.t[1:] for begin, law in zip(begins[:-1], laws, strict=True))]),
+        np.concatenate([[0.0], *(law.speed[1:] for law in laws)]),
+        np.concatenate([s[a] + law.grid for a, law in zip(stops[:-1], laws, strict=True)]),
+        np.concatenate([law.use for law in laws]),
+    )
+
+
+def time_travel(
+    q: Floats,
+    max_speed: Floats,
+    max_acceleration: Floats,
+    *,
+    cap: Floats | float = np.inf,
+    zone: float = TRAVEL_ZONE,
+) -> Floats:
+    """Times of the steps of a travel, as fast as the joints can, from rest to rest.
+
+    Args:
+        q: samples, (m, j), rad; a sample may repeat the one before.
+        max_speed: of the joints, (j,), rad/s; infinite where unknown.
+        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+        cap: greatest speed of all joints together (the norm of theirs) on each step, (m - 1,) or one for all, rad/s.
+        zone: rounding of corners, rad of joint travel each way.
+
+    Returns:
+        (m - 1,), s; 0 where a sample repeats the one before.
+    """
+    way = np.linalg.norm(np.diff(q, axis=0), axis=1)
+    moves = way > FLAT
+    dt = np.zeros(len(way))
+    if moves.any():
+        kept = np.concatenate([[True], moves])
+        s = np.concatenate([[0.0], np.cumsum(way[moves])])
+        # joints without a known speed weigh nothing, but something has to end the travel
+        known = np.where(np.isfinite(max_speed), max_speed, 1.0)
+        caps = np.broadcast_to(np.asarray(cap, dtype=float), len(way))[moves]
+        dt[moves] = np.diff(time_path(q[kept], s, known, max_acceleration, cap=caps, zone=zone).t)
+    return dt
+
+
+def _corners(s: Floats, slope: Floats) -> Floats:
+    """Path lengths at which the path bends by more than a little."""
+    turn = np.abs(np.diff(slope, axis=0))
+    most = turn.max(axis=0, initial=0.0)
+    return s[1:-1][(turn > CORNER * np.maximum(most, FLAT)).any(axis=1)]
+
+
+def _grid(s: Floats, zone: float, corners: Floats) -> Floats:
+    """Path lengths fine enough for the rounding of corners, finer still at the ends, where the path is at rest."""
+    count = np.maximum(np.ceil(np.diff(s) * PER_ZONE / zone), 1).astype(np.int64)
+    if count.sum() > MOST_STEPS:
+        grid = np.append(np.concatenate([a + _graded(b - a, zone) for a, b in pairwise(s.tolist())]), s[-1])
+    else:
+        piece = np.repeat(np.arange(len(count)), count)
+        k = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
+        grid = np.append(s[piece] + np.diff(s)[piece] * k / count[piece], s[-1])
+    halves = 0.5 ** np.arange(1, REST_STEPS + 1)
+    # where the rounding of a corner begins and ends, the acceleration jumps
+    edges = np.concatenate([corners - zone, corners + zone])
+    edges = edges[(edges > 0) & (edges < s[-1])]
+    fine = np.concatenate([grid, grid[1] * halves, s[-1] - (s[-1] - grid[-2]) * halves, edges])
+    fine.sort()
+    kept = fine[np.concatenate([[True], np.diff(fine) > FLAT * s[-1]])]
+    kept[-1] = s[-1]
+    return kept
+
+
+def _graded(length: float, zone: float) -> Floats:
+    """Places on a piece but its end: steps of a share of the zone at both ends, growing towards its middle."""
+    first = zone / PER_ZONE
+    most = max(length / EVEN_STEPS, first)
+    near = 3 * PER_ZONE  # steps before they grow
+    grown = int(np.ceil(np.log(most / first) / np.log(GROWTH)))
+    steps = np.concatenate([np.full(near, first), first * GROWTH ** np.arange(1, grown + 1), np.full(EVEN_STEPS, most)])
+    half = np.concatenate([[0.0], np.cumsum(steps)])
+    half = half[half < length / 2]
+    return np.concatenate([half, length - half[:0:-1]])
+
+
+def _blended(q: Floats, s: Floats, grid: Floats, zone: float) -> tuple[Floats, Floats]:
+    """Slope at the grid, (g, j), and its change along each grid step, (g - 1, j), of the samples' moving average."""
+    t, far = mirrored(q, s)
+    slope = np.stack(
+        [(np.interp(grid + zone, t, f) - np.interp(grid - zone, t, f)) / (2 * zone) for f in far.T], axis=1
+    )
+    return slope, np.diff(slope, axis=0) / np.diff(grid)[:, None]
+
+
+def _bounds(slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats) -> tuple[Floats, Floats, Floats]:
+    """Bounds on the path's acceleration u on every step, given the square x of its speed at the step's start.
+
+    A joint's acceleration is a u + b x, at the step's start and at its end, and linear between. Divided by a:
+    |u + r x| <= reach.
+
+    Returns:
+        reach (n, k), r (n, k), and the greatest x that the joints allow whatever comes after, (n,).
+    """
+    h = step[:, None]
+    a = np.concatenate([slope[:-1], slope[1:] + 2 * h * bend], axis=1)
+    b = np.concatenate([bend, bend], axis=1)
+    limit = np.tile(max_acceleration, 2)
+    idle = np.abs(a) <= FLAT
+    with np.errstate(divide="ignore", invalid="ignore"):
+        most = np.where(idle & (np.abs(b) > 0), limit / np.abs(b), np.inf).min(axis=1)
+        reach = np.where(idle, np.inf, limit / np.abs(a))
+        r = np.where(idle, 0.0, b / a)
+        for k in range(a.shape[1]):
+            # one joint's lower bound against all upper bounds
+            apart = r - r[:, k : k + 1]
+            cross = np.where(apart > FLAT, (reach + reach[:, k : k + 1]) / apart, np.inf)
+            most = np.minimum(most, cross.min(axis=1))
+        # the speed at the step's end is not below 0
+        apart = r - 0.5 / h
+        most = np.minimum(most, np.where(apart > FLAT, reach / apart, np.inf).min(axis=1))
+    return reach, r, most
+
+
+def _fastest(top: Floats, step: Floats, bounds: tuple[Floats, Floats, Floats]) -> Floats:
+    """Squares of the greatest speeds at the grid, (g,): what can still be stopped backwards, greedily forwards."""
+    reach, r, most = bounds
+    h = 2 * step[:, None]
+    gain, give = 1 - h * r, h * reach
+    limit = np.append(np.minimum(top[:-1], most), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        back, room = np.where(gain > FLAT, 1 / gain, 0.0), np.where(gain > FLAT, give / gain, np.inf)
+    beta = _lowered(limit[::-1], back[::-1], room[::-1])[::-1]
+    beta[0] = 0.0
+    return np.maximum(_lowered(beta, gain, give), 0.0)
+
+
+def _lowered(limit: Floats, gain: Floats, give: Floats) -> Floats:
+    """The greatest values below limits of which each follows from the one before: x' <= gain x + give.
+
+    Where the limits themselves follow from one another, which is most of a bead at its speed, nothing is worked out.
+
+    Args:
+        limit: (g,); the first is the first value.
+        gain: (g - 1, k).
+        give: (g - 1, k).
+
+    Returns:
+        (g,).
+    """
+    x = limit.copy()
+    follows = limit[1:] <= (gain * limit[:-1, None] + give).min(axis=1)
+    done = 0
+    for start in np.flatnonzero(~follows).tolist():
+        for i in range(max(start, done), len(follows)):
+            value = (gain[i] * x[i] + give[i]).min()
+            if value >= limit[i + 1]:
+                break
+            x[i + 1] = value
+            done = i + 1
+    return x

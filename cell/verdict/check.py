@@ -1,0 +1,326 @@
+"""The verdict: can the arm weld every target, bead by bead, and what stops it where it cannot.
+
+    result = check(prepare(case), E1_deg, E2_deg)
+    result.feasible, result.reasons, result.rows[0].detail
+
+"Feasible" is said of a motion that was followed and checked between the targets as well; a target that is not feasible
+carries the reason of its best candidate, and ``proved`` where every configuration it could have has been looked at.
+Radians and metres.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.singularity import KINDS, smallest_singular_value
+from slicing import Code, Warning
+
+from ..arrays import Ints
+from ..case.sections import REASONS
+from ..collision.between_samples import least_on_the_way
+from ..collision.checker import Checker
+from ..collision.clearances import CLEARANCE_REACH, Clearances
+from ..collision.table import table_alone
+from ..job.job import Job
+from ..job.unsupported import past_horizontal, unsupported_targets
+from ..motion.deposition_speed import too_slow
+from ..motion.motion import Motion
+from ..plain import plain
+from ..planning.assemble import assemble, corners
+from ..planning.context import Context, settings_of
+from ..planning.densify import refined
+from ..planning.edge_check import Stretch
+from ..planning.home import HomeWays, with_home
+from ..planning.lockouts import with_lockouts
+from ..planning.part_plan import PartPlan, plan_part
+from ..planning.travel import STRAIGHT, Way, drawn_back
+from ..progress import Progress, stage
+from ..scene.placement import Placed, place
+from ..scene.scene import table_angles
+from ..units import METRES_PER_MM
+
+
+@dataclass(frozen=True, eq=False)
+class TargetVerdict:
+    """The verdict on one target.
+
+    Attributes:
+        reason: None where it is feasible, else one of ``REASONS``.
+        detail: the reason's measure.
+        proved: of an infeasible target, whether every configuration was looked at.
+        q: the configuration it is welded in, (j,), rad; None where infeasible.
+        attempt: of an infeasible target the best attempt, (j,), rad, if there is one.
+    """
+
+    reason: str | None
+    detail: dict[str, Any]
+    proved: bool
+    q: Floats | None
+    attempt: Floats | None = None
+
+    def __post_init__(self) -> None:
+        """Keep plain values only: the record goes into documents."""
+        object.__setattr__(self, "detail", plain(self.detail))
+        object.__setattr__(self, "proved", bool(self.proved))
+
+
+@dataclass(frozen=True)
+class Least:
+    """A least value and where it occurs."""
+
+    value: float
+    target: int
+    what: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The verdict on a case at a table pose.
+
+    Attributes:
+        job: what was checked.
+        asked: E1, E2 as asked for, deg.
+        table: E1, E2 as the positioner stands, rad.
+        placed: the targets in the base frame.
+        rows: one a target.
+        clearance: least clearance along what was followed, between its samples too where there is a
+            motion, m; None where nothing was nearer than 50 mm.
+        singularity: least margin as a multiple of its limit, with its kind; None where nothing was followed.
+        sigma: smallest singular value of the scaled Jacobian on the way.
+        gravity: angle between the deposition direction and up of every target, (n,), rad.
+        motion: the whole motion, None where infeasible.
+        seconds: processor time that the check took.
+    """
+
+    job: Job
+    asked: tuple[float, float]
+    table: tuple[float, float]
+    placed: Placed
+    rows: tuple[TargetVerdict, ...]
+    clearance: Least | None
+    singularity: Least | None
+    sigma: float | None
+    gravity: Floats
+    motion: Motion | None
+    seconds: float = field(default=0.0, kw_only=True)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The job's, and what is to be said of this pose of the table."""
+        return (*self.job.warnings, *past_horizontal(self.job.case, self.gravity))
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the whole part can be built."""
+        return self.motion is not None
+
+    @property
+    def infeasible(self) -> int:
+        """How many targets cannot be welded."""
+        return sum(row.reason is not None for row in self.rows)
+
+    @property
+    def reasons(self) -> dict[str, int]:
+        """Infeasible targets by reason, every reason named."""
+        count = Counter(row.reason for row in self.rows)
+        return {reason: count[reason] for reason in REASONS}
+
+
+@stage("checking", spins=False)
+def check(
+    job: Job,
+    E1_deg: float,
+    E2_deg: float,
+    progress: Progress | None = None,
+) -> Result:
+    """Check every target, every bead and the way between them.
+
+    Args:
+        job: from ``cell.job.job.prepare``.
+        E1_deg: tilt of the table.
+        E2_deg: turn of the table; taken a whole turn on where only that is in the axis' range.
+        progress: told how far it is.
+
+    Returns:
+        The verdict.
+
+    Raises:
+        InputError: the positioner has no such angles.
+    """
+    begun = time.process_time()
+    asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
+    placed = place(job.targets, job.scene.T_base_part(*table))
+    up = job.scene.T_world_base()[2, :3]
+    gravity = np.arccos(np.clip(placed.normal @ up, -1.0, 1.0))
+    settings = settings_of(job)
+    blocked = _table_in_the_way(job, table)
+    if blocked is not None:
+        rows = tuple(TargetVerdict("collision", blocked, True, None) for _ in range(len(job.targets)))
+        return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
+    limits = job.singularity_limits
+    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
+    context = Context.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
+    plan, home = with_home(context, with_lockouts(job, context, plan_part(context, job.targets.path, progress)))
+    rows = _rows(job, plan, gravity)
+    stretches = plan.stretches
+    motion = None
+    if all(row.reason is None for row in rows):
+        stretches, spoilt = refined(context, stretches)
+        spoilt.update(corners(job, context, stretches, plan.travels))
+        motion = assemble(job, table, stretches, plan.travels, home)
+        if motion.pace is not None:
+            spoilt.update(too_slow(motion.pace, job.case.process.least_speed_share))
+        if spoilt:
+            rows, motion = _with(rows, spoilt), None
+    return Result(
+        job=replace(job, warnings=(*job.warnings, *_short_retracts(context, plan, home))),
+        asked=asked,
+        table=table,
+        placed=placed,
+        rows=rows,
+        clearance=_least_clearance(context, plan, stretches, home, whole=motion is not None),
+        singularity=_least_margin(context, stretches),
+        sigma=_least_sigma(context, stretches),
+        gravity=gravity,
+        motion=motion,
+        seconds=time.process_time() - begun,
+    )
+
+
+def _short_retracts(context: Context, plan: PartPlan, home: HomeWays | None) -> list[Warning]:
+    """A warning where the torch is drawn back straight by less than the case asks for."""
+    stretches, asked = plan.stretches, context.settings.retract
+    if len(plan.travels) != len(stretches) - 1:
+        return []  # the part is lost, and what is wrong is said of its targets
+    ends = [
+        (way, s, at)
+        for way, a, b in zip(plan.travels, stretches, stretches[1:], strict=False)
+        for s, at in ((a, -1), (b, 0))
+    ]
+    if home is not None:
+        ends += [(home.out, stretches[0], 0)] if home.out is not None else []
+        ends += [(home.back, stretches[-1], -1)] if home.back is not None else []
+    reached = [(drawn_back(context, way, stretch, at), stretch, at) for way, stretch, at in ends]
+    short = [(out, s.first if at == 0 else s.stop - 1) for out, s, at in reached if out < asked - STRAIGHT]
+    if not short:
+        return []
+    least, target = min(short)
+    text = (
+        f"the torch is drawn back by less than process.retract_mm {asked / METRES_PER_MM:g} at {len(short)} ends of"
+        f" beads, where no more is free: least {least / METRES_PER_MM:.1f} mm, at target {target}"
+    )
+    return [Warning(Code.SHORT_RETRACT, text)]
+
+
+def _table_in_the_way(job: Job, table: tuple[float, float]) -> dict[str, Any] | None:
+    """A collision that no arm can help: the workpiece or the table in the cell around it."""
+    found = table_alone(job.scene, table)
+    if found.distance[0] >= 0.0:
+        return None
+    return {
+        "pair": [job.scene.geom_name(int(g)) for g in found.pair[0]],
+        "distance_mm": round(float(found.distance[0]) / METRES_PER_MM, 3),
+        "required_mm": 0.0,
+        "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[0]],
+        "note": "the table and what stands on it, whatever the arm does",
+    }
+
+
+def _rows(job: Job, plan: PartPlan, gravity: Floats) -> tuple[TargetVerdict, ...]:
+    rows: dict[int, TargetVerdict] = {}
+    for bead in plan.beads:
+        for stretch in bead.stretches:
+            targets = range(stretch.first, stretch.stop)
+            rows.update((i, TargetVerdict(None, {}, False, q)) for i, q in zip(targets, stretch.q_targets, strict=True))
+        for i, m in bead.missing.items():
+            rows[i] = TargetVerdict(m.reason, m.detail, m.exhaustive, None, m.attempt)
+        for i, detail in bead.cuts.items():
+            reason = "speed" if detail["on_the_way"] == "speed" else "no_path"
+            rows[i] = TargetVerdict(reason, detail, False, None, rows[i].q)
+    for i, detail in plan.stuck.items():
+        rows[i] = TargetVerdict("no_path", detail, False, None, rows[i].q)
+    steepest = job.case.checks.gravity_max_deg
+    if steepest is not None:
+        for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
+            if rows[i].reason is None:
+                measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
+                rows[i] = TargetVerdict("gravity", measure, True, None, rows[i].q)
+    for i, detail in unsupported_targets(job).items():
+        if rows[i].reason is None:
+            rows[i] = TargetVerdict("overhang", detail, True, None, rows[i].q)
+    return tuple(rows[i] for i in range(len(job.targets)))
+
+
+def _with(rows: tuple[TargetVerdict, ...], spoilt: dict[int, dict[str, Any]]) -> tuple[TargetVerdict, ...]:
+    """Rows of which some turn out not to be feasible when they are run in time."""
+    out = list(rows)
+    for i, detail in spoilt.items():
+        out[i] = TargetVerdict(
+            "speed" if detail["on_the_way"] == "speed" else "no_path", detail, False, None, rows[i].q
+        )
+    return tuple(out)
+
+
+def _least_clearance(
+    context: Context, plan: PartPlan, stretches: list[Stretch], home: HomeWays | None, *, whole: bool
+) -> Least | None:
+    """The nearest anything comes, on the beads and, named by the target they lead to, on the travels.
+
+    The way home leads to none: it is named by the target it comes from.
+    """
+    runs: list[tuple[Floats, Clearances, Ints, Ints]] = [
+        (s.q, s.clearances, context.stage[s.edge], s.edge) for s in stretches
+    ]
+
+    def add(way: Way, stage: int, target: int) -> None:
+        runs.append((way[0], way[1], np.full(len(way[0]), stage), np.full(len(way[0]), target)))
+
+    if len(plan.travels) == len(stretches) - 1:
+        for way, before, after in zip(plan.travels, stretches[:-1], stretches[1:], strict=True):
+            add(way, int(context.laid[before.stop - 1]), after.first)
+    if home is not None and stretches:
+        last = stretches[-1].stop - 1
+        if home.out is not None:
+            add(home.out, 0, stretches[0].first)
+        if home.back is not None:
+            add(home.back, int(context.laid[last]), last)
+    if not runs:
+        return None
+    q, laid, leads_to = (np.concatenate([run[i] for run in runs]) for i in (0, 2, 3))
+    apart = np.repeat(np.arange(len(runs)), [len(run[0]) for run in runs])
+    found = Clearances.joined([run[1] for run in runs])
+    if whole:
+        at, nearest = least_on_the_way(context.checker, context.radius, q, laid, found, apart)
+    else:
+        at = int(np.argmin(found.distance))  # what is not run has samples, but no way
+        nearest = found.rows(np.array([at]))
+    if not np.isfinite(nearest.distance[0]):
+        return None
+    pair = tuple(context.checker.scene.geom_name(int(g)) for g in nearest.pair[0])
+    return Least(float(nearest.distance[0]), int(leads_to[at]), pair)
+
+
+def _least_margin(context: Context, stretches: list[Stretch]) -> Least | None:
+    if not stretches:
+        return None
+    limits = context.limits.values(context.solver.geometry is not None)
+    margin = np.concatenate([s.margin for s in stretches])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(limits > 0, margin / limits, np.inf)
+    k, kind = np.unravel_index(int(np.argmin(share)), share.shape)
+    if not np.isfinite(share[k, kind]):
+        return None
+    return Least(float(margin[k, kind]), int(np.concatenate([s.edge for s in stretches])[k]), (KINDS[kind],))
+
+
+def _least_sigma(context: Context, stretches: list[Stretch]) -> float | None:
+    if not stretches:
+        return None
+    q = np.concatenate([s.q_targets for s in stretches])
+    return float(smallest_singular_value(context.solver.chain, q).min())

@@ -1,0 +1,193 @@
+"""Where a motion from outside is on its beads: the TCP against the targets' chords, row by row and between rows.
+
+    way = dense(job, motion)                  # joint-linear samples between the rows, with poses seen from the part
+    on = against_beads(job, way)
+    on.off, on.wire_angle, on.progress             # m, rad, m along the bead
+
+Metres and radians; poses in the part frame, so that a table that moves changes nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..errors import InputError
+from ..job.job import Job
+from ..motion.motion import Motion
+from ..rigid import frames, great_circle, inverse, pose
+from ..units import METRES_PER_MM
+
+
+@dataclass(frozen=True)
+class Grain:
+    """How far apart samples are at most.
+
+    Attributes:
+        position: of the TCP, m.
+        angle: of every axis, rad.
+    """
+
+    position: float
+    angle: float
+
+
+FINE = Grain(0.2e-3, np.deg2rad(0.2))
+AS_BAD = Grain(0.05e-3, np.deg2rad(0.05))  # distances and angles that count alike
+MORE = (
+    0.02  # of these by which another chord is nearer than the named one: where a bead runs back they all but coincide
+)
+MOST_SAMPLES = 10_000_000
+COARSE = Grain(1e-3, np.deg2rad(1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """Samples of a motion between whose rows all axes move on straight lines.
+
+    Attributes:
+        row: row that each sample follows, (m,).
+        q: all axes, (m, j + 2), rad.
+        Ts_part_tcp: (m, 4, 4), m.
+        T_base_part: (m, 4, 4), m.
+    """
+
+    row: Ints
+    q: Floats
+    Ts_part_tcp: Floats
+    T_base_part: Floats
+
+
+def rows_of(job: Job, motion: Motion) -> Way:
+    """The rows themselves."""
+    return _posed(job, np.arange(len(motion.t_s)), np.concatenate([motion.q, motion.table], axis=1))
+
+
+def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.bool_]) -> Way:
+    """Samples on some of a motion's steps, ends included.
+
+    Args:
+        job: the job.
+        motion: the motion.
+        rows: from :func:`rows_of`.
+        grain: how far apart at most.
+        which: steps wanted, (rows - 1,).
+
+    Returns:
+        The samples; a step's end is there once, as the start of the next where that is wanted.
+
+    Raises:
+        InputError: more of them than could be held.
+    """
+    p = rows.Ts_part_tcp[:, :3, 3]
+    away = np.linalg.norm(np.diff(p, axis=0), axis=1) / grain.position
+    turn = np.abs(np.diff(rows.q, axis=0)).max(axis=1) / grain.angle
+    count = np.maximum(np.ceil(np.maximum(away, turn) - 1e-9), 1).astype(np.int64)
+    step = np.flatnonzero(which)
+    if count[step].sum() > MOST_SAMPLES:
+        raise InputError(f"the motion is too long: it takes {count[step].sum()} samples, {MOST_SAMPLES} are looked at")
+    last = step[~np.isin(step + 1, step)]
+    row = np.repeat(step, count[step])
+    k = np.arange(len(row)) - np.repeat(np.cumsum(count[step]) - count[step], count[step])
+    row, f = np.concatenate([row, last]), np.concatenate([k / count[row], np.ones(len(last))])
+    order = np.lexsort((f, row))
+    row, f = row[order], f[order][:, None]
+    return _posed(job, row, (1 - f) * rows.q[row] + f * rows.q[row + 1])
+
+
+def _posed(job: Job, row: Ints, q: Floats) -> Way:
+    scene, n = job.scene, job.scene.chain.n
+    tables, which = np.unique(q[:, n:], axis=0, return_inverse=True)
+    T_base_part = _part_seen_from_base(job, tables)[which.ravel()]
+    return Way(row, q, inverse(T_base_part) @ scene.chain.forward(q[:, :n]), T_base_part)
+
+
+def _part_seen_from_base(job: Job, tables: Floats) -> Floats:
+    """Pose of the part at table angles (m, 2), (m, 4, 4); as ``Scene.T_base_part`` for many."""
+    scene = job.scene
+    data = mujoco.MjData(scene.model)
+    out = np.empty((len(tables), 4, 4))
+    site = scene.sites["part"]
+    for i, table in enumerate(tables):
+        data.qpos[scene.table_qpos] = table
+        mujoco.mj_kinematics(scene.model, data)
+        out[i] = pose(data.site_xpos[site], data.site_xmat[site])
+    return inverse(scene.T_world_base()) @ out
+
+
+@dataclass(frozen=True, eq=False)
+class OnBead:
+    """Samples against their beads.
+
+    Attributes:
+        off: distance from the bead, (m,), m.
+        wire_angle: angle between the wire and its direction there, (m,), rad.
+        progress: length along the bead from its first target, (m,), m.
+        normal: deposition direction there, (m, 3), part frame.
+        roll: about the wire, (m,), rad.
+    """
+
+    off: Floats
+    wire_angle: Floats
+    progress: Floats
+    normal: Floats
+    roll: Floats
+
+
+def along_beads(job: Job) -> Floats:
+    """Length along its bead at which each target is, (n,), m."""
+    t = job.targets
+    step = np.linalg.norm(np.diff(t.position, axis=0), axis=1) * METRES_PER_MM
+    total = np.concatenate([[0.0], np.cumsum(step)])
+    first = np.flatnonzero(np.diff(t.path, prepend=-1))
+    out: Floats = total - total[first][t.path]
+    return out
+
+
+def against_beads(job: Job, way: Way, target: Ints) -> OnBead:
+    """Measure samples against the chords next to the targets they passed last.
+
+    Args:
+        job: the job.
+        way: samples.
+        target: last target passed of each, (m,).
+
+    Returns:
+        The measures at the nearest point of those chords.
+    """
+    t = job.targets
+    p, n = t.position * METRES_PER_MM, t.normal
+    x, z = way.Ts_part_tcp[:, :3, 3], way.Ts_part_tcp[:, :3, 2]
+    along = along_beads(job)
+    best = np.full(len(x), np.inf)
+    off, wire_angle, progress = (np.full(len(x), np.inf) for _ in range(3))
+    normal = n[target]
+    for shift in (0, -1, 1):
+        e = np.clip(target + shift, 0, len(t) - 2)
+        mine = (t.path[e] == t.path[target]) & (t.path[e + 1] == t.path[target])
+        chord = p[e + 1] - p[e]
+        s = np.clip(((x - p[e]) * chord).sum(axis=1) / np.maximum((chord**2).sum(axis=1), 1e-30), 0.0, 1.0)
+        away = np.linalg.norm(x - p[e] - s[:, None] * chord, axis=1)
+        towards = great_circle(n[e], n[e + 1], s)
+        turned = 2 * np.arcsin(np.clip(np.linalg.norm(z + towards, axis=1) / 2, 0.0, 1.0))
+        # a chord may be nearer whose direction is another; where chords meet, it is the one that the row names
+        score = np.maximum(away / AS_BAD.position, turned / AS_BAD.angle)
+        better = mine & (score < best - MORE)
+        best, off = np.where(better, score, best), np.where(better, away, off)
+        wire_angle = np.where(better, turned, wire_angle)
+        progress = np.where(better, along[e] + s * (along[e + 1] - along[e]), progress)
+        normal = np.where(better[:, None], towards, normal)
+    return OnBead(off, wire_angle, progress, normal, _roll(way, normal))
+
+
+def _roll(way: Way, normal: Floats) -> Floats:
+    """Roll of samples about the wire; the reference directions are the part's own z and x."""
+    T0 = frames(np.zeros((len(normal), 3)), normal, (np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])))
+    x = way.Ts_part_tcp[:, :3, 0]
+    return np.arctan2((T0[:, :3, 1] * x).sum(axis=1), (T0[:, :3, 0] * x).sum(axis=1))

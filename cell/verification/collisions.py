@@ -1,0 +1,195 @@
+"""Collisions of a motion from outside: of the arm, its wire and the table, with the part growing as the rows say.
+
+    stage = stages(job, motion, way.row)                  # deposits there are at every sample
+    clear, findings = collisions(job, motion, way, stage)
+
+What lies between samples is proved free as in ``cell.collision.between_samples``, with E1 and E2 as axes like any
+other. Radians, metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..collision.between_samples import unproven_steps
+from ..collision.checker import NEVER, Checker
+from ..collision.clearances import CLEARANCE_REACH, Clearances
+from ..collision.reach_radii import radii, table_radii
+from ..collision.table import TableChecker
+from ..collision.wire import REACH as WIRE_REACH
+from ..collision.wire import wire_scene
+from ..job.job import Job
+from ..motion.motion import STANDING, Motion
+from ..scene.scene import Scene
+from ..units import METRES_PER_MM
+from .bead_order import Finding
+from .bead_samples import Way
+
+OUT_MM = 1.0  # beyond a layer's thickness: its shape as it collides is a little larger
+
+
+def stretches_of(bad: NDArray[np.bool_], row: Ints, measure: Floats) -> list[tuple[int, int, int]]:
+    """Stretches of samples that are bad, as first row, last row and the worst sample.
+
+    Args:
+        bad: (m,).
+        row: of each sample, ascending, (m,).
+        measure: greater is worse, (m,).
+
+    Returns:
+        One a stretch.
+    """
+    index = np.flatnonzero(bad)
+    if not len(index):
+        return []
+    groups = np.split(index, np.flatnonzero((np.diff(index) > 1) & (np.diff(row[index]) > 1)) + 1)
+    return [(int(row[g[0]]), int(row[g[-1]]), int(g[np.argmax(measure[g])])) for g in groups]
+
+
+def stages(job: Job, motion: Motion, row: Ints) -> Ints:
+    """Deposits there are at samples: what the rows say has been laid by then.
+
+    Args:
+        job: the job.
+        motion: the motion.
+        row: that each sample follows, (m,).
+
+    Returns:
+        (m,).
+    """
+    welding = motion.arc == 1
+    done = np.maximum.accumulate(np.where(welding, job.laid[motion.target], 0))
+    at_row = np.where(welding, job.stage[motion.target], done)
+    after = np.minimum(row + 1, len(at_row) - 1)
+    inside = motion.welding[np.minimum(row, len(motion.welding) - 1)]
+    return np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))
+
+
+def collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:
+    """What a motion collides with.
+
+    Args:
+        job: the job.
+        motion: the motion.
+        way: samples of all of it.
+        stage: from :func:`stages`, (m,).
+
+    Returns:
+        The arm's clearances at the samples, and what was found.
+    """
+    clear, found = _arm_collisions(job, way, stage)
+    return clear, [*found, *_wire_collisions(job, motion, way, stage), *_table_collisions(job, way, stage)]
+
+
+def arm_checker(job: Job, way: Way) -> Checker:
+    """Collision detection of the arm that moves the table's axes like the arm's."""
+    scene = job.scene
+    table = (float(way.q[0, -2]), float(way.q[0, -1]))
+    return Checker(_with_table(scene), table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM))
+
+
+def _with_table(scene: Scene) -> Scene:
+    """The scene with the table's axes among the arm's."""
+    return replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
+
+
+def all_radii(scene: Scene) -> Floats:
+    """How far anything can be from each axis, the arm's and then the table's, m."""
+    return np.concatenate([radii(scene), table_radii(scene)])
+
+
+def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:
+    """Clearances at samples, and where they are too small or what lies between is not proved free."""
+    scene = job.scene
+    least = job.case.checks.clearance_mm * METRES_PER_MM
+    checker = arm_checker(job, way)
+    clear = checker.clearances(way.q, stage)
+    found = [
+        Finding("collision", a, b, hit(scene, clear, k, least))
+        for a, b, k in stretches_of(clear.distance < least, way.row, -clear.distance)
+    ]
+    radius = all_radii(scene)
+    step, nearest = unproven_steps(checker, radius, way.q, stage, clear, least=least)
+    for n, at in enumerate(step.tolist()):
+        if clear.distance[at] >= least and clear.distance[at + 1] >= least:
+            between = {"between_rows": True, **hit(scene, nearest, n, least)}
+            found.append(Finding("collision", int(way.row[at]), int(way.row[at + 1]), between))
+    return clear, found
+
+
+def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Finding]:
+    """A wire that is drawn through the part with the arc off; not where it comes off a bead or onto it."""
+    scene = wire_scene(job.scene)
+    index = np.flatnonzero(_across(job, motion, way))
+    if scene is None or not len(index):
+        return []
+    q, laid, row = way.q[index], stage[index], way.row[index]
+    checker = Checker(_with_table(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
+    clear = checker.clearances(q, laid)
+    found = [
+        Finding("collision", a, b, hit(scene, clear, k, 0.0))
+        for a, b, k in stretches_of(clear.distance <= 0.0, row, -clear.distance)
+    ]
+    radius = all_radii(job.scene)
+    run = np.cumsum(np.diff(index, prepend=-2) != 1)
+    step, nearest = unproven_steps(checker, radius, q, laid, clear, run)
+    for n, at in enumerate(step.tolist()):
+        if clear.distance[at] > 0.0 and clear.distance[at + 1] > 0.0:
+            between = {"between_rows": True, **hit(scene, nearest, n, 0.0)}
+            found.append(Finding("collision", int(row[at]), int(row[at + 1]), between))
+    return found
+
+
+def _across(job: Job, motion: Motion, way: Way) -> NDArray[np.bool_]:
+    """Samples with the arc off that are off the bead just welded, and not yet at the next one."""
+    # out of the layer just laid at least, which stands about its tip
+    layer = float(job.targets.thickness_mm.max()) + OUT_MM
+    near = max(job.case.process.retract_mm, layer) * METRES_PER_MM + STANDING
+    off = ~motion.welding[way.row]
+    out = off.copy()
+    p = way.Ts_part_tcp[:, :3, 3]
+    ends = np.flatnonzero(np.diff(off, prepend=False, append=False))
+    for a, b in zip(ends[::2], ends[1::2], strict=True):
+        here = p[a:b]
+        if motion.arc[way.row[a]]:
+            out[a:b] &= ~np.logical_and.accumulate(np.linalg.norm(here - here[0], axis=1) <= near)
+        last = p[min(b, len(p) - 1)]
+        if motion.arc[way.row[b - 1] + 1]:
+            out[a:b] &= ~np.logical_and.accumulate(np.linalg.norm(here - last, axis=1)[::-1] <= near)[::-1]
+    return out
+
+
+def _table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
+    """What stands on the table against the cell around it and against the positioner."""
+    scene = job.scene
+    checker = TableChecker(scene, CLEARANCE_REACH)
+    tables = way.q[:, scene.chain.n :]
+    clear = checker.clearances(tables, stage)
+    found = [
+        Finding("collision", a, b, hit(scene, clear, k, 0.0))
+        for a, b, k in stretches_of(clear.distance < 0.0, way.row, -clear.distance)
+    ]
+    step, nearest = unproven_steps(checker, table_radii(scene), tables, stage, clear)
+    # where nothing moves nothing has to be proved
+    moves = (np.diff(tables, axis=0) != 0).any(axis=1)
+    for n, at in enumerate(step.tolist()):
+        if moves[at] and clear.distance[at] >= 0.0 and clear.distance[at + 1] >= 0.0:
+            between = {"between_rows": True, **hit(scene, nearest, n, 0.0)}
+            found.append(Finding("collision", int(way.row[at]), int(way.row[at + 1]), between))
+    return found
+
+
+def hit(scene: Scene, clear: Clearances, k: int, least: float) -> dict[str, Any]:
+    """A collision in words and figures."""
+    return {
+        "pair": [scene.geom_name(int(g)) for g in clear.pair[k] if g >= 0],
+        "distance_mm": round(float(clear.distance[k]) / METRES_PER_MM, 3) if np.isfinite(clear.distance[k]) else None,
+        "required_mm": round(least / METRES_PER_MM, 3),
+    }

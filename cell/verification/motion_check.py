@@ -1,0 +1,322 @@
+"""A motion from outside against the cell: everything that ``rbam check`` asks of its own.
+
+    found = check_motion(job, read_motion("blade.csv", job))
+    found.feasible, found.findings[0].reason, found.findings[0].detail
+
+Between its rows all axes, E1 and E2 among them, move on straight lines. The part grows as the rows say. Findings are
+data: stretches of rows with a reason and the worst measure on them. Radians, metres, seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.singularity import KINDS, margins, sides, smallest_singular_value
+
+from ..arrays import Ints
+from ..collision.between_samples import least_on_the_way
+from ..collision.clearances import Clearances
+from ..job.job import Job
+from ..job.unsupported import past_horizontal, unsupported_targets
+from ..motion.deposition_speed import Pace
+from ..motion.motion import Motion
+from ..motion.motion_file import ReadMotion
+from ..units import METRES_PER_MM
+from .bead_order import Finding, order_findings, skips
+from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
+from .blended_motion import corner_collisions, rounded_rows
+from .collisions import all_radii, arm_checker, collisions, stages, stretches_of
+
+SLACK = 1e-7  # rad: angles come from files with six decimals
+SPEED_SLACK = 1.001
+ACCELERATION_SLACK = 1.02
+WINDOWS = (0.0, 0.005, 0.01, 0.02, 0.05)  # s to either side over which accelerations are measured; 0: from row to row
+ROLL_SLACK = np.deg2rad(0.05)
+UNITS = {"wrist": (180 / np.pi, "deg"), "elbow": (180 / np.pi, "deg"), "shoulder": (1e3, "mm"), "sigma": (1.0, "1")}
+
+
+@dataclass(frozen=True, eq=False)
+class MotionResult:
+    """What was found of a motion.
+
+    Attributes:
+        job: what it was held against.
+        read: the motion and what was repaired in it.
+        findings: what is wrong, in the order of the rows.
+        welded: targets that are welded.
+        samples: configurations looked at.
+        clearance: least clearance, m, with the row and the geoms; None where nothing is nearer than 50 mm.
+        singularity: the margin that is smallest against its limit, with its kind and row; None without an arc.
+        sigma: smallest singular value while welding.
+        off: greatest distance from the bead, m, and the row.
+        wire_angle: greatest angle of the wire off its direction, rad, and the row.
+        use: greatest share of its speed, and of its acceleration, that any axis needs, (2, j + 2).
+        pace: how far the deposition speed is held.
+        warnings: one line each, the job's first.
+    """
+
+    job: Job
+    read: ReadMotion
+    findings: tuple[Finding, ...]
+    welded: int
+    samples: int
+    clearance: tuple[float, int, tuple[str, ...]] | None
+    singularity: tuple[float, int, str] | None
+    sigma: float | None
+    off: tuple[float, int]
+    wire_angle: tuple[float, int]
+    use: Floats
+    pace: Pace
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def feasible(self) -> bool:
+        """Whether nothing was found."""
+        return not self.findings
+
+
+def check_motion(job: Job, read: ReadMotion) -> MotionResult:
+    """Hold a motion against the cell.
+
+    Args:
+        job: from ``cell.job.job.prepare``.
+        read: from ``cell.motion.motion_file.read_motion``.
+
+    Returns:
+        What was found.
+    """
+    motion = read.motion
+    rows = rows_of(job, motion)
+    use = np.stack([_speed_use(job, motion), _acceleration_use(job, read, rows)])
+    fine = dense(job, motion, rows, FINE, motion.welding)
+    on = against_beads(job, fine, motion.target[fine.row])
+    margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
+    coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
+    stage = stages(job, motion, coarse.row)
+    clear, hits = collisions(job, motion, coarse, stage)
+    hits += corner_collisions(job, motion, rows, coarse, stage, clear)
+    order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
+    findings = [
+        *_limit_findings(job, motion, rows.q),
+        *_drive_findings(job, use),
+        *_bead_findings(job, fine, on),
+        *_singular_findings(job, fine, margin),
+        *hits,
+        *order.findings,
+        *skips(fine, on, motion.bead[fine.row]),
+        *_gravity_findings(job, fine, on),
+        *_hanging_findings(job, motion),
+    ]
+    findings.sort(key=lambda f: (f.row, f.reason))
+    return MotionResult(
+        job=job,
+        read=read,
+        findings=tuple(replace(f, row=int(read.row[f.row]), to_row=int(read.row[f.to_row])) for f in findings),
+        welded=order.welded,
+        samples=len(fine.q) + len(coarse.q),
+        clearance=_nearest(job, read, coarse, stage, clear),
+        singularity=_least_margin(job, read, fine, margin),
+        sigma=_least_sigma(job, fine),
+        off=_most(on.off, fine, read),
+        wire_angle=_most(on.wire_angle, fine, read),
+        use=np.nanmax(use, axis=1),
+        pace=order.pace,
+        warnings=(*job.warnings, *_past_horizontal(job, motion, fine, on)),
+    )
+
+
+def _most(values: Floats, way: Way, read: ReadMotion) -> tuple[float, int]:
+    k = int(np.argmax(values))
+    return float(values[k]), int(read.row[way.row[k]])
+
+
+def _deg(angle: float, digits: int = 3) -> float:
+    return round(float(np.rad2deg(angle)), digits)
+
+
+def _limit_findings(job: Job, motion: Motion, q: Floats) -> list[Finding]:
+    chain, table = job.scene.chain, job.scene.table_range
+    lower, upper = np.concatenate([chain.lower, table[:, 0]]), np.concatenate([chain.upper, table[:, 1]])
+    over = np.maximum(lower - q, q - upper)
+    row = np.arange(len(q))
+    return [
+        Finding("joint_limit", a, b, {"axis": name, "over_deg": _deg(over[k, j])})
+        for j, name in enumerate(job.drives.names)
+        for a, b, k in stretches_of(over[:, j] > SLACK, row, over[:, j])
+    ]
+
+
+def _axes(motion: Motion) -> Floats:
+    return np.concatenate([motion.q, motion.table], axis=1)
+
+
+def _speed_use(job: Job, motion: Motion) -> Floats:
+    """Share of its speed that each axis needs from row to row, (m, j + 2)."""
+    speed = np.abs(np.diff(_axes(motion), axis=0)) / np.diff(motion.t_s)[:, None] / job.drives.speed
+    return np.concatenate([speed, np.zeros((1, speed.shape[1]))])
+
+
+def _acceleration_use(job: Job, read: ReadMotion, rows: Way) -> Floats:
+    """Share of its acceleration that each axis needs about each row, (m, j + 2).
+
+    Of the motion with its corners rounded: second differences, which are means of the accelerations in them. From row
+    to row they hide no spike, but the rounding of a file's digits can be all they show: what it can be at most is taken
+    off, which over longer ones is little. Before its first row and after its last the motion is at rest.
+    """
+    smooth = _second_differences(rounded_rows(job, read.motion, rows), read, WINDOWS)
+    # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
+    plain = _second_differences(_axes(read.motion), read, WINDOWS)
+    plain[-1] = np.inf
+    shares: Floats = np.minimum(smooth, plain).max(axis=0) / job.drives.acceleration
+    return shares
+
+
+def _second_differences(q: Floats, read: ReadMotion, windows: Sequence[float]) -> Floats:
+    """Mean accelerations about each row over windows (s to either side; 0: from row to row), (w, m, j), at least."""
+    t, (time, angle) = read.motion.t_s, read.grain
+    before, after, longest = float(t[1] - t[0]), float(t[-1] - t[-2]), max(windows)
+    q = np.concatenate([q[[0, 0]], q, q[[-1, -1]]])
+    t = np.concatenate([t[0] - [before + longest, before], t, t[-1] + [after, after + longest]])
+    i = np.arange(2, len(t) - 2)
+    out = np.empty((len(windows), len(i), q.shape[1]))
+    for k, window in enumerate(windows):
+        a = np.clip(np.searchsorted(t, t[i] - window, side="right") - 1, 0, i - 1)
+        b = np.clip(np.searchsorted(t, t[i] + window), i + 1, len(t) - 1)
+        to, since, both = ((t[x] - t[y])[:, None] for x, y in ((b, i), (i, a), (b, a)))
+        ahead, behind = (q[b] - q[i]) / to, (q[i] - q[a]) / since
+        mean = np.abs(ahead - behind) / (both / 2)
+        # less what the rounding of the file's digits can make of it
+        blur = (angle + np.abs(ahead) * time) / to + (angle + np.abs(behind) * time) / since
+        out[k] = np.maximum(mean * (1 - time / both) - blur / (both / 2), 0.0)
+    return out
+
+
+def _drive_findings(job: Job, use: Floats) -> list[Finding]:
+    """Axes that would have to be faster than they are."""
+    drives, row = job.drives, np.arange(use.shape[1])
+    found = []
+    for kind, limit, slack, unit in (
+        ("speed", drives.speed, SPEED_SLACK, "deg_s"),
+        ("acceleration", drives.acceleration, ACCELERATION_SLACK, "deg_s2"),
+    ):
+        share = use[0 if kind == "speed" else 1]
+        for j, name in enumerate(drives.names):
+            for a, b, k in stretches_of(share[:, j] > slack, row, share[:, j]):
+                most = float(limit[j])
+                measure = {f"needed_{unit}": _deg(share[k, j] * most), f"limit_{unit}": _deg(most)}
+                found.append(Finding("speed", a, b, {"axis": name, "by": kind, **measure}))
+    return found
+
+
+def _bead_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
+    """Rows and what lies between them that are not on the bead."""
+    checks, window = job.case.checks, job.window
+    found = []
+    for name, values, limit, unit in (
+        ("off_mm", on.off / METRES_PER_MM, checks.off_bead_mm, "mm"),
+        ("off_wire_deg", np.rad2deg(on.wire_angle), checks.off_wire_deg, "deg"),
+        ("roll_outside_deg", np.rad2deg(np.abs(window.excess(on.roll))), np.rad2deg(ROLL_SLACK), "deg"),
+    ):
+        for a, b, k in stretches_of(values > limit * (1 + 1e-9) + 1e-6, way.row, values):
+            measure = {name: round(float(values[k]), 4), "limit": round(float(limit), 4), "unit": unit}
+            found.append(Finding("off_bead", a, b, measure))
+    return found
+
+
+def _singular_findings(job: Job, way: Way, margin: Floats) -> list[Finding]:
+    """Margins that are too small while welding, and configurations that change inside a bead."""
+    geometry = job.solver.geometry
+    least = job.singularity_limits.values(geometry is not None)
+    found = []
+    for j, kind in enumerate(KINDS):
+        factor, unit = UNITS[kind]
+        if not np.isfinite(least[j]):
+            continue
+        for a, b, k in stretches_of(margin[:, j] < least[j] - SLACK, way.row, -margin[:, j]):
+            measure = {"singularity": kind, "margin": round(float(margin[k, j]) * factor, 3)}
+            found.append(
+                Finding("singular", a, b, {**measure, "limit": round(float(least[j]) * factor, 3), "unit": unit})
+            )
+    return [*found, *_changes(job, way)]
+
+
+def _changes(job: Job, way: Way) -> list[Finding]:
+    """Configurations that change inside a bead: a singularity between two samples that no sample need be near to."""
+    chain, geometry = job.scene.chain, job.solver.geometry
+    q = way.q[:, : chain.n]
+    kinds: tuple[str, ...] = KINDS
+    if geometry is not None:
+        side = sides(geometry, q)
+    elif chain.n == 6:
+        side, kinds = np.linalg.det(chain.jacobian(q))[:, None] >= 0, ("sigma",)
+    else:
+        return []
+    crossed = side[1:] != side[:-1]
+    found = []
+    for at in np.flatnonzero(crossed.any(axis=1) & (np.diff(way.row) <= 1)).tolist():
+        what = {"on_the_way": "configuration change", "singularity": kinds[int(np.argmax(crossed[at]))]}
+        found.append(Finding("no_path", int(way.row[at]), int(way.row[at + 1]), what))
+    return found
+
+
+def _off_upright(job: Job, way: Way, on: OnBead) -> Floats:
+    """Angle (n,) between the deposition direction and up, rad."""
+    normal = (job.scene.T_world_base()[:3, :3] @ way.T_base_part[:, :3, :3] @ on.normal[:, :, None])[:, :, 0]
+    return np.asarray(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)))
+
+
+def _past_horizontal(job: Job, motion: Motion, fine: Way, on: OnBead) -> tuple[str, ...]:
+    steepest = np.zeros(len(job.targets))
+    np.maximum.at(steepest, motion.target[fine.row], _off_upright(job, fine, on))
+    return past_horizontal(job.case, steepest)
+
+
+def _gravity_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
+    steepest = job.case.checks.gravity_max_deg
+    if steepest is None:
+        return []
+    angle = np.rad2deg(_off_upright(job, way, on))
+    return [
+        Finding("gravity", a, b, {"angle_deg": round(float(angle[k]), 3), "limit_deg": steepest})
+        for a, b, k in stretches_of(angle > steepest + 1e-6, way.row, angle)
+    ]
+
+
+def _hanging_findings(job: Job, motion: Motion) -> list[Finding]:
+    """Rows on which what is welded lies over nothing, by the case's limit."""
+    found, row = unsupported_targets(job), np.arange(len(motion.t_s))
+    over = np.isin(motion.target, list(found)) & (np.asarray(motion.arc) == 1)
+    return [
+        Finding("overhang", a, b, found[int(motion.target[a])])
+        for a, b, _ in stretches_of(over, row, np.ones(len(row)))
+    ]
+
+
+def _nearest(
+    job: Job, read: ReadMotion, way: Way, stage: Ints, clear: Clearances
+) -> tuple[float, int, tuple[str, ...]] | None:
+    """The nearest anything comes, between samples too, with the row and the pair."""
+    at, nearest = least_on_the_way(arm_checker(job, way), all_radii(job.scene), way.q, stage, clear)
+    if not np.isfinite(nearest.distance[0]):
+        return None
+    pair = tuple(job.scene.geom_name(int(g)) for g in nearest.pair[0])
+    return float(nearest.distance[0]), int(read.row[way.row[at]]), pair
+
+
+def _least_margin(job: Job, read: ReadMotion, way: Way, margin: Floats) -> tuple[float, int, str] | None:
+    limits = job.singularity_limits.values(job.solver.geometry is not None)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(limits > 0, margin / limits, np.inf)
+    k, kind = np.unravel_index(int(np.argmin(share)), share.shape)
+    if not np.isfinite(share[k, kind]):
+        return None
+    return float(margin[k, kind]), int(read.row[way.row[k]]), KINDS[kind]
+
+
+def _least_sigma(job: Job, way: Way) -> float:
+    rows = np.flatnonzero(np.diff(way.row, prepend=-1))
+    return float(smallest_singular_value(job.scene.chain, way.q[rows, : job.scene.chain.n]).min())

@@ -1,0 +1,87 @@
+"""A motion from a file as a replay shows it: checked, with what is wrong at the targets that it is about.
+
+    result = played(job, check_motion(job, read_motion("blade.csv", job)), target=None)
+    result.motion, result.feasible                # plays whatever the verdict is
+
+Radians and seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..job.job import Job
+from ..motion.motion import Motion
+from ..report.motion_report import finding_in_words
+from ..scene.placement import place
+from ..verdict.check import Result, TargetVerdict
+from ..verification.motion_check import MotionResult
+
+
+@dataclass(frozen=True, eq=False)
+class Played(Result):
+    """A motion that is shown as it is.
+
+    Attributes:
+        found: what the check of it found.
+    """
+
+    found: MotionResult
+
+    @property
+    def feasible(self) -> bool:
+        """Whether nothing was found: here a motion that there is may be a bad one."""
+        return self.found.feasible
+
+
+def played(job: Job, found: MotionResult, target: int | None = None) -> Played:
+    """A checked motion as a result to be shown.
+
+    Args:
+        job: the job.
+        found: from ``cell.verification.motion_check.check_motion``.
+        target: that a picture shows, where the table moves; else the middle of the motion.
+
+    Returns:
+        The result; its table is that of the target.
+    """
+    motion = replace(found.read.motion, t_s=found.read.motion.t_s - found.read.motion.t_s[0])
+    first = _first_rows(motion, len(job.targets))
+    middle = int(np.searchsorted(motion.t_s, motion.t_s[-1] / 2))
+    shown = middle if target is None else int(first[np.clip(target, 0, len(first) - 1)])
+    E1, E2 = (float(v) for v in motion.table[shown])
+    placed = place(job.targets, job.scene.T_base_part(E1, E2))
+    gravity: Floats = np.arccos(np.clip(placed.normal @ job.scene.T_world_base()[2, :3], -1.0, 1.0))
+    deg = np.rad2deg([E1, E2])
+    asked = (round(float(deg[0]), 3), round(float(deg[1]), 3))
+    rows = _rows(found, motion, first)
+    return Played(job, asked, (E1, E2), placed, rows, None, None, None, gravity, motion, found)
+
+
+def _first_rows(motion: Motion, n: int) -> Ints:
+    """The row in which each of n targets is welded first, or else is nearest to be, (n,)."""
+    welding = np.flatnonzero(motion.arc)
+    farthest = np.maximum.accumulate(motion.target[welding])
+    out: Ints = welding[np.minimum(np.searchsorted(farthest, np.arange(n)), len(welding) - 1)]
+    return out
+
+
+def _rows(found: MotionResult, motion: Motion, first: Ints) -> tuple[TargetVerdict, ...]:
+    """What is wrong at each target: the first finding on rows that are about it."""
+    rows = [TargetVerdict(None, {}, False, motion.q[k]) for k in first]
+    for f in found.findings:
+        detail = {**f.detail, "in_words": finding_in_words(f)}
+        if f.reason == "not_welded":
+            about = np.arange(f.detail["target"], f.detail["to_target"] + 1)
+        else:
+            here = (found.read.row >= f.row) & (found.read.row <= f.to_row)
+            about = np.unique(motion.target[here])
+        for i in about.tolist():
+            if rows[i].reason is None:
+                rows[i] = TargetVerdict(f.reason, detail, False, None, motion.q[first[i]])
+    return tuple(rows)

@@ -1,0 +1,174 @@
+"""The cheapest way through samples of the roll, branch by branch, every edge of a bead priced at once.
+
+A lighter search than :mod:`ik.bead_path`, for closed forms: whole turns of a joint are left out of the nodes and
+worked out of the way that is found, so that a target has one node for each roll and branch::
+
+    nodes = standings(chain, raw)                      # (j, t, g, r) lowest angles inside the limits
+    edges = prices(chain, nodes, rolls, bounds)        # (t - 1, g, s, r)
+    way = cheapest(cost, edges, shifts)                # group and (t,) samples, or None
+    q = unwound(chain, nodes_on_way, q_before)         # (t, j), or None where the turns of a joint run out
+
+What this does not find may still exist: a way that has to change its turns is left to the full search. Radians,
+seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bead_path import move_price
+from .chain import Chain, Floats
+from .joint_turns import SLACK, TURN
+from .roll import wrap
+
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """What edges from target to target have to keep.
+
+    Attributes:
+        speed: joint speed limits, (j,), rad/s.
+        times: for each edge, (t - 1,), s.
+        largest: most that any joint may move on it, (t - 1,), rad.
+        roll_price: of turning the roll, s/rad.
+        roll_step: most that the roll may turn on it, (t - 1,), rad.
+    """
+
+    speed: Floats
+    times: Floats
+    largest: Floats
+    roll_price: float
+    roll_step: Floats
+
+
+def several_turns(chain: Chain) -> Bools:
+    """Joints that can stand at an angle in more than one turn, (j,)."""
+    return np.asarray(chain.upper - chain.lower + 2 * SLACK >= TURN)
+
+
+def standings(chain: Chain, raw: Floats) -> tuple[Floats, Bools, Floats]:
+    """Every joint at its lowest angle inside the limits.
+
+    Args:
+        chain: the arm.
+        raw: configurations in any turn, (t, r, g, j), rad, NaN where there is none.
+
+    Returns:
+        Angles (j, t, g, r), rad; which are inside the limits, (t, g, r); and the room of the tightest joint, at its
+        best turn, (t, g, r), rad.
+    """
+    q = np.ascontiguousarray(np.moveaxis(raw, (3, 2), (0, 2)))
+    room = np.full(q.shape[1:], np.inf)
+    inside = np.ones(q.shape[1:], dtype=bool)
+    for j, angle in enumerate(q):
+        span = chain.upper[j] - chain.lower[j]
+        angle -= chain.lower[j] - SLACK
+        angle -= TURN * np.floor(angle / TURN)
+        angle -= SLACK
+        inside &= angle <= span + SLACK  # NaN compares false
+        here = angle
+        if span >= TURN:
+            most = np.floor((span + SLACK - angle) / TURN)
+            here = angle + TURN * np.clip(np.round((span / 2 - angle) / TURN), 0.0, np.maximum(most, 0.0))
+        np.minimum(room, np.minimum(here, span - here), out=room)
+        angle += chain.lower[j]
+    return q, inside, room
+
+
+def prices(chain: Chain, q: Floats, rolls: Floats, bounds: Bounds, shifts: Ints, *, circular: bool) -> Floats:
+    """Prices of all edges.
+
+    Args:
+        chain: the arm.
+        q: from :func:`standings`, (j, t, g, r).
+        rolls: of each target's samples, (t, r), rad.
+        bounds: what edges have to keep.
+        shifts: by how many samples the roll may change, (s,).
+        circular: whether the first and the last sample are neighbours.
+
+    Returns:
+        (t - 1, g, s, r) s: of arriving at sample r from sample r - shift; infinite where that is not allowed.
+    """
+    count = q.shape[-1]
+    source = np.arange(count) - shifts[:, None]
+    outside = (source < 0) | (source >= count)
+    source %= count
+    turning = several_turns(chain)
+    total: Floats = np.zeros(())
+    needed: Floats = np.zeros(())
+    furthest: Floats = np.zeros(())
+    for j in range(len(q)):
+        move = q[j, 1:, :, None, :] - q[j, :-1][:, :, source]
+        if turning[j]:
+            move = wrap(move)
+        move = np.abs(move)
+        furthest = np.maximum(furthest, move)
+        move = move / bounds.speed[j]
+        needed = np.maximum(needed, move)
+        total = total + move
+    turn = np.abs(wrap(rolls[1:, None, :] - rolls[:-1][:, source]))
+    allowed = (furthest <= bounds.largest[:, None, None, None]) & (needed <= bounds.times[:, None, None, None])
+    allowed &= (turn <= bounds.roll_step[:, None, None] + 1e-9)[:, None]
+    if not circular:
+        allowed &= ~outside
+    return np.where(allowed, move_price(needed, total) + (bounds.roll_price * turn)[:, None], np.inf)
+
+
+def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | None:
+    """The cheapest way through.
+
+    Args:
+        cost: of standing at each node, (t, g, r), s; infinite where it is not allowed.
+        edges: from :func:`prices`.
+        shifts: as given there.
+
+    Returns:
+        The group, and the sample at each target, (t,); None where there is no way.
+    """
+    groups, count = cost.shape[1:]
+    source = (np.arange(count) - shifts[:, None]) % count
+    at = np.arange(groups)[:, None], np.arange(count)
+    here = cost[0]
+    back = []
+    for price, edge in zip(cost[1:], edges, strict=True):
+        arrived = here[:, source] + edge
+        choice = arrived.argmin(axis=1)
+        back.append(choice)
+        here = arrived[at[0], choice, at[1]] + price
+    g, r = (int(v) for v in np.unravel_index(int(here.argmin()), here.shape))
+    if not np.isfinite(here[g, r]):
+        return None
+    way = [r]
+    for choice in reversed(back):
+        way.append(int(source[choice[g, way[-1]], way[-1]]))
+    return g, np.array(way[::-1])
+
+
+def unwound(chain: Chain, q: Floats, q_before: Floats | None) -> Floats | None:
+    """A way with its joints' whole turns.
+
+    Args:
+        chain: the arm.
+        q: lowest angles along the way, (t, j), rad.
+        q_before: where the arm comes from, (j,), rad: the turns nearest to it; None: those with most room.
+
+    Returns:
+        (t, j) rad, inside the limits without a jump; None where a joint's range does not hold the whole way.
+    """
+    move = np.diff(q, axis=0)
+    turning = several_turns(chain)
+    move[:, turning] = wrap(move[:, turning])
+    out = np.concatenate([q[:1], q[0] + np.cumsum(move, axis=0)])
+    low, high = out.min(axis=0), out.max(axis=0)
+    least = np.ceil((chain.lower - SLACK - low) / TURN)
+    most = np.floor((chain.upper + SLACK - high) / TURN)
+    if (least > most).any():
+        return None
+    wanted = (chain.lower + chain.upper - low - high) / 2 if q_before is None else q_before - out[0]
+    return np.clip(out + TURN * np.clip(np.round(wanted / TURN), least, most), chain.lower, chain.upper)

@@ -1,0 +1,148 @@
+"""Every configuration an arm has for a set of poses, by the closed form or by damped least squares.
+
+One interface over both solvers, so that nothing downstream asks which arm it has::
+
+    solver = Solver.for_chain(chain, "auto")
+    c = solver.candidates(Ts_base_tcp)       # (m, 4, 4) full poses
+    c.q                                      # (m, g, k, n) inside the joint limits, NaN where there is none
+    c.raw                                    # (m, g, n) before the limits, for reasons
+
+``g`` are groups that a continuous motion cannot leave (the eight branches of the closed form; one group for damped
+least squares, which knows no branches), ``k`` the standings inside a group.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import closed_form, dls
+from .chain import Chain, Floats
+from .joint_turns import SLACK, excess, standings, with_turns
+from .roll import RollWindow, wrap
+
+SOLVERS = ("auto", "closed_form", "dls")
+DLS_KEPT = 8  # distinct solutions kept of a pose, not counting whole turns
+MOST_STANDINGS = 12  # of one configuration, that all combinations of turns are listed for
+WINDOW = 1.25 * np.pi  # half of what a joint of several turns stands in where there are more
+TWIN = 1e-4  # rad; solutions closer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Configurations of m poses.
+
+    Attributes:
+        q: inside the limits, (m, g, k, n), rad, NaN-padded.
+        raw: before the limits, (m, g, n), rad, NaN where the pose is out of reach for that group.
+        over: how far ``raw`` is outside each limit, (m, g, n), rad.
+        reach_excess: how far the wrist centre is out of reach, (m,), m; NaN where the solver cannot tell.
+        exhaustive: whether no further configurations exist.
+    """
+
+    q: Floats
+    raw: Floats
+    over: Floats
+    reach_excess: Floats
+    exhaustive: bool
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """(m, g, k): which configurations exist inside the limits."""
+        return np.isfinite(self.q[..., 0])
+
+
+@dataclass(frozen=True, eq=False)
+class Solver:
+    """An arm with the way its configurations are found.
+
+    Attributes:
+        chain: the arm with its tool.
+        form: its closed form, or None for damped least squares.
+        geometry: the closed form's constants even where damped least squares solves (margins use them), or None.
+        seeds: starts of damped least squares a pose.
+    """
+
+    chain: Chain
+    form: closed_form.SphericalWristArm | None
+    geometry: closed_form.SphericalWristArm | None
+    seeds: int = 16
+
+    @classmethod
+    def for_chain(cls, chain: Chain, kind: str = "auto") -> Solver:
+        """Choose the solver.
+
+        Args:
+            chain: the arm with its tool.
+            kind: "auto" takes the closed form where the arm has one; "closed_form" insists; "dls" does without.
+
+        Raises:
+            ValueError: an unknown kind, or a closed form asked of an arm that has none.
+        """
+        if kind not in SOLVERS:
+            raise ValueError(f"solver {kind!r}: allowed are {', '.join(SOLVERS)}")
+        form = closed_form.recognise(chain, closed_form.TOLERANCE)
+        if kind == "closed_form" and form is None:
+            raise ValueError("solver closed_form: this arm has none (it needs A2 parallel to A3 and a spherical wrist)")
+        # an arm too far off for proofs still has the margins of the one next to it
+        geometry = form or closed_form.recognise(chain, closed_form.NEAR)
+        return cls(chain, None if kind == "dls" else form, geometry)
+
+    @property
+    def name(self) -> str:
+        """What solves: "closed form" or "damped least squares"."""
+        return "damped least squares" if self.form is None else "closed form"
+
+    @cached_property
+    def _standing(self) -> Chain:
+        """The arm with the limits that standings are listed inside.
+
+        Turns matter to the way between targets alone. Where several joints can stand at any angle in two turns or more,
+        listing every combination costs more than it brings: such joints stand within :data:`WINDOW` of the middle of
+        their limits, some angles in two turns, so that a way can go on through any of them.
+        """
+        half = (self.chain.upper - self.chain.lower) / 2
+        if len(standings(self.chain)) <= MOST_STANDINGS:
+            return self.chain
+        middle = (self.chain.upper + self.chain.lower) / 2
+        half = np.where(half >= 2 * np.pi - SLACK, np.minimum(half, WINDOW), half)
+        return replace(self.chain, lower=middle - half, upper=middle + half)
+
+    def candidates(self, Ts_base_tcp: Floats) -> Candidates:
+        """All configurations of full poses.
+
+        Args:
+            Ts_base_tcp: (m, 4, 4), m, base frame.
+
+        Returns:
+            Candidates; see there.
+        """
+        if self.form is None:
+            return self._by_least_squares(Ts_base_tcp)
+        raw = closed_form.solve(self.form, Ts_base_tcp)
+        return Candidates(
+            q=with_turns(self._standing, raw, packed=True),
+            raw=raw,
+            over=excess(self.chain, raw),
+            reach_excess=closed_form.reach_excess(self.form, Ts_base_tcp),
+            exhaustive=self.form.off is None,
+        )
+
+    def _by_least_squares(self, Ts: Floats) -> Candidates:
+        found = dls.solve(self.chain, Ts, RollWindow.fixed(0.0), seeds=self.seeds)
+        q = np.where(found.ok[..., None], found.q, np.nan)
+        # what an earlier seed found already, perhaps a whole turn away, is no new configuration
+        gap = np.abs(wrap(q[:, :, None] - q[:, None])).max(axis=-1)
+        twin = np.tril(gap < TWIN, k=-1).any(axis=2)
+        order = np.argsort(twin | ~found.ok, axis=1, kind="stable")[:, :DLS_KEPT]
+        q[twin] = np.nan
+        q = with_turns(self._standing, np.take_along_axis(q, order[..., None], axis=1))
+        q = q.reshape(len(Ts), -1, self.chain.n)
+        most = max(int(np.isfinite(q[..., 0]).sum(axis=1).max(initial=0)), 1)
+        order = np.argsort(np.isnan(q[..., 0]), axis=1, kind="stable")[:, :most]
+        q = np.take_along_axis(q, order[..., None], axis=1)[:, None]
+        nothing = np.full((len(Ts), 1, self.chain.n), np.nan)
+        return Candidates(q, nothing, nothing, np.full(len(Ts), np.nan), exhaustive=False)

@@ -1,0 +1,110 @@
+# what the package exports: read by editors, type checkers, and the package itself
+from .beads.bead import BeadParameters as BeadParameters
+from .beads.bead import SeamPlace as SeamPlace
+from .beads.deposition import layer_metal as layer_metal
+from .beads.deposition import metal_document as metal_document
+from .beads.deposition import share_of as share_of
+from .beads.lay import LaidSubVolume as LaidSubVolume
+from .beads.lay import lay_beads as lay_beads
+from .beads.overhang import ALLOWED as ALLOWED
+from .beads.overhang import Overhang as Overhang
+from .beads.overhang import overhangs as overhangs
+from .beads.overhang import worst_angle as worst_angle
+from .decomposition.decompose import BodyHint as BodyHint
+from .decomposition.decompose import decompose as decompose
+from .decomposition.doubts import Evidence as Evidence
+from .decomposition.doubts import frame_line as frame_line
+from .deposits.part_shape import PartShape as PartShape
+from .deposits.part_shape import beyond_borders as beyond_borders
+from .deposits.part_shape import part_shape as part_shape
+from .deposits.part_shape import turned as turned
+from .document import slices_document as slices_document
+from .document import targets_rows as targets_rows
+from .layers.body_ends import NO_ENDS as NO_ENDS
+from .layers.body_ends import body_ends as body_ends
+from .layers.layer import SlicedSubVolume as SlicedSubVolume
+from .layers.layer import SlicingParameters as SlicingParameters
+from .mesh.load import load_mesh as load_mesh
+from .mesh.solid import Bools as Bools
+from .mesh.solid import Mesh as Mesh
+from .mesh.solid import PartError as PartError
+from .mesh.solid import low_part_warnings as low_part_warnings
+from .paper.indices import Indices as Indices
+from .paper.indices import indices as indices
+from .paper.scores import ZERO_RAD as ZERO_RAD
+from .paper.scores import Scores as Scores
+from .paper.scores import scores_of as scores_of
+from .strategies.printed_body import BODY_NAME as BODY_NAME
+from .strategies.printed_body import slice_body as slice_body
+from .strategies.printed_body import turned_solid as turned_solid
+from .strategies.slice import slice_sub_volume as slice_sub_volume
+from .surfaces.bodies import STRATEGIES as STRATEGIES
+from .surfaces.bodies import Body as Body
+from .surfaces.bodies import ConicalBody as ConicalBody
+from .surfaces.bodies import RevolvedBody as RevolvedBody
+from .surfaces.bodies import RoundBody as RoundBody
+from .surfaces.bodies import fits as fits
+from .targets.speeds import BeadSpeed as BeadSpeed
+from .targets.targets import Targets as Targets
+from .targets.targets import sample_beads as sample_beads
+from .targets.waypoints import travels as travels
+from .warning import WRONG_LAYER as WRONG_LAYER
+from .warning import Code as Code
+from .warning import Warning as Warning
+from .warning import typed as typed
+
+__all__ = [
+    "ALLOWED",
+    "BODY_NAME",
+    "NO_ENDS",
+    "STRATEGIES",
+    "WRONG_LAYER",
+    "ZERO_RAD",
+    "BeadParameters",
+    "BeadSpeed",
+    "Body",
+    "BodyHint",
+    "Bools",
+    "Code",
+    "ConicalBody",
+    "Evidence",
+    "Indices",
+    "LaidSubVolume",
+    "Mesh",
+    "Overhang",
+    "PartError",
+    "PartShape",
+    "RevolvedBody",
+    "RoundBody",
+    "Scores",
+    "SeamPlace",
+    "SlicedSubVolume",
+    "SlicingParameters",
+    "Targets",
+    "Warning",
+    "beyond_borders",
+    "body_ends",
+    "decompose",
+    "fits",
+    "frame_line",
+    "indices",
+    "lay_beads",
+    "layer_metal",
+    "load_mesh",
+    "low_part_warnings",
+    "metal_document",
+    "overhangs",
+    "part_shape",
+    "sample_beads",
+    "scores_of",
+    "share_of",
+    "slice_body",
+    "slice_sub_volume",
+    "slices_document",
+    "targets_rows",
+    "travels",
+    "turned",
+    "turned_solid",
+    "typed",
+    "worst_angle",
+]

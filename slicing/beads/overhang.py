@@ -1,0 +1,307 @@
+"""What of a layer lies over nothing: how far it stands out over what lies below, and what begins in the air.
+
+    found = overhangs(sliced, allowed_mm=2.5)
+    found[3].area_mm2, found[3].begins_mm2, found[3].place_mm     # mm² with nothing below; in whole pieces; where
+    found[3].out_mm, found[3].angle_deg                           # how far it stands out, and the wall's lean
+
+Below a layer lies the layer before, and under planes the body where it is as high. Seen along the layer's own direction
+of deposition that is a region of the layer's surface: the borders below are put onto the surface by the shortest way,
+which runs along its normal. What of a layer's region lies outside it stands out; by more than ALLOWED of a bead's
+width, or than the case says, it has nothing to lie on. A piece of a region that nothing below touches begins in the
+air. Layers over the end of a body, where its surface meets the axis, are not looked at; a warning says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..layers.layer import Layer, SlicedSubVolume
+from ..layers.outside_body import body_section
+from ..layers.poles import poles
+from ..mesh.solid import Bools, Floats, PartError
+from ..surfaces.charts import FlatChart, RoundChart, lengths_along
+from ..surfaces.offset_families import family_of
+from ..surfaces.surfaces import Cylinder, Plane
+from ..warning import Code, Warning
+
+ALLOWED = 0.5  # of a bead's width that may stand out
+LEAST_MM2 = 0.5  # smaller areas are not told of
+FINE_MM = 0.5  # spacing of points along what lies below
+SIMPLE_MM = 0.005
+EDGE_MM = 0.05  # points so far beside what stands out count to it: beads run along its border
+SECTION_MM = 0.01  # how true the section of a body is
+
+
+@dataclass(frozen=True, eq=False)
+class Overhang:
+    """What of one layer lies over nothing.
+
+    Attributes:
+        layer: its number.
+        out_mm: how far it stands out over what lies below at most; inf where nothing lies below at all; NaN where it
+            was not found, as of layers that cannot be unrolled.
+        angle_deg: between the wall and the direction of deposition there, 0 .. 90; NaN likewise.
+        area_mm2: of what stands out by more than is allowed.
+        begins_mm2: of that, in pieces that nothing below touches.
+        place_mm: (3,) the farthest out; None where nothing stands out.
+        chart: of the layer; None where nothing stands out by more than is allowed.
+        region: what does, in the chart.
+    """
+
+    layer: int
+    out_mm: float = 0.0
+    angle_deg: float = 0.0
+    area_mm2: float = 0.0
+    begins_mm2: float = 0.0
+    place_mm: Floats | None = None
+    chart: FlatChart | RoundChart | None = None
+    region: Any = None
+
+    def holds(self, points: Floats) -> Bools:
+        """Whether points (n, 3) of the layer lie over nothing."""
+        import shapely
+
+        if self.chart is None:
+            return np.zeros(len(points), dtype=bool)
+        grown = self.region.buffer(EDGE_MM)
+        if isinstance(self.chart, FlatChart):
+            flat = self.chart.flat(points)
+        else:
+            surface, chart = self.chart.surface, self.chart
+            x, y = (points[:, k] - surface.axis_point[k] for k in range(2))
+            turn = (np.arctan2(y, x) - chart.angle + np.pi) % (2 * np.pi) - np.pi
+            flat = np.stack([chart.radius * turn, lengths_along(chart.meridian, surface, points)], axis=1)
+        return np.asarray(shapely.contains_xy(grown, flat[:, 0], flat[:, 1]))
+
+    def to_dict(self) -> dict[str, Any]:
+        """As rbam-slices/1 writes it; null for what was not found or has no end."""
+        out, angle = (v if math.isfinite(v) else None for v in (self.out_mm, self.angle_deg))
+        place = None if self.place_mm is None else [float(v) for v in self.place_mm]
+        return {
+            "layer": self.layer,
+            "out_mm": out,
+            "angle_deg": angle,
+            "area_mm2": self.area_mm2,
+            "begins_mm2": self.begins_mm2,
+            "place_mm": place,
+        }
+
+
+def overhangs(sliced: SlicedSubVolume, allowed_mm: float) -> tuple[Overhang, ...]:
+    """What of each layer lies over nothing.
+
+    Args:
+        sliced: the sub-volume.
+        allowed_mm: how far a layer may stand out.
+
+    Returns:
+        One entry a layer.
+    """
+    found = []
+    for k, layer in enumerate(sliced.layers):
+        if k == 0 and (sliced.stands_on_plate or not isinstance(layer.surface, Plane)):
+            found.append(Overhang(0))  # on the plate, or on the body, and no further than it goes
+            continue
+        below = sliced.layers[k - 1] if k else None
+        try:
+            found.append(_overhang(sliced, layer, below, allowed_mm))
+        except PartError:  # cannot be unrolled
+            found.append(Overhang(k, math.nan, math.nan))
+    return tuple(found)
+
+
+def _overhang(sliced: SlicedSubVolume, layer: Layer, below: Layer | None, allowed_mm: float) -> Overhang:
+    """What of one layer lies over nothing."""
+    import shapely
+
+    under = [] if below is None else _put_onto(layer, below)
+    chart = _chart(layer, under)
+    region = _region(chart, [(curve.points, curve.winding) for curve in layer.curves])
+    support = _region(chart, under)
+    if isinstance(chart, FlatChart):
+        support = support.union(_body_below(sliced, chart.surface, below, region))
+    region = _one_period(chart, region)
+    far, at, foot = _farthest(region, support)
+    if math.isfinite(far):
+        far = float(np.linalg.norm(np.subtract(*chart.lift(np.stack([at, foot])))))
+    height = sliced.parameters.h_layer_mm if sliced.stands_on_plate else 0.5 * sum(layer.thickness_mm)
+    angle = math.degrees(math.atan2(far, max(height, 1e-9))) if far > 0.0 else 0.0
+    found = Overhang(layer.index, far, angle, place_mm=chart.lift(at[None])[0] if far > 0.0 else None)
+    if far <= allowed_mm:
+        return found
+    out = region.difference(support.buffer(allowed_mm))
+    pieces = [piece for piece in shapely.get_parts(region) if not piece.intersects(support.buffer(SIMPLE_MM))]
+    area, begins = _area(chart, out), sum(_area(chart, piece) for piece in pieces)
+    if area < LEAST_MM2:
+        return found
+    return replace(found, area_mm2=area, begins_mm2=min(begins, area), chart=chart, region=out)
+
+
+def _put_onto(layer: Layer, below: Layer) -> list[tuple[Floats, int]]:
+    """The borders of the layer below on this layer's surface, along its normals, with their turns about the axis."""
+    surface, out = layer.surface, []
+    offsets = family_of(surface) == family_of(below.surface)  # lines between points stay lines
+    for curve in below.curves:
+        points = curve.points if offsets else _dense(curve.points)
+        points = points - surface.distance(points)[:, None] * surface.normals(points)
+        out.append((points, 0 if isinstance(surface, Plane) else curve.winding))
+    return out
+
+
+def _dense(points: Floats) -> Floats:
+    """A closed polyline with points at most FINE_MM apart."""
+    ends = np.roll(points, -1, axis=0)
+    count = np.maximum(np.ceil(np.sqrt(((ends - points) ** 2).sum(axis=1)) / FINE_MM), 1).astype(np.int64)
+    first = np.cumsum(count) - count
+    piece = np.repeat(np.arange(len(points)), count)
+    share = (np.arange(len(piece)) - first[piece]) / count[piece]
+    return points[piece] + share[:, None] * (ends - points)[piece]
+
+
+def _chart(layer: Layer, under: Sequence[tuple[Floats, int]]) -> FlatChart | RoundChart:
+    """One chart for a layer and what lies below it: its plane, or right round the axis."""
+    if isinstance(layer.surface, Plane):
+        return FlatChart(layer.surface)
+    if any(poles(layer)):
+        raise PartError(f"layer {layer.index}: lies over the end of its body")
+    loops = [curve.points for curve in layer.curves]
+    chart = RoundChart.around(layer.surface, loops + [p for p, _ in under], ring=True)
+    ahead = np.concatenate(loops)[:, :2].mean(axis=0) - layer.surface.axis_point
+    return replace(chart, angle=math.atan2(ahead[1], ahead[0]))
+
+
+def _region(chart: FlatChart | RoundChart, curves: Sequence[tuple[Floats, int]]) -> Any:
+    """The region between curves, by turns inside and outside; three times right round where it goes so far."""
+    import shapely
+    from shapely.affinity import translate
+
+    parts: list[Any] = []
+    period = chart.period
+    flats = [(chart.flat(points), winding) for points, winding in curves]
+    apart = period is None or not any(w or np.abs(flat[:, 0]).max() > 0.5 * period for flat, w in flats)
+    top = max((float(flat[:, 1].max()) for flat, _ in flats), default=0.0) + 1.0
+    for flat, winding in flats:
+        if winding and period is not None:
+            flat = flat if winding > 0 else flat[::-1]
+            line = np.concatenate([flat + np.array([k * period, 0.0]) for k in range(-3, 4)])
+            above = np.concatenate([line, [[line[-1, 0], top], [line[0, 0], top]]])
+            parts.append(shapely.Polygon(above).buffer(0))
+        else:
+            polygon = shapely.Polygon(flat).buffer(0).simplify(SIMPLE_MM)
+            copies = (0,) if apart else (-2, -1, 0, 1, 2)
+            parts += [translate(polygon, k * (period or 0.0)) for k in copies]
+    region = shapely.Polygon()
+    for part in parts:
+        region = region.symmetric_difference(part)
+    if period is None or apart:
+        return region
+    return region.intersection(shapely.box(-1.5 * period, -1e9, 1.5 * period, top - 1e-9))
+
+
+def _one_period(chart: FlatChart | RoundChart, region: Any) -> Any:
+    import shapely
+
+    if chart.period is None:
+        return region
+    return region.intersection(shapely.box(-0.5 * chart.period, -1e9, 0.5 * chart.period, 1e9))
+
+
+def _body_below(sliced: SlicedSubVolume, plane: Plane, below: Layer | None, region: Any) -> Any:
+    """Where the body is as high as the layer below a plane, in the plane's coordinates."""
+    import shapely
+
+    if sliced.stands_on_plate or region.is_empty:
+        return shapely.Polygon()
+    down = sliced.parameters.h_layer_mm
+    if below is not None:
+        if not isinstance(below.surface, Plane):
+            return shapely.Polygon()
+        down = -float(plane.distance(np.array([below.surface.point]))[0])
+    _, low, _, high = region.bounds
+    low, high = (
+        max(low - 1.0, sliced.body_z_mm[0] - plane.point[2]),
+        min(high + 1.0, sliced.body_z_mm[1] - plane.point[2]),
+    )
+    if high <= low:
+        return shapely.Polygon()
+    # the plane below has the same axes and origin but for the step
+    return body_section(plane.offset(-down), sliced.body.surface, low, high, SECTION_MM)
+
+
+def _farthest(region: Any, support: Any) -> tuple[float, Floats, Floats]:
+    """Of a region the point farthest from what lies below: its distance, where it is, and the nearest place below."""
+    import shapely
+
+    nowhere = np.zeros(2)
+    if region.is_empty:
+        return 0.0, nowhere, nowhere
+    if support.is_empty:
+        return math.inf, np.asarray(region.representative_point().coords[0]), nowhere
+    out = region.difference(support.buffer(SIMPLE_MM))
+    if out.is_empty:
+        return 0.0, nowhere, nowhere
+    candidates = [shapely.get_coordinates(out.segmentize(FINE_MM))]
+    for part in shapely.get_parts(out):
+        if part.geom_type == "Polygon" and part.area > 4.0 * LEAST_MM2:  # over a gap the farthest is within
+            candidates.append(shapely.get_coordinates(shapely.maximum_inscribed_circle(part, tolerance=0.1))[:1])
+    points = np.concatenate(candidates)
+    shapely.prepare(support)
+    away = shapely.distance(shapely.points(points), support)
+    k = int(np.argmax(away))
+    foot = shapely.get_coordinates(shapely.shortest_line(shapely.Point(points[k]), support))[-1]
+    return float(away[k]), points[k], foot
+
+
+def _area(chart: FlatChart | RoundChart, region: Any) -> float:
+    """Area on the surface of a region in the chart, mm²."""
+    import shapely
+
+    if isinstance(chart, FlatChart) or isinstance(chart.surface, Cylinder):
+        return float(region.area)
+    total = 0.0
+    for part in shapely.get_parts(region):
+        if part.area > 0.0:
+            at = np.array([part.centroid.coords[0]])
+            total += float(part.area * chart.spacing_share(at, np.array([[0.0, 1.0]]))[0])
+    return total
+
+
+def worst_angle(found: Sequence[Overhang]) -> float | None:
+    """Greatest overhang angle of layers, deg; None where it was found of none."""
+    angles = [one.angle_deg for one in found if math.isfinite(one.angle_deg)]
+    return max(angles, default=None)
+
+
+def overhang_lines(name: str, found: Sequence[Overhang], allowed_mm: float) -> list[str]:
+    """A line for every layer that lies over nothing somewhere.
+
+    Args:
+        name: of the sub-volume.
+        found: from `overhangs`.
+        allowed_mm: how far a layer may stand out.
+
+    Returns:
+        The lines.
+    """
+    lines: list[str] = []
+    unseen = [one.layer for one in found if math.isnan(one.out_mm)]
+    if unseen:
+        text = f"{name}: what lies below {len(unseen)} of its layers, from layer {unseen[0]} on, was not looked at"
+        lines.append(Warning(Code.OVERHANG, text, sub_volume=name, layer=unseen[0]))
+    for one in found:
+        if one.area_mm2 <= 0.0 or one.place_mm is None:
+            continue
+        x, y, z = one.place_mm
+        begins = f"{one.begins_mm2:.1f} mm² begin with nothing below; " if one.begins_mm2 >= LEAST_MM2 else ""
+        out = f"up to {one.out_mm:.1f} mm" if math.isfinite(one.out_mm) else "with nothing below anywhere"
+        text = (
+            f"{name}: layer {one.layer}: {begins}{one.area_mm2:.1f} mm² stand out over what lies below by more than"
+            f" {allowed_mm:g} mm, {out}, farthest at ({x:.1f}, {y:.1f}, {z:.1f})"
+        )
+        lines.append(Warning(Code.OVERHANG, text, sub_volume=name, layer=one.layer))
+    return lines

@@ -1,0 +1,240 @@
+"""Find the axis a mesh is turned about: candidates by consensus, least squares on corners with outliers out.
+
+1. Candidates: `slicing.decomposition.axis_candidates`, by votes of the faces that are curved round something.
+2. The best are refined: the corners of all cylinders and cones about an axis are fitted at once, over the axis' place
+   and tilt and each surface's radius and slope, in ever narrower strips. A corner counts the less the farther off it
+   lies, and not at all where it lies outside the strip: fillets' and walls' corners drop out. The strip in which the
+   most lies within the least width is kept.
+3. The axis with the largest round surface wins; the next one that is another axis is its rival.
+
+    axis = find_axis(Skin.of(mesh.vertices, mesh.faces, mesh.noise_mm))
+    axis.to_z @ point                        # homogeneous: the axis becomes z
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..mesh.solid import Floats, Ints
+from ..warning import Warning
+from .axis_candidates import LEVEL, candidates, rotation_to_z
+from .robust_line import biweights, densest
+from .turned_faces import LEAST_TURN, FoundBand, PartFaces, find_bands, ridge_weights
+
+__all__ = ["LEVEL", "Axis", "find_axis", "measured", "rotation_to_z"]
+
+REFINED = 8  # candidates worth a least-squares fit
+WORTH = 0.15  # of the best candidate's score
+ROUNDS = 16
+ROUGH = 1e-3  # of the part's extent: a quarter of what corners may stray by about an axis that is not fitted yet
+SHRINK = 0.5
+STARTING_TURN = 0.1  # share of the directions in which a surface must be seen before the axis is fitted
+SEARCHED = 12  # bands looked at on the way
+MEASURED = 24  # bands that tell one axis from another
+BANDS = 4  # of which so many are fitted together
+LEAST_CORNERS = 6
+RIVAL = 0.5  # of the area: another axis with as much is told of
+SAME_AXIS_RAD, SAME_AXIS = np.deg2rad(6.0), 0.05  # of the part's reach: axes closer than this are one
+Z_FIRST = 0.98  # of the area: as good as equal
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """An axis and what is turned about it.
+
+    Attributes:
+        point: (3,) a point of the axis, mm.
+        direction: (3,) unit.
+        bands: cylinders and cones about it, in the frame in which it is z.
+        area_mm2: of those that are long and go round.
+        spread_mm: how far their corners stray from them (half the width of the strip that holds most).
+        rival: another axis with a large area about it, None where there is none.
+        lines: what is to be said of it.
+    """
+
+    point: Floats
+    direction: Floats
+    bands: tuple[FoundBand, ...] = ()
+    area_mm2: float = 0.0
+    spread_mm: float = 0.0
+    rival: Axis | None = None
+    lines: tuple[Warning, ...] = ()
+
+    @property
+    def to_z(self) -> Floats:
+        """(4, 4) rigid motion that takes the axis to z, its point nearest to the origin to the origin.
+
+        The least rotation that does so; none if the axis is parallel to z.
+        """
+        turn = rotation_to_z(self.direction)
+        foot = self.point - (self.point @ self.direction) * self.direction
+        motion = np.eye(4)
+        motion[:3, :3], motion[:3, 3] = turn, -turn @ foot
+        return motion
+
+    def largest(self) -> FoundBand | None:
+        """The largest cylinder, or the largest cone where there is no cylinder."""
+        round_ones = [f for f in self.bands if f.is_body()]
+        return max(round_ones, key=lambda f: (f.band.is_cylinder, f.band.area_mm2), default=None)
+
+
+def find_axis(
+    skin: PartFaces, point: Floats | None = None, direction: Floats | None = None, least_turn: float = LEAST_TURN
+) -> Axis | None:
+    """The axis with the largest cylinders and cones about it.
+
+    Args:
+        skin: of the part, about the origin.
+        point: (3,) a point of the axis where it is known, mm.
+        direction: (3,) unit, where it is known.
+        least_turn: share of the directions about the axis that its surfaces must face.
+
+    Returns:
+        The axis, fitted to the mesh (near what was given), or None if nothing is turned about any.
+    """
+    if point is not None and direction is not None:
+        axis = _refined(skin, Axis(point, direction), least_turn)
+        # nothing near: the one that is there says how far off the point is
+        return axis if axis.area_mm2 > 0 else find_axis(skin, None, direction, least_turn)
+    reach = skin.extent
+    trials = candidates(skin.vertices, skin.faces, point, direction)
+    found: list[Axis] = []
+    tried: list[Axis] = []
+    for trial in trials:
+        start = Axis(trial.point, trial.direction)
+        if len(tried) == REFINED or trial.score < WORTH * trials[0].score:
+            break
+        if any(_same(start, axis, reach) for axis in found):
+            continue
+        tried.append(start)
+        axis = _refined(skin, start, least_turn)
+        if axis.area_mm2 > 0 and not any(_same(axis, other, 0.1 * reach) for other in found):
+            found.append(axis)
+    if not found:
+        return None if point is None else find_axis(skin, None, direction, least_turn)
+    most = max(axis.area_mm2 for axis in found)
+    # as good as equal: the one nearest to z
+    even = [axis for axis in found if axis.area_mm2 >= Z_FIRST * most]
+    best = max(even, key=lambda a: round(abs(float(a.direction[2])), 6))
+    rivals = [axis for axis in found if axis is not best and axis.area_mm2 >= RIVAL * most]
+    return replace(best, rival=max(rivals, key=lambda a: a.area_mm2, default=None))
+
+
+def _same(a: Axis, b: Axis, reach: float) -> bool:
+    """Two axes are one as far as a search goes."""
+    if np.linalg.norm(np.cross(a.direction, b.direction)) > np.sin(SAME_AXIS_RAD):
+        return False
+    away = a.point - b.point
+    return bool(np.linalg.norm(away - (away @ b.direction) * b.direction) <= SAME_AXIS * reach)
+
+
+def measured(skin: PartFaces, axis: Axis, least_turn: float = LEAST_TURN) -> Axis:
+    """An axis as it stands, with the largest bands about it.
+
+    Args:
+        skin: of the part.
+        axis: whose bands are not known, or no longer.
+        least_turn: share of the directions about the axis that its surfaces must face.
+
+    Returns:
+        The axis with its bands and their area.
+    """
+    bands = find_bands(skin.moved(axis.to_z), MEASURED)
+    area = sum(f.band.area_mm2 for f in bands if f.is_body(least_turn))
+    return replace(axis, bands=tuple(bands), area_mm2=area)
+
+
+@dataclass(frozen=True, eq=False)
+class _FacetCorners:
+    """Corners of the bands about an axis: which, of which band, what they weigh; and the bands' slopes."""
+
+    vertex: Ints
+    band: Ints
+    weight: Floats
+    slopes: list[float]
+    flat: float
+    radius: float
+
+
+def _corners_of(skin: PartFaces, axis: Axis, least_turn: float) -> _FacetCorners | None:
+    """The corners of the largest bands that go round an axis; None where there are none."""
+    found = find_bands(skin.moved(axis.to_z), SEARCHED)
+    bands = [f for f in found if f.is_body(least_turn, 0.0)]
+    if not bands:
+        return None
+    bands = [f for f in bands[:BANDS] if f.band.area_mm2 >= 0.1 * bands[0].band.area_mm2]
+    parts = []
+    for k, f in enumerate(bands):
+        used, weight = ridge_weights(skin.faces[f.faces], skin.plane[f.faces], f.face_area)
+        parts.append((used, np.full(len(used), k), weight))
+    vertex, band, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
+    slopes = [(f.band.radius_high - f.band.radius_low) / max(f.band.length, 1e-12) for f in bands]
+    flat = max(max(f.band.flat_mm, f.within_mm) for f in bands)
+    return _FacetCorners(vertex, band, weight / weight.sum(), slopes, flat, max(f.band.middle_radius for f in bands))
+
+
+def _refined(skin: PartFaces, axis: Axis, least_turn: float) -> Axis:
+    """Robust least squares on the corners of the largest bands, over place, tilt, radii and slopes."""
+    best = replace(axis, spread_mm=np.inf)
+    rough = replace(skin, noise_mm=max(ROUGH * skin.extent, skin.noise_mm))
+    for seen, turn in ((rough, STARTING_TURN), (skin, least_turn)):
+        corners = _corners_of(seen, best, turn)
+        if corners is None:
+            break
+        best = _narrowed(skin.vertices, best, corners, skin.noise_mm)
+    if not np.isfinite(best.spread_mm):
+        return axis
+    return measured(skin, best, least_turn)
+
+
+def _narrowed(vertices: Floats, axis: Axis, corners: _FacetCorners, noise_mm: float) -> Axis:
+    """Fit in ever narrower strips; the axis of the best of them."""
+    floor = max(4 * noise_mm, 1e-7 * corners.radius)
+    width = max(2 * corners.flat, 1e-3 * corners.radius, 16 * floor)
+    slopes, best, most = list(corners.slopes), axis, -1.0
+    for _ in range(3 * ROUNDS):
+        motion = axis.to_z
+        local = vertices[corners.vertex] @ motion[:3, :3].T + motion[:3, 3]
+        away = np.hypot(local[:, 0], local[:, 1])
+        middle = float((corners.weight * local[:, 2]).sum())
+        off = np.empty(len(away))
+        for k, slope in enumerate(slopes):
+            mine = corners.band == k
+            value = away[mine] - slope * (local[mine, 2] - middle)
+            off[mine] = value - densest(value, corners.weight[mine], width)[0]
+        inside = np.abs(off) <= width
+        share = float(corners.weight[inside].sum())
+        if share / width**0.5 > most:
+            most, best = share / width**0.5, replace(axis, spread_mm=width)
+        weight = corners.weight * biweights(off, width)
+        if (weight > 0).sum() < LEAST_CORNERS:
+            break
+        step = _step(local, away, off, (weight, corners.band, len(slopes), middle))
+        slopes = [slope + float(change) for slope, change in zip(slopes, step[4:], strict=True)]
+        back = motion[:3, :3].T
+        centre = axis.point + back[:, 2] * (middle - float((motion[:3, :3] @ axis.point)[2]))
+        direction = back @ np.array([step[2], step[3], 1.0])
+        axis = Axis(centre + back @ np.array([step[0], step[1], 0.0]), direction / np.linalg.norm(direction))
+        moved = max(float(np.hypot(*step[:2])), float(np.hypot(*step[2:4])) * float(np.ptp(local[:, 2])))
+        if moved < 0.2 * width:
+            if width <= floor:
+                break
+            width = max(width * SHRINK, floor)
+    return best
+
+
+def _step(local: Floats, away: Floats, off: Floats, of: tuple[Floats, Ints, int, float]) -> Floats:
+    """Weighted least-squares step (4 + bands,): shift in x, y at the middle height, tilt in x, y, and slopes."""
+    weight, band, count, middle = of
+    unit = local[:, :2] / np.maximum(away, 1e-300)[:, None]
+    height = (local[:, 2] - middle)[:, None]
+    belongs = band[:, None] == np.arange(count)
+    columns = np.concatenate([unit, unit * height, belongs * height, belongs], axis=1)
+    size = np.maximum(np.sqrt(np.einsum("ij,ij,i->j", columns, columns, weight)), 1e-300)
+    columns = columns / size
+    # few columns, normal equations; sums and not BLAS, whose threads cost more than they save
+    square = np.einsum("ij,ik,i->jk", columns, columns, weight)
+    solved: Floats = np.linalg.lstsq(square, np.einsum("ij,i,i->j", columns, off, weight), rcond=1e-9)[0] / size
+    return solved[: 4 + count]

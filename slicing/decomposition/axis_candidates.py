@@ -1,0 +1,285 @@
+"""Where the axis of a turned part may be: candidates voted for by the faces that are curved round something.
+
+Faces of a round body have neighbours that turn away from them by a facet's angle, outward. Only these vote, so that
+flats do not, however large they are; and concave fillets do not. Directions come from the edges between such faces,
+from pairs and triples of their normals, from end faces and from the coordinate axes. A direction is worth what the
+faces at one slope about it hold in the weakest of the directions that a round body must face: flats face two.
+
+Across a direction, facets of one cylinder or cone have planes at one distance h from its axis: m·c - k z = m·p + h,
+with outward direction m, a point c of the facet at height z, and its slope k. Three facets give the centre p and h;
+the facets that agree are the surface, whatever else the part is made of (random sample consensus).
+
+    for candidate in candidates(vertices, faces, None, None): candidate.point, candidate.direction
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Bools, Floats, Ints
+from .turned_faces import COPLANAR_RAD, HALF_FACET_RAD, neighbours
+
+SAMPLES = 1500  # faces looked at
+FROM_CURVED, FROM_PATCHES = 0.45, 0.35  # shares drawn from the curved ones by area, and evenly over their patches
+PAIRS, TRIPLES = 160, 300
+EDGE_DIRECTIONS, FLAT_DIRECTIONS, DIRECTIONS = 12, 8, 18
+LEAST_BEND_RAD, MOST_BEND_RAD = np.deg2rad(0.15), 2.1 * HALF_FACET_RAD
+SAME_DIRECTION = 1 - 1.5e-4  # cosine of 1 degree
+SAME_DISTANCE = 4e-3  # of the part's reach: facets of one surface
+ACROSS = 0.05  # cosine: facets of one slope
+AZIMUTHS = 24
+FACED = 0.5  # share of the azimuths that a body must face while candidates are weighed
+ROWS = 201  # of slopes, as cosines from -1 to 1
+UPRIGHT = 100  # number of the slope 0
+FINE, COARSE = 1, 5  # rows on either side that are one slope
+STEEP = 0.9  # cosine: normals nearer to the axis are no body's sides
+CLUSTERED = 3000  # edges and flats looked at
+SLOPES_TRIED = 2  # of a direction
+LEVEL = 1e-6  # z of a direction that is level
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An axis that may be the part's.
+
+    Attributes:
+        point: (3,) of it, mm.
+        direction: (3,) unit.
+        score: share of the sampled area that agrees.
+    """
+
+    point: Floats
+    direction: Floats
+    score: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Sample:
+    """Faces that vote: normals, middles, and the patch each belongs to."""
+
+    normal: Floats
+    middle: Floats
+    patch: Ints
+
+
+def rotation_to_z(direction: Floats) -> Floats:
+    """Least rotation (3, 3) that makes a unit direction (3,) parallel to z, either way; of a level one, +x or +y up."""
+    level = abs(float(direction[2])) < LEVEL
+    leading = float(direction[int(np.abs(direction[:2]).argmax())]) if level else float(direction[2])
+    up = direction if leading >= 0 else -direction
+    x, y, z = up
+    return np.array(
+        [[1 - x * x / (1 + z), -x * y / (1 + z), -x], [-x * y / (1 + z), 1 - y * y / (1 + z), -y], [x, y, z]]
+    )
+
+
+def candidates(vertices: Floats, faces: Ints, point: Floats | None, direction: Floats | None) -> list[Candidate]:
+    """Axes that may be the part's, the best first.
+
+    Args:
+        vertices: (n, 3) mm.
+        faces: (m, 3), outward.
+        point: (3,) of the axis where it is known, mm.
+        direction: (3,) unit, where it is known.
+
+    Returns:
+        The candidates; none if nothing is curved.
+    """
+    rng = np.random.default_rng(0)
+    mesh = _Curvature.of(vertices, faces)
+    sample = mesh.sample(rng)
+    ways = mesh.directions(sample, rng) if direction is None else direction[None]
+    found = []
+    for way in ways:
+        for slope, _ in _roundness(sample, way):
+            centre, score = _centre(sample, (way, slope), point, rng)
+            if score > 0:
+                found.append(Candidate(centre, way, score))
+    return sorted(found, key=lambda one: (-round(one.score, 6), -round(abs(float(one.direction[2])), 6)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Curvature:
+    """A mesh's faces and how they turn from one to the next."""
+
+    normal: Floats
+    area: Floats
+    middle: Floats
+    curved: Bools
+    patch: Ints
+    patch_area: Floats
+    edge_direction: Floats
+    edge_weight: Floats
+
+    @staticmethod
+    def of(vertices: Floats, faces: Ints) -> _Curvature:
+        """Find edges between faces that turn outward by a facet's angle, and patches of faces that such edges join."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        corners = vertices[faces]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.sqrt((normal**2).sum(axis=1))
+        normal, area, middle = normal / np.maximum(length, 1e-300)[:, None], 0.5 * length, corners.mean(axis=1)
+        a, b = neighbours(len(vertices), faces)
+        bend = np.arctan2(
+            np.sqrt((np.cross(normal[a], normal[b]) ** 2).sum(axis=1)), (normal[a] * normal[b]).sum(axis=1)
+        )
+        across = middle[b] - middle[a]
+        convex = (across * (normal[a] - normal[b])).sum(axis=1) < 0
+        bent = (bend >= LEAST_BEND_RAD) & (bend <= MOST_BEND_RAD) & convex
+        curved = np.zeros(len(faces), dtype=bool)
+        curved[a[bent]] = curved[b[bent]] = True
+        joined = bent | (bend < COPLANAR_RAD)
+        graph = coo_array((np.ones(int(joined.sum())), (a[joined], b[joined])), shape=(len(faces), len(faces)))
+        patch = connected_components(graph, directed=False)[1].astype(np.int64)
+        run = np.cross(normal[a[bent]], normal[b[bent]])
+        run = run / np.maximum(np.sqrt((run**2).sum(axis=1)), 1e-300)[:, None]
+        patch_area = np.bincount(patch, area)[patch]
+        weight = np.minimum(area[a[bent]], area[b[bent]])
+        return _Curvature(normal, area, middle, curved, patch, patch_area, run, weight)
+
+    def sample(self, rng: np.random.Generator) -> _Sample:
+        """Faces drawn by area, most of them from the curved ones; of a large patch fewer than its share."""
+        numbers = []
+        even = self.area / np.sqrt(self.patch_area)
+        for weight, share in (
+            (self.area * self.curved, FROM_CURVED),
+            (even * self.curved, FROM_PATCHES),
+            (even * ~self.curved, 1 - FROM_CURVED - FROM_PATCHES),
+        ):
+            total = np.cumsum(weight)
+            count = round(SAMPLES * share)
+            if total[-1] <= 0:
+                continue
+            steps = (np.arange(count) + rng.random(count)) / count
+            drawn = np.searchsorted(total, steps * total[-1]).clip(max=len(total) - 1)
+            numbers.append(drawn.astype(np.int64))
+        chosen = np.concatenate(numbers)
+        return _Sample(self.normal[chosen], self.middle[chosen], self.patch[chosen])
+
+    def directions(self, sample: _Sample, rng: np.random.Generator) -> Floats:
+        """Directions (k, 3): the coordinate axes first, then those about which the most is round."""
+        n, where = sample.normal, rng.integers(0, len(sample.normal), (3, PAIRS))
+        beside = _same_patch(sample.patch, where[0], rng)
+        third = _same_patch(sample.patch, where[0], rng)
+        pairs = [np.cross(n[where[0]], n[where[1]]), np.cross(n[where[0]], n[beside])]
+        triples = [np.cross(n[where[0]] - n[beside], n[beside] - n[third])]
+        flats = _clusters(self.normal[~self.curved], self.area[~self.curved], FLAT_DIRECTIONS)
+        edges = _clusters(self.edge_direction, self.edge_weight, EDGE_DIRECTIONS)
+        drawn = np.concatenate([*pairs, *triples])
+        length = np.sqrt((drawn**2).sum(axis=1))
+        drawn = np.concatenate([edges, flats, drawn[length > 0.02] / length[length > 0.02, None]])
+        worth = np.array([_roundness(sample, way)[0][1] for way in drawn])
+        chosen = [*np.eye(3)[::-1]]
+        for k in np.argsort(-np.round(worth, 9), kind="stable"):
+            if len(chosen) == DIRECTIONS or worth[k] <= 0:
+                break
+            if np.abs(np.array(chosen) @ drawn[k]).max() < SAME_DIRECTION:
+                chosen.append(drawn[k])
+        return np.array(chosen)
+
+
+def _same_patch(patch: Ints, chosen: Ints, rng: np.random.Generator) -> Ints:
+    """For each chosen member of a sample another one of its patch, at random."""
+    order = np.argsort(patch, kind="stable")
+    first = np.searchsorted(patch[order], patch[chosen], side="left")
+    last = np.searchsorted(patch[order], patch[chosen], side="right")
+    return order[first + np.floor(rng.random(len(chosen)) * (last - first)).astype(np.int64)]
+
+
+def _clusters(direction: Floats, weight: Floats, most: int) -> Floats:
+    """Mean directions (k, 3), either way, of the heaviest bundles within half a degree."""
+    means: list[Floats] = []
+    left = np.argsort(-weight, kind="stable")[:CLUSTERED]
+    direction, weight = direction[left], weight[left]
+    while len(weight) and len(means) < most:
+        # the heaviest of some: the bundle with the most weight about it
+        some = direction[:64]
+        near = np.abs(some @ direction.T) > np.cos(np.deg2rad(0.5))
+        best = int((near @ weight).argmax())
+        members = near[best]
+        towards = direction[members] * np.sign(direction[members] @ some[best])[:, None]
+        mean = weight[members] @ towards
+        means.append(mean / max(float(np.linalg.norm(mean)), 1e-300))
+        direction, weight = direction[~members], weight[~members]
+    return np.array(means).reshape(-1, 3)
+
+
+def _roundness(sample: _Sample, way: Floats) -> list[tuple[float, float]]:
+    """The slopes at which most faces go round a direction, and what they hold, counting none of too few azimuths."""
+    turn = rotation_to_z(way)
+    facing = sample.normal @ turn.T
+    azimuth = np.floor((np.arctan2(facing[:, 1], facing[:, 0]) / np.pi + 1) * AZIMUTHS / 2).astype(np.int64)
+    azimuth %= AZIMUTHS
+    row = np.round((facing[:, 2] + 1) * (ROWS // 2)).astype(np.int64)
+    level = np.abs(facing[:, 2]) < STEEP
+    held = np.bincount((row * AZIMUTHS + azimuth)[level], minlength=ROWS * AZIMUTHS).reshape(ROWS, AZIMUTHS)
+    below = np.concatenate([np.zeros((COARSE + 1, AZIMUTHS)), np.cumsum(held, axis=0)])
+    below = np.concatenate([below, np.repeat(below[-1:], COARSE, axis=0)])
+    total = np.zeros(ROWS)
+    for about in (FINE, COARSE):  # the sharper the better
+        rows = COARSE + np.arange(ROWS)
+        near = below[rows + about + 1] - below[rows - about]
+        least = round((1 - FACED) * AZIMUTHS)
+        weakest = np.partition(near, least, axis=1)[:, least]
+        total += np.minimum(near, 4 * weakest[:, None]).sum(axis=1)
+    best = int(total.argmax())
+    apart = np.where(np.abs(np.arange(ROWS) - best) > 2 * COARSE, total, 0)
+    chosen = [best, int(apart.argmax()), UPRIGHT][: SLOPES_TRIED + (abs(best - UPRIGHT) > 2 * COARSE)]
+    return [(k / (ROWS // 2) - 1.0, float(total[k])) for k in dict.fromkeys(chosen)]
+
+
+def _centre(
+    sample: _Sample, along_slope: tuple[Floats, float], point: Floats | None, rng: np.random.Generator
+) -> tuple[Floats, float]:
+    """The centre (3,) of the best surface of a slope about a direction, and the share of the sample that agrees."""
+    way, slope = along_slope
+    turn, nothing = rotation_to_z(way), (np.zeros(3), 0.0)
+    facing = sample.normal @ turn.T
+    lateral = (np.abs(facing[:, 2] - slope) <= ACROSS) & (np.abs(facing[:, 2]) < STEEP)
+    if lateral.sum() < 3:
+        return nothing
+    across = np.hypot(facing[lateral, 0], facing[lateral, 1])
+    outward = facing[lateral, :2] / across[:, None]
+    middle = sample.middle[lateral] @ turn.T
+    rise = 0.0 if abs(slope) < ACROSS / 2 else -facing[lateral, 2] / across
+    flat, along = middle[:, :2], (outward * middle[:, :2]).sum(axis=1) - rise * middle[:, 2]
+    drawn = rng.integers(0, len(along), (TRIPLES, 3))
+    near = _same_patch(sample.patch[lateral], drawn[:, 0], rng), _same_patch(sample.patch[lateral], drawn[:, 0], rng)
+    drawn[::2, 1], drawn[::2, 2] = near[0][::2], near[1][::2]
+    system = np.concatenate([outward[drawn], np.ones((TRIPLES, 3, 1))], axis=2)  # m·p + h = m·c - k z
+    if point is not None:
+        centres = np.repeat((turn @ point)[None, :2], TRIPLES, axis=0)
+        distances = along[drawn[:, 0]] - outward[drawn[:, 0]] @ centres[0]
+    else:
+        solvable = np.abs(np.linalg.det(system)) > 1e-3
+        if not solvable.any():
+            return nothing
+        solved = np.linalg.solve(system[solvable], along[drawn[solvable]][..., None])[..., 0]
+        centres, distances = solved[:, :2], solved[:, 2]
+    reach = float(np.ptp(flat, axis=0).max())
+    inside = ((centres > flat.min(axis=0)) & (centres < flat.max(axis=0))).all(axis=1)
+    if not inside.any():
+        return nothing
+    centres, distances = centres[inside], distances[inside]
+    agreeing = _agreeing(outward, flat, along, (centres, distances), SAME_DISTANCE * reach)
+    number = np.floor((np.arctan2(outward[:, 1], outward[:, 0]) / np.pi + 1) * AZIMUTHS / 2).astype(np.int64) % AZIMUTHS
+    faced = np.stack([(agreeing[:, number == k]).sum(axis=1) for k in range(AZIMUTHS)], axis=1)
+    usual = np.sort(faced, axis=1)[:, round((1 - FACED) * AZIMUTHS)]
+    # a stretch of a cylinder counts a little, one that goes round counts in full
+    score = np.minimum(faced, 4 * usual[:, None]).sum(axis=1) + 0.05 * faced.sum(axis=1)
+    best = int(score.argmax())
+    return turn.T @ np.append(centres[best], 0.0), float(score[best]) / len(sample.normal)
+
+
+def _agreeing(outward: Floats, flat: Floats, along: Floats, axes: tuple[Floats, Floats], window: float) -> Bools:
+    """Which facets (k, n) belong to each of k surfaces."""
+    centres, distances = axes
+    gap = along[None] - centres @ outward.T - distances[:, None]
+    tangent = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
+    aside = (tangent * flat).sum(axis=1)[None] - centres @ tangent.T
+    ahead = (outward * flat).sum(axis=1)[None] - centres @ outward.T
+    return (np.abs(gap) <= window) & (np.abs(aside) <= np.tan(HALF_FACET_RAD) * ahead)

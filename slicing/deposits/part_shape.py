@@ -1,0 +1,296 @@
+"""The part as shapes that collide: its body, and what has been deposited layer by layer.
+
+What counts at any moment is the material laid so far, so every layer becomes convex pieces of its own, numbered in
+the order of deposition; a check then looks only at deposits below the current number::
+
+    shape = part_shape(sliced, body_mesh=None, z_mm=(0, 43))
+    shape.hulls["deposit/7/SV1/0"]            # (k, 3) vertices, part frame, mm
+    shape.first_deposit                       # number of each sub-volume's first layer
+
+A layer that is far from convex (a ring, a C, a hole) is cut into pieces until each fills most of its hull, so that the
+torch can still go in where there is room. Pieces cover what they stand for: where a border is the centre line of a
+bead, that bead stands out of its layer by half its width (``beyond_borders``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slicing.arrays import Floats
+
+from ..beads.bead import BeadParameters
+from ..beads.lay import LaidSubVolume
+from ..layers.layer import Layer, SlicedSubVolume
+from ..mesh.solid import Mesh
+from ..surfaces.surfaces import Cylinder, Plane, Surface
+from .round_sectors import sectors
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+
+FILLED = 0.8  # share of its hull that a piece has to fill
+SMALLEST_MM = 4.0  # pieces are not cut further
+SIMPLIFY_MM = 0.05  # curves are thinned to this before they become hulls, and hulls are padded by it
+FEW = 200  # vertices of a body's hull at most
+ROUND = 48  # corners of a body given as a cylinder
+
+
+@dataclass(frozen=True, eq=False)
+class PartShape:
+    """Shapes of the part, part frame, mm.
+
+    Attributes:
+        visual: meshes to look at, by geom name.
+        hulls: vertices of convex pieces, by geom name: "body/...", "deposit/NUMBER/SUB-VOLUME/PIECE", and of what is
+            there from the start "built/SUB-VOLUME/LAYER/PIECE".
+        first_deposit: number of the first layer of each sub-volume.
+        n_deposits: layers in all.
+    """
+
+    visual: dict[str, Mesh]
+    hulls: dict[str, Floats]
+    first_deposit: tuple[int, ...]
+    n_deposits: int
+
+
+def part_shape(
+    sliced: Sequence[SlicedSubVolume],
+    body_mesh: Mesh | None,
+    profile: Sequence[tuple[float, float]] | None,
+    beyond_mm: Sequence[Floats] | None = None,
+    built: Sequence[tuple[SlicedSubVolume, Floats]] = (),
+) -> PartShape:
+    """Shapes of a sliced part.
+
+    Args:
+        sliced: the sub-volumes, all on one body.
+        body_mesh: the body's own shape, to look at; its convex hull collides where there is no profile.
+        profile: the body as (r, z) points about its axis, mm, lowest first; band by band it is what collides.
+        beyond_mm: how far the beads of each sub-volume's layers reach beyond the layers' borders, from
+            :func:`beyond_borders`; not at all where left out.
+        built: sub-volumes that are there from the start, each with how far its beads reach beyond the layers' borders.
+
+    Returns:
+        The shapes.
+
+    Raises:
+        ValueError: neither body_mesh nor profile is given, and the body is not among what is printed.
+    """
+    body = sliced[0].body
+    hulls: dict[str, Floats] = {}
+    visual = {f"{s.name}_visual": s.mesh for s in (*sliced, *(s for s, _ in built))}
+    if any(s.stands_on_plate for s in sliced):
+        pass  # the body grows like everything else: nothing of it is there before
+    elif profile is not None:
+        axis = body.axis_xy_mm
+        bands = [(low, high) for low, high in pairwise(profile) if high[1] > low[1]]
+        hulls.update((f"body/{i}", _band(axis, *band)) for i, band in enumerate(bands))
+        visual["body_visual"] = body_mesh or turned(axis, profile)
+    elif body_mesh is not None:
+        visual["body_visual"] = body_mesh
+        hulls["body/0"] = _thinned_hull(body_mesh.vertices)
+    else:
+        raise ValueError("a part needs the shape of its body: a mesh or a profile")
+    for s, beyond in built:
+        for layer in s.layers:
+            slabs = enumerate(_slabs(s, layer, float(beyond[layer.index])))
+            hulls.update((f"built/{s.name}/{layer.index}/{k}", slab) for k, slab in slabs)
+    first, number = [], 0
+    for i, s in enumerate(sliced):
+        first.append(number)
+        for layer in s.layers:
+            slabs = enumerate(_slabs(s, layer, 0.0 if beyond_mm is None else float(beyond_mm[i][layer.index])))
+            hulls.update((f"deposit/{number}/{s.name}/{k}", slab) for k, slab in slabs)
+            number += 1
+    return PartShape(visual, hulls, tuple(first), number)
+
+
+def beyond_borders(laid: LaidSubVolume, parameters: BeadParameters) -> Floats:
+    """How far the beads of a sub-volume's layers reach beyond the layers' borders at most, (layers,), mm.
+
+    Half a width where a border is a bead's centre line, and where a place is narrower than a bead. Beads whose edge
+    is the border stay within, but for surfaces that cannot be unrolled, on which they may stand out.
+
+    Args:
+        laid: the beads.
+        parameters: what they were laid with.
+    """
+    half, layers = 0.5 * parameters.width_mm, laid.sliced.layers
+    if parameters.first_mm < half:
+        return np.full(len(layers), half - parameters.first_mm)
+    beyond = np.array([0.0 if isinstance(layer.surface, Cylinder | Plane) else half for layer in layers])
+    beyond[[bead.layer for bead in laid.beads if bead.thin]] = half
+    return beyond
+
+
+def _slabs(s: SlicedSubVolume, layer: Layer, beyond: float) -> Iterator[Floats]:
+    """Hull points of a layer's pieces."""
+    above = s.layers[layer.index + 1 :][:1]
+    for piece in _pieces(layer, beyond):
+        yield _slab(layer, piece, above)
+
+
+def _slab(layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:
+    """Hull points of a piece of a layer: from its surface out to the next layer's."""
+    normals = layer.surface.normals(points)
+    if above:
+        height = np.maximum(-above[0].surface.distance(points), 0.0)
+    else:
+        height = np.full(len(points), max(layer.thickness_mm[1], SIMPLIFY_MM))
+    top = points + normals * (height + SIMPLIFY_MM)[:, None]
+    return np.concatenate([points - normals * SIMPLIFY_MM, top])
+
+
+def _pieces(layer: Layer, beyond: float) -> Iterator[Floats]:
+    """Outlines of a layer's nearly convex pieces, carried on beyond its borders, each (k, 3), mm."""
+    surface = layer.surface
+    if not isinstance(surface, Plane):
+        # rings have no outline to unroll, and cones and profiles are taken by sectors as well
+        rings = any(_winds(surface.axis_point, c.points) for c in layer.curves if c.closed)
+        if rings or not isinstance(surface, Cylinder):
+            yield from (_carried_on(surface, piece, beyond) for piece in sectors(layer, SIMPLIFY_MM))
+            return
+    rolled_back = _way_back(surface)
+    for polygon in _polygons(layer, surface, beyond):
+        for piece in _cut(polygon):
+            if isinstance(surface, Cylinder):
+                # straight in the unrolled plane is bowed in space: corners alone would cut the crown off
+                piece = piece.segmentize(2 * np.sqrt(SIMPLIFY_MM * surface.radius))
+            yield rolled_back(np.asarray(piece.exterior.coords)[:-1])
+
+
+def _winds(axis_point: tuple[float, float], points: Floats) -> bool:
+    angle = np.unwrap(np.arctan2(*(points[[*range(len(points)), 0], :2] - axis_point).T[::-1]))
+    return bool(abs(angle[-1] - angle[0]) > np.pi)
+
+
+def _carried_on(surface: Surface, points: Floats, beyond: float) -> Floats:
+    """Points whose hull covers all that is less than ``beyond`` from given ones, across the surface's normal."""
+    if beyond == 0.0:
+        return points
+    normals = surface.normals(points)
+    around = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(points))], axis=1)
+    around /= np.maximum(np.linalg.norm(around, axis=1), 1e-12)[:, None]
+    up = np.cross(normals, around)
+    far = np.sqrt(2.0) * beyond  # a square on its corner holds the circle
+    return np.concatenate([points + far * way for way in (around, -around, up, -up)])
+
+
+def _polygons(layer: Layer, surface: Cylinder | Plane, beyond: float) -> Iterator[Polygon]:
+    """The layer's regions in its unrolled surface, carried on beyond their borders."""
+    import shapely
+
+    outer = [c for c in layer.curves if c.closed and not c.hole]
+    holes = [c for c in layer.curves if c.closed and c.hole]
+    for curve in outer:
+        flat = surface.unrolled(curve.points)
+        polygon = shapely.Polygon(flat)
+        for hole in holes:
+            inner = shapely.Polygon(_same_turn(surface, hole.points, flat))
+            if inner.area < polygon.area:  # else this is an island within the hole
+                polygon = polygon.difference(inner)
+        # eight chords a quarter turn, moved out to hold the circle
+        polygon = polygon.buffer(beyond / np.cos(np.pi / 32), quad_segs=8).buffer(SIMPLIFY_MM, join_style="mitre")
+        yield polygon.simplify(SIMPLIFY_MM)
+
+
+def _same_turn(surface: Cylinder | Plane, points: Floats, like: Floats) -> Floats:
+    """Unrolled points on the same turn as another curve's."""
+    flat = surface.unrolled(points)
+    if isinstance(surface, Cylinder):
+        turn = 2 * np.pi * surface.radius
+        flat[:, 0] += turn * np.round((like[:, 0].mean() - flat[:, 0].mean()) / turn)
+    return flat
+
+
+def _way_back(surface: Cylinder | Plane) -> Callable[[Floats], Floats]:
+    """From unrolled points (k, 2) to space (k, 3)."""
+    if isinstance(surface, Plane):
+        u, v = surface.axes()
+        return lambda flat: np.asarray(surface.point) + flat[:, :1] * u + flat[:, 1:] * v
+    x, y = surface.axis_point
+    r = surface.radius
+    return lambda flat: np.stack([x + r * np.cos(flat[:, 0] / r), y + r * np.sin(flat[:, 0] / r), flat[:, 1]], axis=1)
+
+
+def _cut(region: Polygon) -> Iterator[Polygon]:
+    """Halve a region across its longer side until every piece fills its hull."""
+    import shapely
+
+    for polygon in getattr(region, "geoms", [region]):
+        if polygon.is_empty or polygon.geom_type != "Polygon":
+            continue
+        x0, y0, x1, y1 = polygon.bounds
+        if polygon.area >= FILLED * polygon.convex_hull.area or max(x1 - x0, y1 - y0) < SMALLEST_MM:
+            yield polygon
+            continue
+        xm, ym = (x0 + x1) / 2, (y0 + y1) / 2
+        halves = (
+            (shapely.box(x0, y0, xm, y1), shapely.box(xm, y0, x1, y1))
+            if x1 - x0 > y1 - y0
+            else (shapely.box(x0, y0, x1, ym), shapely.box(x0, ym, x1, y1))
+        )
+        for half in halves:
+            yield from _cut(polygon.intersection(half))
+
+
+Point = tuple[float, float]
+
+
+def _ring(axis: tuple[float, float], point: Point, stretch: float) -> Floats:
+    """Corners of a ring about the axis, (ROUND, 3)."""
+    angle = 2 * np.pi * np.arange(ROUND) / ROUND
+    r = max(point[0] * stretch, 1e-3)
+    x, y = axis[0] + r * np.cos(angle), axis[1] + r * np.sin(angle)
+    return np.stack([x, y, np.full(ROUND, point[1])], axis=1)
+
+
+def _band(axis: tuple[float, float], low: Point, high: Point) -> Floats:
+    """Vertices of a frustum with flat sides that covers the round one, (2 * ROUND, 3)."""
+    covering = 1 / np.cos(np.pi / ROUND)
+    return np.concatenate([_ring(axis, low, covering), _ring(axis, high, covering)])
+
+
+def turned(axis: tuple[float, float], profile: Sequence[Point]) -> Mesh:
+    """The profile turned about its axis, as a closed mesh."""
+    rings = [_ring(axis, point, 1.0) for point in profile]
+    ends = [[*axis, profile[0][1]], [*axis, profile[-1][1]]]
+    i = np.arange(ROUND)
+    j = (i + 1) % ROUND
+    faces = []
+    for k in range(len(profile) - 1):
+        a, b = k * ROUND, (k + 1) * ROUND
+        faces += [np.stack([a + i, a + j, b + j], axis=1), np.stack([a + i, b + j, b + i], axis=1)]
+    top, bottom = (len(profile) - 1) * ROUND, len(profile) * ROUND
+    faces.append(np.stack([j, i, np.full(ROUND, bottom)], axis=1))
+    faces.append(np.stack([top + i, top + j, np.full(ROUND, bottom + 1)], axis=1))
+    return Mesh("body", np.concatenate([*rings, ends]), np.concatenate(faces).astype(np.int64))
+
+
+def _thinned_hull(vertices: Floats) -> Floats:
+    """Few points whose hull covers all the given ones: extremes in many directions, grown by what they miss."""
+    if len(vertices) <= FEW:
+        return vertices
+    from scipy.spatial import ConvexHull
+
+    centre = vertices.mean(axis=0)
+    # thin slabs: directions are spread in the frame in which the points are as wide every way
+    spread, turn = np.linalg.eigh(np.cov((vertices - centre).T))
+    scale = turn / np.sqrt(np.maximum(spread, 1e-6))
+    even = (vertices - centre) @ scale
+    chosen = even[np.unique(np.argmax(even @ _directions(FEW).T, axis=0))]
+    planes = ConvexHull(chosen).equations  # normal . x + offset <= 0 inside
+    grown = chosen * max(1.0, float(((even @ planes[:, :3].T).max(axis=0) / -planes[:, 3]).max()))
+    return centre + grown @ np.linalg.inv(scale)
+
+
+def _directions(count: int) -> Floats:
+    """Unit vectors spread evenly over the sphere, (count, 3): a Fibonacci spiral."""
+    k = np.arange(count)
+    z, turn = 1 - (2 * k + 1) / count, k * np.pi * (3 - np.sqrt(5))
+    return np.stack([np.cos(turn) * np.sqrt(1 - z**2), np.sin(turn) * np.sqrt(1 - z**2), z], axis=1)

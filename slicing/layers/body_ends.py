@@ -1,0 +1,156 @@
+"""Where a body ends along its axis, and what of a sub-volume lies over its ends.
+
+    z_mm = body_ends(((20.0, 0.0), (20.0, 40.0)), Body(20.0))    # (0.0, 40.0)
+    root = between(mesh, z_mm)                                   # the part of a sub-volume that has the body below it
+    over_ends_mm3(mesh, Body(20.0), z_mm)                        # what lies within the radius beyond the ends
+
+The rule: layer 0 lies on the body that is there, so it ends where the body ends. Offsets of a cylinder or a cone go on
+beyond its ends, where what they begin with has nothing below (`slicing.beads.overhang` tells of it). What lies within
+the body's surface beyond its ends is in no offset; planes hold it as far as they reach. How much that is, a warning
+says. The layers of strategy revolved go round the ends instead: there the end faces belong to the body's profile.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..mesh.solid import Mesh
+from ..surfaces.bodies import Body, RevolvedBody, RoundBody
+from ..surfaces.offset_families import radius_at
+from ..surfaces.surfaces import Revolved
+
+NO_ENDS = (-math.inf, math.inf)
+GAP_MM, GAP_SHARE = 0.1, 0.005  # how far a profile may lie below the body's surface, and as a share of the radius
+FINE_MM = 0.05  # places along a profile
+BEYOND_MM = 0.1  # what reaches less far over an end does not count
+ON_AXIS_MM = 1e-6
+AROUND = 512  # sides of the body that is taken off
+
+
+def body_ends(profile: Sequence[tuple[float, float]], body: RoundBody) -> tuple[float, float]:
+    """Where the body that is there has the surface that a sub-volume is sliced from.
+
+    Args:
+        profile: (r, z) points of the body that is there, mm.
+        body: as a strategy sees it.
+
+    Returns:
+        Lower and upper end, mm; infinite where the profile lies nowhere on that surface.
+    """
+    points = np.asarray(profile, dtype=np.float64)
+    step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    at = np.append(0.0, np.cumsum(step))
+    if at[-1] <= 0.0:
+        return NO_ENDS
+    fine = np.unique(np.concatenate([at, np.linspace(0.0, at[-1], min(int(at[-1] / FINE_MM) + 2, 20_000))]))
+    r, z = (np.interp(fine, at, points[:, k]) for k in range(2))
+    x, y = body.axis_xy_mm
+    below = -body.surface.distance(np.stack([x + r, np.full(len(r), y), z], axis=1))
+    there = below <= np.maximum(max(GAP_MM, body.off_mm if isinstance(body, Body) else 0.0), GAP_SHARE * r)
+    if not there.any():
+        return NO_ENDS
+    low, high = float(z[there].min()), float(z[there].max())
+    if isinstance(body, RevolvedBody):  # a profile that is closed on the axis goes round its ends
+        lowest, highest = sorted((body.profile_mm[0], body.profile_mm[-1]), key=lambda point: point[1])
+        low = -math.inf if lowest[0] <= ON_AXIS_MM else low
+        high = math.inf if highest[0] <= ON_AXIS_MM else high
+    return low, high
+
+
+def reach_beyond(heights: np.ndarray, z_mm: tuple[float, float]) -> bool:
+    """Whether heights (n,) reach over an end, mm."""
+    return bool(heights.min() < z_mm[0] - BEYOND_MM or heights.max() > z_mm[1] + BEYOND_MM)
+
+
+def between(mesh: Mesh, z_mm: tuple[float, float]) -> Mesh:
+    """The part of a solid between two heights.
+
+    Args:
+        mesh: closed.
+        z_mm: the heights.
+
+    Returns:
+        The part; without faces where there is none.
+    """
+    solid = _solid(mesh)
+    for height, way in ((z_mm[0], 1.0), (z_mm[1], -1.0)):
+        if math.isfinite(height):
+            solid = solid.trim_by_plane((0.0, 0.0, way), way * height)
+    return _mesh(mesh, solid)
+
+
+def over_ends_mm3(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> float:
+    """Volume of what a sub-volume has within the body's surface beyond its ends, mm³.
+
+    Args:
+        mesh: the sub-volume.
+        body: the body.
+        z_mm: its ends.
+    """
+    low, high = (float(v) for v in mesh.bounds[:, 2])
+    total = 0.0
+    for a, b in ((low, min(z_mm[0], high)), (max(z_mm[1], low), high)):
+        if b - a > 1e-6:
+            beyond = _solid(between(mesh, (a if a > low else -math.inf, b if b < high else math.inf)))
+            total += float((beyond ^ _turned(body, a - 1.0, b + 1.0)).volume())
+    return total
+
+
+def without_body(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> Mesh:
+    """What a sub-volume has outside the body that is there.
+
+    Args:
+        mesh: the sub-volume.
+        body: the body.
+        z_mm: its ends.
+    """
+    low, high = max(z_mm[0], float(mesh.bounds[0, 2]) - 1.0), min(z_mm[1], float(mesh.bounds[1, 2]) + 1.0)
+    return _mesh(mesh, _solid(mesh) - _turned(body, low, high))
+
+
+def closed_over(mesh: Mesh, body: RevolvedBody, z_mm: tuple[float, float]) -> RevolvedBody:
+    """A profile with its end faces where a sub-volume lies over them.
+
+    Args:
+        mesh: the sub-volume.
+        body: the body.
+        z_mm: its ends.
+    """
+    points = body.profile_mm if body.profile_mm[0][1] <= body.profile_mm[-1][1] else body.profile_mm[::-1]
+    low, high = (float(v) for v in mesh.bounds[:, 2])
+    if low < z_mm[0] - BEYOND_MM and points[0][0] > ON_AXIS_MM:
+        points = ((0.0, points[0][1]), *points)
+    if high > z_mm[1] + BEYOND_MM and points[-1][0] > ON_AXIS_MM:
+        points = (*points, (0.0, points[-1][1]))
+    return RevolvedBody(points, body.axis_xy_mm)
+
+
+def _turned(body: RoundBody, low: float, high: float):  # type: ignore[no-untyped-def]
+    """The body between two heights, as a solid."""
+    import manifold3d
+
+    surface = body.surface
+    z = np.array([low, high])
+    if isinstance(surface, Revolved):
+        inner = surface.chain(1e-3).z
+        z = np.concatenate([[low], inner[(inner > low) & (inner < high)], [high]])
+    radius = radius_at(surface, z)
+    polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
+    solid = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), AROUND)
+    return solid.translate((float(body.axis_xy_mm[0]), float(body.axis_xy_mm[1]), 0.0))
+
+
+def _solid(mesh: Mesh):  # type: ignore[no-untyped-def]
+    import manifold3d
+
+    faces = np.ascontiguousarray(mesh.faces, dtype=np.uint64)
+    return manifold3d.Manifold(manifold3d.Mesh64(np.array(mesh.vertices, order="C"), faces))
+
+
+def _mesh(mesh: Mesh, solid) -> Mesh:  # type: ignore[no-untyped-def]
+    data = solid.to_mesh64()
+    vertices, faces = np.array(data.vert_properties)[:, :3], np.array(data.tri_verts).astype(np.int64)
+    return Mesh(mesh.name, vertices.reshape(-1, 3), faces.reshape(-1, 3))

@@ -1,0 +1,172 @@
+"""What slicing gives: layers of curves on surfaces, and what it was asked for.
+
+    parameters = SlicingParameters("nonuniform", h_layer_mm=1.73, h_min_mm=1.39, h_max_mm=2.2)
+    body = Body(radius_mm=20.0)
+
+A layer is numbered from 0 at the body. Its curves are the borders of its region on its surface.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..curves.intersect import Curve
+from ..mesh.solid import Floats, Mesh, PartError
+from ..surfaces.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody
+from ..surfaces.surfaces import Surface
+from .thickness import bead_thickness, thickness_range
+
+__all__ = [
+    "STRATEGIES",
+    "Body",
+    "ConicalBody",
+    "Layer",
+    "RevolvedBody",
+    "RoundBody",
+    "SlicedSubVolume",
+    "SlicingParameters",
+    "make_layer",
+    "require_layers",
+]
+
+
+POLICIES = ("report", "trim", "merge")
+MOST_LAYERS = 100_000  # more are a wrong unit, and do not fit into memory
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One layer.
+
+    Attributes:
+        index: 0 for the first one.
+        surface: what its curves lie on; the outward normal is the direction of deposition.
+        curves: its borders, outer loops counter-clockwise seen from outside.
+        area_mm2: of its region on its surface, holes left out.
+        thickness_mm: least and greatest thickness of the bead along its curves (see `slicing.layers.thickness`).
+    """
+
+    index: int
+    surface: Surface
+    curves: tuple[Curve, ...]
+    area_mm2: float
+    thickness_mm: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class SlicingParameters:
+    """How to slice.
+
+    Attributes:
+        strategy: planar, cylindrical, nonuniform, conical or revolved.
+        h_layer_mm: the preferred thickness of a layer.
+        h_min_mm: the least thickness the process can lay.
+        h_max_mm: the greatest.
+        tolerance_mm: greatest distance of a sampled curve from the exact one.
+        thickness: what becomes of beads thinner than h_min or thicker than h_max: report, trim or merge (see
+            `slicing.beads.thickness_policy`).
+    """
+
+    strategy: str = "nonuniform"
+    h_layer_mm: float = 1.73
+    h_min_mm: float = 1.39
+    h_max_mm: float = 2.2
+    tolerance_mm: float = 0.01
+    thickness: str = "report"
+
+    def __post_init__(self) -> None:
+        if self.strategy not in STRATEGIES:
+            raise PartError(f"strategy: {self.strategy!r} unknown; allowed: {', '.join(STRATEGIES)}")
+        if self.thickness not in POLICIES:
+            raise PartError(f"thickness: {self.thickness!r} unknown; allowed: {', '.join(POLICIES)}")
+        for key in ("h_layer_mm", "h_min_mm", "h_max_mm", "tolerance_mm"):
+            value = getattr(self, key)
+            if not (math.isfinite(value) and value > 0):
+                raise PartError(f"{key}: {value} is not allowed; a number above 0 is needed")
+        if not self.h_min_mm <= self.h_layer_mm <= self.h_max_mm:
+            raise PartError(
+                f"h_layer_mm: {self.h_layer_mm} must lie within h_min_mm .. h_max_mm"
+                f" ({self.h_min_mm} .. {self.h_max_mm})"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class SlicedSubVolume:
+    """A sub-volume and its layers.
+
+    Attributes:
+        name: of the sub-volume.
+        strategy: planar, cylindrical, nonuniform, conical or revolved.
+        mesh: what was sliced.
+        body: what it stands on.
+        layers: from the body outward.
+        warnings: one line each; what was repaired in the mesh, beads thinner than the process can lay, and
+            the like.
+        parameters: what was asked for.
+        stands_on_plate: it is the body itself, laid on the plate or the support, not on a body.
+        volume_mm3: of the sub-volume outside its body; NaN where it was not held against its layers.
+        laid_volume_mm3: area times thickness over all layers (see `slicing.volume.layer_areas`).
+        end_mm: how far the last layer stands out above the sub-volume's top; below 0 what is left above it.
+        body_z_mm: where the body ends along z; infinite where it does not within the sub-volume.
+    """
+
+    name: str
+    strategy: str
+    mesh: Mesh
+    body: RoundBody
+    layers: tuple[Layer, ...]
+    warnings: tuple[str, ...] = ()
+    parameters: SlicingParameters = field(default_factory=SlicingParameters)
+    stands_on_plate: bool = False
+    volume_mm3: float = math.nan
+    laid_volume_mm3: float = math.nan
+    end_mm: float = math.nan
+    body_z_mm: tuple[float, float] = (-math.inf, math.inf)
+
+    def thickness_at(self, layer: int, points: Floats) -> Floats:
+        """Thickness (n,) of the bead at points (n, 3) of a layer, mm. See `slicing.layers.thickness`."""
+        if self.stands_on_plate:
+            return np.full(len(points), self.parameters.h_layer_mm)
+        below = self.layers[layer - 1].surface if layer > 0 else None
+        return bead_thickness(points, self.layers[layer].surface, below, self.body, self.parameters.h_layer_mm)
+
+
+def require_layers(mesh: Mesh, h_layer_mm: float) -> None:
+    """Refuse layers so thin that there would be no end of them.
+
+    Args:
+        mesh: what is to be sliced.
+        h_layer_mm: thickness of a layer.
+
+    Raises:
+        PartError: more than MOST_LAYERS would fit into the mesh's bounds.
+    """
+    extent = float(np.sqrt((np.ptp(mesh.bounds, axis=0) ** 2).sum()))
+    if extent > MOST_LAYERS * h_layer_mm:
+        raise PartError(
+            f"{mesh.name}: h_layer_mm {h_layer_mm:g} is too thin for a part {extent:.4g} mm large;"
+            f" at most {MOST_LAYERS:,} layers are cut"
+        )
+
+
+def make_layer(
+    index: int, surface: Surface, curves: list[Curve], below: Surface | None, body: RoundBody, h_layer_mm: float
+) -> Layer:
+    """A layer with its area and the range of its thickness.
+
+    Args:
+        index: its number.
+        surface: its surface.
+        curves: its curves, at least one.
+        below: the surface of the layer below; None for the first layer.
+        body: what the sub-volume stands on.
+        h_layer_mm: the nominal thickness.
+
+    Returns:
+        The layer.
+    """
+    thickness = thickness_range([curve.points for curve in curves], surface, below, body, h_layer_mm)
+    return Layer(index, surface, tuple(curves), sum(curve.area_mm2 for curve in curves), thickness)

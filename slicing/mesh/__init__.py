@@ -1,0 +1,5 @@
+"""Closed triangle meshes: read, repaired where that is safe, measured.
+
+Modules: ``load``, ``solid`` (`Mesh`), ``edge_table``, ``face_measures``, ``closing``, ``shells`` and
+``self_crossings`` (repairs), ``closest_point``.
+"""

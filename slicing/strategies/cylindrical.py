@@ -1,0 +1,72 @@
+"""Uniform slicing of a round body: its surface and that surface's offsets by h_layer, until nothing is left.
+
+    layers = cylindrical_layers(mesh, body, parameters, root)
+
+Layer 0 lies on the body; its curve is the footprint. The offsets of a cylinder are cylinders, those of a cone
+cones of the same angle, those of another profile its true offsets (slicing.surfaces.profile); every layer is h_layer
+thick along its normals.
+
+Source: Lettori et al. 2024, section 2 and figure 2 (after Ding et al. 2017), table 1; conical bodies after
+Dai et al. 2020, revolved ones as section 6 suggests.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..curves.intersect import Curve, intersect_offsets
+from ..layers.layer import Layer, RoundBody, SlicingParameters, make_layer
+from ..mesh.solid import Mesh
+
+
+def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
+    """Slice by offsets of the body's surface.
+
+    Args:
+        mesh: the sub-volume.
+        body: what it stands on.
+        parameters: h_layer_mm and tolerance_mm count.
+        root: the curves of layer 0, on the body.
+
+    Returns:
+        The layers, from the body outward, up to the first offset that meets nothing.
+    """
+    base, step = body.surface, parameters.h_layer_mm
+    layers = [make_layer(0, base, root, None, body, step)]
+    # no point of a triangle lies further out than its corners do
+    top = float(base.distance(mesh.vertices).max())
+    heights = step * np.arange(1, max(int(np.floor(top / step)), 0) + 2)
+    for height, curves in zip(
+        heights.tolist(), intersect_offsets(mesh, base, heights, parameters.tolerance_mm), strict=True
+    ):
+        if not curves:
+            break
+        layers.append(make_layer(len(layers), base.offset(height), curves, layers[-1].surface, body, step))
+    return layers
+
+
+def span(curves: list[Curve], axis_point: tuple[float, float]) -> tuple[float, float]:
+    """The smallest arc about an axis that covers curves, all of their loops.
+
+    Args:
+        curves: on a cylinder, or anywhere round the axis; neighbours less than half a turn apart.
+        axis_point: (x, y) of the axis, mm.
+
+    Returns:
+        The angle of its middle and its width, rad; 2 pi if the curves leave no gap.
+    """
+    full = 2 * np.pi
+    low, high = np.zeros(2 * len(curves)), np.zeros(2 * len(curves))
+    for k, curve in enumerate(curves):
+        points = np.concatenate([curve.points, curve.points[:1]]) if curve.closed else curve.points
+        angle = np.unwrap(np.arctan2(points[:, 1] - axis_point[1], points[:, 0] - axis_point[0]))
+        first = float(angle.min()) % full % full  # an angle just below 0 rounds up to a whole turn, which is 0
+        low[2 * k : 2 * k + 2] = first - full, first  # twice: what runs past 360 degrees begins again at 0
+        high[2 * k : 2 * k + 2] = low[2 * k : 2 * k + 2] + float(np.ptp(angle))
+    order = np.argsort(low)
+    low, covered = low[order], np.maximum.accumulate(high[order])
+    gaps = np.where(low[1:] >= 0.0, low[1:] - covered[:-1], 0.0)  # gaps that end within one turn: each once
+    widest = int(np.argmax(gaps))
+    width = full - max(float(gaps[widest]), 0.0)
+    middle = float(low[1 + widest]) + 0.5 * width
+    return (middle + np.pi) % full - np.pi, width

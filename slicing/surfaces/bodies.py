@@ -1,0 +1,156 @@
+"""The central body that sub-volumes stand on: a cylinder, a cone or another body of revolution, axis along z.
+
+    body = Body(20.0)                                              # a cylinder of radius 20 mm
+    body = ConicalBody(20.0, half_angle_deg=15.0)                  # 20 mm at z = 0, growing upwards
+    body = RevolvedBody(((20.0, 0.0), (20.0, 30.0), (28.0, 50.0)))   # (r, z) points of its profile
+    body.surface                                                   # what layer 0 lies on
+    require_fit("conical", body)                                   # PartError if strategy and body do not fit
+
+What a profile may be, and how it goes on beyond its ends: `slicing.surfaces.profile`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..mesh.solid import FARTHEST_MM, PartError
+from .profile import Profile
+from .surfaces import Cone, Cylinder, Revolved
+
+STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
+
+
+def _require_near(key: str, *values_mm: float) -> None:
+    """Refuse numbers beyond any part's coordinates: their squares leave no digits, or overflow."""
+    farthest = max(values_mm, key=abs, default=0.0)
+    if abs(farthest) > FARTHEST_MM:
+        raise PartError(f"{key}: {farthest:g} mm is too far; at most {FARTHEST_MM:g} mm are taken")
+
+
+def _require_axis(axis_xy_mm: tuple[float, float]) -> None:
+    if len(axis_xy_mm) != 2 or not all(math.isfinite(v) for v in axis_xy_mm):
+        raise PartError(f"axis_xy_mm: {axis_xy_mm} is not a point; two finite numbers are needed")
+    _require_near("axis_xy_mm", *axis_xy_mm)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A cylinder about an axis parallel to z.
+
+    Attributes:
+        radius_mm: its radius.
+        axis_xy_mm: where the axis is.
+        off_mm: how far the surface that is there lies off it at most where a sub-volume stands: on a drafted hub.
+    """
+
+    radius_mm: float
+    axis_xy_mm: tuple[float, float] = (0.0, 0.0)
+    off_mm: float = 0.0
+    kind = "cylinder"
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.radius_mm) and self.radius_mm > 0):
+            raise PartError(f"radius_mm: {self.radius_mm} is not a body's radius; a number above 0 is needed")
+        _require_near("radius_mm", self.radius_mm)
+        _require_axis(self.axis_xy_mm)
+
+    @property
+    def surface(self) -> Cylinder:
+        """Its surface."""
+        return Cylinder((float(self.axis_xy_mm[0]), float(self.axis_xy_mm[1])), float(self.radius_mm))
+
+    def __str__(self) -> str:
+        return f"radius {self.radius_mm:g} mm"
+
+
+@dataclass(frozen=True)
+class ConicalBody:
+    """A cone about an axis parallel to z, endless on the side on which it widens.
+
+    Attributes:
+        radius_mm: at z = 0; may be 0 or less where the apex lies at or above z = 0 of a cone that widens
+            upwards (or at or below, of one that narrows).
+        half_angle_deg: between the axis and the rulings, -90 .. 90 (exclusive); above 0 it widens upwards.
+        axis_xy_mm: where the axis is.
+    """
+
+    radius_mm: float
+    half_angle_deg: float
+    axis_xy_mm: tuple[float, float] = (0.0, 0.0)
+    kind = "cone"
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.half_angle_deg) and abs(self.half_angle_deg) < 90.0):
+            raise PartError(f"half_angle_deg: {self.half_angle_deg} is not allowed; above -90 and below 90 is needed")
+        if not math.isfinite(self.radius_mm) or (self.half_angle_deg == 0.0 and self.radius_mm <= 0):
+            raise PartError(f"radius_mm: {self.radius_mm} is not a body's radius; a number above 0 is needed")
+        _require_near("radius_mm", self.radius_mm)
+        _require_axis(self.axis_xy_mm)
+
+    @property
+    def surface(self) -> Cone:
+        """Its surface."""
+        axis = (float(self.axis_xy_mm[0]), float(self.axis_xy_mm[1]))
+        return Cone(axis, float(self.radius_mm), float(self.half_angle_deg))
+
+    def __str__(self) -> str:
+        return f"cone, radius {self.radius_mm:g} mm at z = 0, half angle {self.half_angle_deg:g}°"
+
+
+@dataclass(frozen=True)
+class RevolvedBody:
+    """A profile turned about an axis parallel to z.
+
+    Attributes:
+        profile_mm: (r, z) points, upwards or downwards; z must not turn back (no undercuts).
+        axis_xy_mm: where the axis is.
+    """
+
+    profile_mm: tuple[tuple[float, float], ...]
+    axis_xy_mm: tuple[float, float] = (0.0, 0.0)
+    kind = "revolved"
+
+    def __post_init__(self) -> None:
+        if any(len(point) != 2 for point in self.profile_mm):
+            raise PartError("profile_mm: every point is two numbers, (r, z) in mm")
+        object.__setattr__(self, "profile_mm", tuple((float(r), float(z)) for r, z in self.profile_mm))
+        _require_near("profile_mm", *(v for point in self.profile_mm for v in point))
+        Profile.of(self.profile_mm)
+        _require_axis(self.axis_xy_mm)
+
+    @property
+    def surface(self) -> Revolved:
+        """Its surface."""
+        return Revolved((float(self.axis_xy_mm[0]), float(self.axis_xy_mm[1])), self.profile_mm)
+
+    def __str__(self) -> str:
+        return f"revolved profile of {len(self.profile_mm)} points"
+
+
+RoundBody = Body | ConicalBody | RevolvedBody
+BODY_NEEDED = {"cylindrical": "cylinder", "nonuniform": "cylinder", "conical": "cone", "revolved": "revolved"}
+BODY_NAMES = {"cylinder": "a cylinder", "cone": "a cone", "revolved": "a revolved profile"}
+
+
+def fits(strategy: str, body: RoundBody) -> bool:
+    """Whether a strategy is made for a kind of body; planar is for all."""
+    return BODY_NEEDED.get(strategy, body.kind) == body.kind
+
+
+def require_fit(strategy: str, body: RoundBody) -> None:
+    """Refuse a strategy that is not made for the body.
+
+    Args:
+        strategy: one of STRATEGIES.
+        body: the body.
+
+    Raises:
+        PartError: the body is of another kind than the strategy needs.
+    """
+    if not fits(strategy, body):
+        allowed = [s for s in STRATEGIES if fits(s, body)]
+        raise PartError(
+            f"strategy: {strategy} needs {BODY_NAMES[BODY_NEEDED[strategy]]} as its body, not {BODY_NAMES[body.kind]};"
+            f" allowed on it: {', '.join(allowed)}"
+        )

@@ -1,0 +1,293 @@
+"""The layers of a sub-volume held against its own volume, and every layer's area against the solid itself.
+
+    held = hold_volume(sliced)
+    held.volume_mm3, held.laid_mm3      # of the sub-volume outside the body; area times thickness of its layers
+    held.lines                          # what does not fit, one line each
+
+Three questions, answered from the mesh's surface alone, none of the layers' curves used:
+
+- *How large is the sub-volume outside its body?* The field F = (rho² - r(z)²) / (2 rho²) (x, y, 0) about the body's
+  axis has divergence 1 outside a body of radius r(z) and is zero on it, so its flux through the mesh is the volume.
+- *How large must a layer's region be?* What lies beyond a layer's surface has the region and the mesh's faces out there
+  as its border. Fields without divergence that pass the surface evenly - the normal of a plane, (x, y, 0) / rho² for
+  surfaces of revolution - pass the region as much as those faces: the area is a sum over faces. A lost loop, a hole
+  taken for an outer loop or a loop from elsewhere shows in its own layer, however small its share of the whole.
+- *How much do the layers hold?* The integral of the bead's thickness over each region, thin places included.
+
+The last two differ from the first by what slicing rounds. The stack ends where a whole layer ends, above the top or
+below it: that part is told apart (`end_mm`). A bead has the section at its curves over all of its height; a sum with
+the mean of its section and the next one's (the trapezoidal rule) has not. Where neither comes within MOST of the volume
+a line says so, and why where that can be told.
+
+How the fluxes are summed: `slicing.volume.solid_flux`. A layer is reported only if its area fits no surface within
+REACH_MM of its
+own: grazing tops move far. Layers on shoulders and end faces of a revolved body are not looked at by themselves: the
+field runs along them. Borders, also those that enclose no area, are looked at by `slicing.volume.borders`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..layers.body_ends import NO_ENDS, over_ends_mm3, without_body
+from ..layers.layer import Layer, SlicedSubVolume
+from ..layers.outside_body import region_of
+from ..layers.poles import poles
+from ..layers.thickness import bead_thickness
+from ..mesh.solid import Floats, Mesh
+from ..surfaces.bodies import RoundBody
+from ..surfaces.offset_families import radius_at
+from ..surfaces.surfaces import Cylinder, Plane, Revolved, Surface
+from ..warning import WRONG_LAYER, Code, Warning
+from .borders import hold_borders
+from .solid_flux import Skin
+
+MOST = 0.02  # of the volume that may be missing or too much
+AREA_SHARE, AREA_MM2 = 0.02, 0.05  # what a layer's area may be off
+REACH_MM = 0.02  # how far to either side of its surface it may fit
+PAST_MM = 1e-4  # beyond a layer's curves: faces that lie in its surface count as below it
+STEEP = 3.0  # growth of the radius with z from which on a surface lies too flat
+FINER = 4.0  # how much smaller the faces where a layer seems wrong
+AROUND = 512  # sides of the body that is taken off
+ALONG = 2000  # places at which thickness is taken along an arc
+GRID = 60  # places a side at which it is taken where it changes in two directions
+
+
+@dataclass(frozen=True, eq=False)
+class HeldVolume:
+    """What holding layers against their solid gives.
+
+    Attributes:
+        volume_mm3: of the sub-volume outside its body.
+        laid_mm3: area times thickness, over all layers.
+        end_mm3: how much of `laid_mm3` stands out above the top; below 0 what is left above the last layer.
+        end_mm: how far it stands out, or is left.
+        area_mm2: (k,) of each layer's region by the solid; NaN where it was not found.
+        lines: one for each layer that does not fit, and one if the volumes do not.
+    """
+
+    volume_mm3: float
+    laid_mm3: float
+    end_mm3: float
+    end_mm: float
+    area_mm2: Floats
+    lines: tuple[Warning, ...]
+
+
+def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
+    """Hold the layers of a sub-volume against its mesh.
+
+    Args:
+        sliced: the sub-volume and its layers.
+
+    Returns:
+        Volumes, areas and what does not fit.
+    """
+    layers, body, h = sliced.layers, sliced.body, sliced.parameters.h_layer_mm
+    mesh = sliced.mesh
+    skin = Skin.of(mesh)
+    over_ends, ends_count = 0.0, sliced.body_z_mm != NO_ENDS
+    if ends_count and isinstance(layers[0].surface, Plane):
+        mesh = without_body(mesh, body, sliced.body_z_mm)
+        skin = Skin.of(mesh)
+    elif skin.deepest(body.surface, -REACH_MM) < -REACH_MM:
+        over_ends = over_ends_mm3(mesh, body, sliced.body_z_mm) if ends_count else 0.0
+        mesh = _outside(mesh, body)
+        skin = Skin.of(mesh)
+    area = _areas_by_solid(skin, layers)
+    if ends_count and not isinstance(layers[0].surface, Plane):
+        area[0] = np.nan  # it ends with the body, the solid's section there does not
+    laid = [laid_volume(layer, layers[k - 1].surface if k else None, body, h) for k, layer in enumerate(layers)]
+    last = layers[-1]
+    rest = skin.volume_beyond(last.surface)
+    top = max(float(last.surface.distance(skin.mesh.vertices).max()), 0.0)
+    on_body = not isinstance(layers[0].surface, Plane)  # then every bead lies above its curves
+    end, end_mm = (last.area_mm2 * h - rest, h - top) if on_body else (-rest, -top)
+    odd = _odd(skin, layers, area)
+    if odd:  # look again, more closely
+        again = [layers[k] for k in odd]
+        area[odd] = _areas_by_solid(skin, again, FINER)
+        odd = [odd[i] for i in _odd(skin, again, area[odd], FINER)]
+    lines = tuple(_area_line(sliced.name, layers[k], float(area[k])) for k in odd)
+    lines += hold_borders(sliced.name, mesh, layers, [_cut_at(layer) for layer in layers])
+    held = HeldVolume(mesh.volume + over_ends, float(sum(laid)), end, end_mm, area, lines)
+    missing = held.laid_mm3 - end - held.volume_mm3
+    off = min(abs(missing), abs(missing + _evened(layers, laid)))
+    return held if off <= MOST * held.volume_mm3 and not odd else _with_volume_line(held, sliced)
+
+
+def _evened(layers: tuple[Layer, ...], laid: list[float]) -> float:
+    """What the trapezoidal rule adds to the sum of beads, mm³."""
+    upper, lower = layers[1:], layers[:-1]
+    mean = [
+        volume / layer.area_mm2 if layer.area_mm2 > 0 else 0.0 for volume, layer in zip(laid[1:], upper, strict=True)
+    ]
+    half = [0.5 * t * (b.area_mm2 - a.area_mm2) for t, a, b in zip(mean, upper, lower, strict=True)]
+    if not isinstance(layers[0].surface, Plane):
+        # the first bead was counted at the root, the last one as what stands out above the top
+        thick = laid[0] / layers[0].area_mm2
+        return sum(half) - thick * (layers[0].area_mm2 - layers[-1].area_mm2)
+    return sum(half)
+
+
+def _area_line(name: str, layer: Layer, by_solid: float) -> Warning:
+    return Warning(
+        Code.LAYER_AREA,
+        f"{name}: layer {layer.index}: its curves enclose {layer.area_mm2:.2f} mm², but the solid's section there is"
+        f" {by_solid:.2f} mm²: the layer is wrong",
+        sub_volume=name,
+        layer=layer.index,
+    )
+
+
+def _with_volume_line(held: HeldVolume, sliced: SlicedSubVolume) -> HeldVolume:
+    """The same with a line about the volumes, and why where that can be told."""
+    share = 100.0 * (held.laid_mm3 / held.volume_mm3 - 1.0)
+    why = []
+    where = "above the top" if held.end_mm >= 0 else "below the top"
+    why.append(f"the stack ends {abs(held.end_mm):.2f} mm {where} ({100 * held.end_mm3 / held.volume_mm3:+.1f} %)")
+    wrong = {line.layer for line in held.lines if line.code in WRONG_LAYER}
+    if wrong:
+        why.append(f"{len(wrong)} layers are wrong")
+    elif sliced.body_z_mm != NO_ENDS:
+        why.append("some of it lies over the body's ends")
+    elif sliced.strategy == "planar":
+        why.append("the first planes run into the body")
+    else:
+        why.append("its sections change within a layer's thickness")
+    line = Warning(
+        Code.LAYER_VOLUME,
+        f"{sliced.name}: area times thickness of the layers is {held.laid_mm3:.6g} mm³, the sub-volume"
+        f" {held.volume_mm3:.6g} mm³ ({share:+.1f} %): {'; '.join(why)}",
+        sub_volume=sliced.name,
+    )
+    return HeldVolume(held.volume_mm3, held.laid_mm3, held.end_mm3, held.end_mm, held.area_mm2, (*held.lines, line))
+
+
+def _outside(mesh: Mesh, body: RoundBody) -> Mesh:
+    """What a mesh has outside the body."""
+    import manifold3d
+
+    low, high = float(mesh.bounds[0, 2]) - 1.0, float(mesh.bounds[1, 2]) + 1.0
+    surface = body.surface
+    heights = [low, high]
+    if not isinstance(surface, Cylinder):
+        heights += [z + by for z in surface.chain(1e-3).z.tolist() for by in (-1e-6, 1e-6) if low < z < high]
+    z = np.sort(np.array(heights))
+    radius = radius_at(surface, z)
+    polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
+    turned = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), AROUND)
+    cutter = turned.translate((float(surface.axis_point[0]), float(surface.axis_point[1]), 0.0))
+    data = manifold3d.Mesh64(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces, dtype=np.uint64))
+    left = (manifold3d.Manifold(data) - cutter).to_mesh64()
+    return Mesh(mesh.name, np.asarray(left.vert_properties)[:, :3], np.asarray(left.tri_verts).astype(np.int64))
+
+
+def _cut_at(layer: Layer) -> float:
+    """How far outside its surface a layer's curves lie (a root that stands off the body), and a little more."""
+    height = layer.surface.distance(np.concatenate([curve.points for curve in layer.curves]))
+    middle = len(height) // 2
+    return max(float(np.partition(height, middle)[middle]), 0.0) + PAST_MM
+
+
+def _areas_by_solid(skin: Skin, layers: Sequence[Layer], finer: float = 1.0) -> Floats:
+    """Areas (k,) of layers' regions by the solid, mm²; NaN where a surface lies too flat across the axis."""
+    area = np.full(len(layers), np.nan)
+    steep = [k for k, layer in enumerate(layers) if not _is_flat(layer)]
+    area[steep] = skin.areas_on([layers[k].surface.offset(_cut_at(layers[k])) for k in steep], finer)
+    return area
+
+
+def _is_flat(layer: Layer) -> bool:
+    """Whether the field runs along a layer's surface somewhere."""
+    if not isinstance(layer.surface, Revolved):
+        return False
+    z = np.concatenate([curve.points[:, 2] for curve in layer.curves])
+    chain = layer.surface.chain(1e-3)
+    step = np.diff(np.stack([chain.r, chain.z], axis=1), axis=0)
+    # a shoulder or an end face is as high as its layer but for rounding; a layer over a pole has no border there
+    lower, upper = poles(layer)
+    low, high = -np.inf if lower else z.min() - PAST_MM, np.inf if upper else z.max() + PAST_MM
+    near = (chain.z[1:] >= low) & (chain.z[:-1] <= high)
+    return bool((near & (np.abs(step[:, 0]) > STEEP * np.abs(step[:, 1]))).any())
+
+
+def _odd(skin: Skin, layers: Sequence[Layer], by_solid: Floats, finer: float = 1.0) -> list[int]:
+    """The layers (numbers in the list) whose area fits no section of the solid near their surface."""
+    own = np.array([layer.area_mm2 for layer in layers])
+    slack = AREA_SHARE * np.maximum(own, by_solid) + AREA_MM2
+    odd = np.flatnonzero(np.abs(own - by_solid) > slack).tolist()  # not where it is NaN
+    by = np.array([-1.0, -0.1, 0.1, 1.0]) * REACH_MM
+    offsets = [layers[k].surface.offset(at + step) for k in odd for at in [_cut_at(layers[k])] for step in by.tolist()]
+    near = skin.areas_on(offsets, finer).reshape(len(odd), len(by))
+    near = np.column_stack([near, by_solid[odd]])
+    fits = (near.min(axis=1) - slack[odd] <= own[odd]) & (own[odd] <= near.max(axis=1) + slack[odd])
+    return [k for k, fit in zip(odd, fits.tolist(), strict=True) if not fit]
+
+
+def laid_volume(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float:
+    """The integral of a bead's thickness over its layer's region.
+
+    Args:
+        layer: the layer.
+        below: the surface of the layer below; None for the first layer.
+        body: what the sub-volume stands on.
+        h_layer_mm: the nominal thickness.
+
+    Returns:
+        mm³.
+    """
+    surface = layer.surface
+    least, most = layer.thickness_mm
+    if most - least <= 1e-6:
+        return layer.area_mm2 * most
+    straight = isinstance(surface, Plane | Cylinder) and isinstance(below, Plane | Cylinder | None)
+    if straight and isinstance(body.surface, Cylinder) and not any(curve.winding for curve in layer.curves):
+        return _laid_along(layer, below, body, h_layer_mm)
+    return layer.area_mm2 * _mean_thickness(layer, below, body, h_layer_mm)
+
+
+def _laid_along(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float:
+    """Where thickness depends on the way across the axis alone: a boundary integral of its integral."""
+    flat = [layer.surface.unrolled(curve.points) for curve in layer.curves]
+    along = np.concatenate([loop[:, 0] for loop in flat])
+    s = np.linspace(along.min(), along.max(), ALONG)
+    if isinstance(layer.surface, Plane):
+        u, _ = layer.surface.axes()
+        points = np.asarray(layer.surface.point) + s[:, None] * u
+    else:
+        assert isinstance(layer.surface, Cylinder)
+        r, (x, y) = layer.surface.radius, layer.surface.axis_point
+        points = np.stack([x + r * np.cos(s / r), y + r * np.sin(s / r), np.zeros(len(s))], axis=1)
+    thickness = bead_thickness(points, layer.surface, below, body, h_layer_mm)
+    total = np.append(0.0, np.cumsum(0.5 * (thickness[1:] + thickness[:-1]) * np.diff(s)))
+    laid = plain = 0.0
+    for loop in flat:
+        after = np.roll(loop, -1, axis=0)
+        rise = after[:, 1] - loop[:, 1]
+        ends = [np.interp(p, s, total) for p in (loop[:, 0], 0.5 * (loop[:, 0] + after[:, 0]), after[:, 0])]
+        laid += float(((ends[0] + 4.0 * ends[1] + ends[2]) / 6.0 * rise).sum())
+        plain += float((0.5 * (loop[:, 0] + after[:, 0]) * rise).sum())
+    return laid / plain * layer.area_mm2 if plain > 0 else 0.0
+
+
+def _mean_thickness(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float:
+    """Mean thickness over a region, on a grid."""
+    import shapely
+
+    border = np.concatenate([curve.points for curve in layer.curves])
+    if not isinstance(layer.surface, Plane):
+        return float(bead_thickness(border, layer.surface, below, body, h_layer_mm).mean())
+    region = region_of([layer.surface.unrolled(curve.points) for curve in layer.curves])
+    low_u, low_v, high_u, high_v = region.bounds
+    step = (np.arange(GRID) + 0.5) / GRID
+    u, v = np.meshgrid(low_u + step * (high_u - low_u), low_v + step * (high_v - low_v))
+    inside = shapely.contains_xy(region, u.ravel(), v.ravel())
+    along_u, along_v = layer.surface.axes()
+    points = np.asarray(layer.surface.point) + u.ravel()[inside, None] * along_u + v.ravel()[inside, None] * along_v
+    if len(points) == 0:
+        points = border
+    return float(bead_thickness(points, layer.surface, below, body, h_layer_mm).mean())

@@ -1,0 +1,128 @@
+"""Case files: what is accepted, and that every error is one line that helps."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from cell.case.read import load_case, parse_case
+from cell.case.yaml12 import Loader
+from cell.errors import InputError
+
+MINIMAL = {"part": {"sub_volumes": ["a.stl"], "body": {"radius_mm": 20}}}
+
+
+def test_a_short_case_has_every_section():
+    case = parse_case(MINIMAL)
+    assert case.slicing.strategy == "nonuniform"
+    assert case.roll == "free"
+    assert case.checks.clearance_mm == 5.0
+    assert case.path_of("a.stl") == Path("a.stl")
+
+
+def test_paths_are_relative_to_the_case_file():
+    case = parse_case(MINIMAL, Path("cells") / "blade.case.yaml")
+    assert case.path_of("a.stl") == Path("cells") / "a.stl"
+    assert case.title == "blade"
+
+
+BAD = [
+    ({"prt": {}}, "prt: unknown key; did you mean part?"),
+    ({"part": {"sub_volume": ["a"]}}, "part.sub_volume: unknown key; did you mean sub_volumes?"),
+    ({**MINIMAL, "slicing": {"h_layer": 2}}, "slicing.h_layer: unknown key; did you mean h_layer_mm?"),
+    ({**MINIMAL, "roll": {"fixd_deg": 3}}, "roll.fixd_deg: unknown key; did you mean fixed_deg?"),
+    ({**MINIMAL, "roll": "fre"}, "roll: is free, or"),
+    ({**MINIMAL, "roll": {"range_deg": [30, 10]}}, "low <= high"),
+    ({**MINIMAL, "slicing": {"h_min_mm": 2}}, "h_min_mm <= h_layer_mm <= h_max_mm"),
+    ({**MINIMAL, "slicing": {"h_layer_mm": float("nan")}}, "slicing.h_layer_mm"),
+    ({**MINIMAL, "checks": {"clearance_mm": -1}}, "checks.clearance_mm"),
+    ({**MINIMAL, "expect": "feasable"}, "'feasible' or 'infeasible'"),
+    ({**MINIMAL, "expect": {"verdict": "infeasible", "reasons": ["colision"]}}, "unknown reason 'colision'"),
+    ({**MINIMAL, "fixtures": [{"name": "x"}]}, "exactly one of box, cylinder, mesh"),
+    ({**MINIMAL, "fixtures": [{"name": "x", "bax": {}}]}, "fixtures.0.bax: unknown key; did you mean box?"),
+    ({"part": {"sub_volumes": ["a.stl"], "body": {"radius_mm": 0}}}, "radius_mm must be above 0"),
+    ({"part": {"sub_volumes": ["a.stl"], "body": {"z_mm": [0, 1]}}}, "needs either radius_mm"),
+    ({"part": {"sub_volumes": ["a.stl"], "body": {"profile_mm": [[1, 0]], "half_angle_deg": 3}}}, "do not go with it"),
+    ({"part": {"sub_volumes": ["a.stl"]}}, "part.body: needs radius_mm"),
+    ({"part": {"body": {"radius_mm": 2}}}, "needs mesh (the whole part), or sub_volumes"),
+    ({"part": {"mesh": "a.stl", "sub_volumes": ["b.stl"]}}, "not both"),
+    ({**MINIMAL, "positioner": {"position_mm": [1, 2]}}, "positioner.position_mm: has too few values (is [1, 2])"),
+    ({**MINIMAL, "positioner": {"position_mm": [1, 2, 3, 4]}}, "positioner.position_mm: has too many values"),
+    ({**MINIMAL, "positioner": {"position_mm": [1, "x", 3]}}, "positioner.position_mm.1: is a number (is 'x')"),
+    ({**MINIMAL, "slicing": 5}, "slicing: is a section of keys and values (is 5)"),
+    ({**MINIMAL, "floor": "maybe"}, "floor: is true or false (is 'maybe')"),
+    ({"part": {"sub_volumes": 5, "body": {"radius_mm": 2}}}, "part.sub_volumes: is a list (is 5)"),
+    ({}, "part: missing"),
+    ([1, 2], "mapping"),
+]
+
+
+@pytest.mark.parametrize(("content", "says"), BAD, ids=[says for _, says in BAD])
+def test_bad_content_is_one_line(content, says):
+    with pytest.raises(InputError) as caught:
+        parse_case(content, "cell.case.yaml")
+    message = str(caught.value)
+    assert says in message
+    assert message.startswith("cell.case.yaml: ")
+    assert "\n" not in message
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"nowhere\.yaml: no such file"):
+        load_case(tmp_path / "nowhere.yaml")
+
+
+def test_broken_yaml_names_the_line(tmp_path):
+    path = tmp_path / "broken.case.yaml"
+    path.write_text("part:\n  sub_volumes: [a.stl\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 3: not YAML"):
+        load_case(path)
+
+
+def write(path, text):
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_case_changes_the_one_it_extends(tmp_path):
+    base = "part: {sub_volumes: [a.stl], body: {radius_mm: 20}}\nroll: {fixed_deg: 3}\nexpect: feasible\nname: base\n"
+    write(tmp_path / "cells" / "base.case.yaml", base)
+    path = write(
+        tmp_path / "turned.case.yaml",
+        "extends: cells/base.case.yaml\npart: {rotation_deg: 90}\nroll: {range_deg: [0, 9]}\n",
+    )
+    case = load_case(path)
+    assert case.part.body.radius_mm == 20
+    assert case.part.rotation_deg == 90
+    assert case.roll.range_deg == (0, 9)
+    assert case.path_of(case.part.sub_volumes[0]) == tmp_path / "cells" / "a.stl"
+    assert case.expect is None
+    assert case.title == "turned"
+
+
+def test_extending_in_a_circle_is_refused(tmp_path):
+    write(tmp_path / "a.yaml", "extends: b.yaml\n")
+    path = write(tmp_path / "b.yaml", "extends: a.yaml\n")
+    with pytest.raises(InputError, match="in a circle"):
+        load_case(path)
+    with pytest.raises(InputError, match=r"gone\.yaml: no such file"):
+        load_case(write(tmp_path / "c.yaml", "extends: gone.yaml\n"))
+
+
+def test_words_that_older_yaml_takes_for_true_and_false(tmp_path):
+    path = tmp_path / "case.yaml"
+    path.write_text(
+        "name: no\npart: {sub_volumes: [a.stl], body: {radius_mm: 20}}\n"
+        "fixtures:\n  - name: off\n    on: table\n    box: {size_mm: [1, 1, 1]}\n"
+        "  - {name: y, on: floor, box: {size_mm: [1, 1, 1]}}\n",
+        encoding="utf-8",
+    )
+    case = load_case(path)
+    assert [(f.name, f.on) for f in case.fixtures] == [("off", "table"), ("y", "floor")]
+    assert case.title == "no"
+
+
+@pytest.mark.parametrize(("word", "value"), [("true", True), ("False", False), ("yes", "yes"), ("Off", "Off")])
+def test_true_and_false_are_read_as_such(word, value):
+    assert yaml.load(f"{word}: {word}", Loader=Loader) == {value: value}

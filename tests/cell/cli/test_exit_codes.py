@@ -1,0 +1,138 @@
+"""The exit code is the verdict: whatever becomes of the streams, and whatever goes wrong in the program itself."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from support.paths import ROOT
+
+from cell.atomic_files import beside
+from cell.cli import main as cli
+from cell.cli.main import main
+from cell.printable import printable
+from cell.streams import Stream
+
+
+class Gone(io.StringIO):
+    """A pipe whose reader has left."""
+
+    def write(self, text: str) -> int:
+        raise BrokenPipeError
+
+    def flush(self) -> None:
+        raise BrokenPipeError
+
+
+@pytest.fixture
+def cases(make_case: Callable[..., Path]) -> dict[int, str]:
+    """A feasible and an infeasible case by their exit codes."""
+    far = {"position_mm": [4000, 0, 0]}
+    return {0: str(make_case("near")), 1: str(make_case("far", positioner=far))}
+
+
+def test_a_reader_that_leaves_changes_no_verdict(cases: dict[int, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdout", Gone())
+    monkeypatch.setattr(sys, "stderr", Gone())
+    for code, case in cases.items():
+        assert main(["check", case, "--no-remedies"]) == code
+    assert main(["check", cases[1], "--no-remedies", "--json", "-"]) == 1
+    assert main(["check", "missing.case.yaml"]) == 2
+
+
+def test_a_standard_output_that_cannot_be_written_is_one_line(
+    cases: dict[int, str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case = cases[1]
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", None)
+        assert main(["check", "-q", case]) == 1  # nothing is to be said
+        assert main(["check", case, "--no-remedies"]) == 2
+    assert capsys.readouterr().err == "rbam: standard output: cannot be written (it is closed)\n"
+    if os.path.exists("/dev/full"):
+        with open("/dev/full", "w") as full, monkeypatch.context() as patch:
+            patch.setattr(sys, "stdout", full)
+            assert main(["check", case, "--no-remedies"]) == 2
+        assert capsys.readouterr().err == "rbam: standard output: cannot be written (No space left on device)\n"
+
+
+def test_characters_that_an_encoding_lacks_are_no_error(
+    make_case: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="cp1252"))
+    case = make_case()
+    case.write_text(case.read_text() + "name: Flügel Ω\n", encoding="utf-8")
+    assert main(["check", str(case)]) == 0
+    assert raw.getvalue().startswith("Flügel ?  E1 = 90".encode("cp1252"))
+
+
+@pytest.mark.parametrize("error", [RuntimeError("two\nlines"), KeyError("x"), MemoryError(), RecursionError()])
+def test_an_unexpected_error_is_no_verdict(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(_: object) -> int:
+        raise error
+
+    monkeypatch.setitem(cli.COMMANDS, "check", fail)
+    monkeypatch.delenv("RBAM_TRACEBACK", raising=False)
+    assert main(["check"]) == 70
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("rbam: ")
+    assert said.err.count("\n") == 1
+    assert ("RBAM_TRACEBACK" in said.err) != isinstance(error, MemoryError)
+    assert main(["check", "--verbose"]) == 70
+    assert "Traceback" in capsys.readouterr().err
+    monkeypatch.setenv("RBAM_TRACEBACK", "1")
+    assert main(["check"]) == 70
+    assert "Traceback" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP] if os.name == "posix" else [])
+def test_a_signal_leaves_nothing_half_written(
+    number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def write(_: object) -> int:
+        with beside(tmp_path / "film.mp4") as file:
+            file.write_bytes(b"half")
+            assert len(list(tmp_path.iterdir())) == 1
+            os.kill(os.getpid(), number)
+            time.sleep(5)
+        return 0
+
+    monkeypatch.setitem(cli.COMMANDS, "check", write)
+    assert main(["check"]) == 128 + number
+    assert list(tmp_path.iterdir()) == []
+    assert capsys.readouterr().err.count("\n") == 1
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closed streams are the shell's")
+def test_streams_that_are_closed_from_the_start() -> None:
+    command = f"{sys.executable} -m cell slice no.stl >&- 2>&- <&-"
+    root = ROOT
+    assert subprocess.run(["sh", "-c", command], cwd=root, check=False).returncode == 2
+
+
+def test_what_is_said_stays_one_line() -> None:
+    assert printable("a\nb\x1b[2Jc\x9b") == "a\\x0ab\\x1b[2Jc\\x9b"
+    assert printable("Flügel [left] 叶") == "Flügel [left] 叶"
+    stream = Stream(None, "standard error", required=False)
+    assert stream.write("lost") == 4
+    assert not stream.isatty()
+
+
+def test_brackets_in_names_are_no_markup(make_case: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
+    case = make_case()
+    case.write_text(case.read_text() + 'name: "rig [bold] [/rev] :smile:"\n', encoding="utf-8")
+    assert main(["check", str(case)]) == 0
+    assert "rig [bold] [/rev] :smile:" in capsys.readouterr().out

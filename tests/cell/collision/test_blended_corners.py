@@ -1,0 +1,209 @@
+"""Corners as a controller rounds them: how far they are off the rows, and what only they come too near to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+import shapely
+import trimesh
+import yaml
+from support.cases import at, bosses, turned
+
+from cell.case.read import load_case
+from cell.collision.blended_corners import BlendedPath as Rows
+from cell.collision.blended_corners import pieces
+from cell.collision.checker import Checker
+from cell.collision.motion_bounds import MotionBounds, joint_travel_bound
+from cell.collision.reach_radii import radii
+from cell.job.job import prepare
+from cell.motion.motion import STANDING, Motion
+from cell.motion.motion_file import ReadMotion
+from cell.planning import blended_check as as_run
+from cell.planning.blended_check import travel_corners, travel_path
+from cell.planning.context import Context, settings_of
+from cell.remedy_search import search as remedies_module
+from cell.remedy_search.changes import knobs
+from cell.remedy_search.search import remedies
+from cell.report.motion_report import finding_in_words
+from cell.timing.blending import rounded
+from cell.verdict.check import Result, check
+from cell.verdict.words import in_words
+from cell.verification.motion_check import check_motion
+
+RADIUS = np.array([2.5, 2.3, 1.2, 0.6, 0.6, 0.5])
+
+
+def test_how_far_a_rounded_path_is_off_its_rows_is_bounded_and_no_more_than_it_is() -> None:
+    rng = np.random.default_rng(3)
+    for trial in range(12):
+        m = int(rng.integers(3, 25))
+        q = np.cumsum(rng.normal(size=(m, 6)) * 0.01, axis=0)
+        s = 0.3 + np.concatenate([[0], np.cumsum(rng.choice([STANDING, 1e-4, 1e-3, 5e-3], m - 1))])
+        path = Rows(q, s, 1e-3)
+        p = pieces(path, RADIUS)
+        at = np.sort(np.concatenate([rng.uniform(s[0], s[-1], 4000), s]))
+        straight = np.stack([np.interp(at, s, column) for column in q.T], axis=1)
+        off = np.abs(rounded(q, s, 1e-3, at) - straight) @ RADIUS
+        bound = p.off[np.clip(np.searchsorted(p.s, at) - 1, 0, len(p.off) - 1)]
+        assert (off <= bound + 1e-12).all(), trial
+        assert p.off.max() <= 1.3 * off.max() + 1e-6
+    # two straight lines: a quarter of the zone times the change of slope, at the corner
+    q = np.array([[0.0], [0.0], [1.0]]) * np.ones(6)
+    p = pieces(Rows(q, np.array([0.0, 1.0, 2.0]), 0.1), RADIUS)
+    assert p.off.max() == pytest.approx(0.025 * RADIUS.sum(), rel=0.3)
+    assert (p.off[(p.s[1:] <= 0.9) | (p.s[:-1] >= 1.1)] < 1e-12).all()
+
+
+def test_nothing_gets_nearer_to_anything_than_the_bound_on_a_step_says(make_case) -> None:
+    scene = prepare(load_case(make_case())).scene
+    model, data = scene.model, mujoco.MjData(scene.model)
+    radius = radii(scene)
+    swept = MotionBounds(scene, radius)
+    rng = np.random.default_rng(0)
+    arm = np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0))
+    corners = np.concatenate([np.eye(3), -np.eye(3)])
+    tighter = 0
+    for size in (0.01, 0.1, 0.5, 2.0):
+        for _ in range(12):
+            a = rng.uniform(scene.chain.lower, scene.chain.upper)
+            b = np.clip(a + rng.uniform(-size, size, 6), scene.chain.lower, scene.chain.upper)
+            places = []
+            for t in np.linspace(0, 1, 11):
+                data.qpos[scene.arm_qpos] = a + t * (b - a)
+                mujoco.mj_kinematics(model, data)
+                turned = data.geom_xmat[arm].reshape(-1, 3, 3) @ corners.T * model.geom_rbound[arm, None, None]
+                places.append((data.geom_xpos[arm][:, :, None] + turned).transpose(0, 2, 1).reshape(-1, 3))
+            x = np.array(places)
+            away = np.linalg.norm(x - x[0], axis=2).max(axis=1) + np.linalg.norm(x - x[-1], axis=2).max(axis=1)
+            bound, loose = swept.bound(a[None], b[None])[0], joint_travel_bound(radius, a[None], b[None])[0]
+            assert min(2 * away.max(), loose) <= bound + 1e-12  # two things may both move
+            tighter += bound < 0.999 * loose
+    assert tighter > 10
+
+
+NOTCH = (-2.0, 42.0)  # mm, y and z of the corner of an L
+
+
+def notched_case(folder: Path, name: str, **process: Any) -> Path:
+    """An L, and a nail in its notch: the wire passes it on both sides, but may not cut the corner there."""
+    y, z = NOTCH
+    outline = [[-22, 20], [22, 20], [22, z], [y, z], [y, 64], [-22, 64]]
+    boss = trimesh.creation.extrude_polygon(shapely.Polygon(outline), 12.0)
+    # drawn in y and z, it stands on the side that points along -x
+    boss.apply_transform(np.array([[0, 0, -1, -36], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]))
+    boss.invert()
+    boss.fix_normals()
+    boss.export(folder / "l.stl")
+    nail = {"name": "nail", "on": "table", "box": {"size_mm": [5, 2, 2]}}
+    content = {
+        "part": {"sub_volumes": ["l.stl"], "body": {"radius_mm": 40, "z_mm": [0, 80]}},
+        "slicing": {"h_layer_mm": 8, "h_min_mm": 6, "h_max_mm": 9},
+        "support": {"radius_mm": 15, "height_mm": 100},
+        "positioner": {"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90]},
+        "table": {"E1_deg": 90, "E2_deg": 180},
+        "roll": {"fixed_deg": 0},
+        "fixtures": [{**nail, "position_mm": [-42.0, y + 7.0, 100 + z + 7.0]}],
+        "process": {"least_speed_share": 0, **process},
+    }
+    path = folder / f"{name}.case.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+def run(path: Path) -> Result:
+    job = prepare(load_case(path))
+    return check(job, 90, 180)
+
+
+def nearest_rounded(result: Result, motion: Motion, blend: float) -> float:
+    """The least clearance on the first bead with its corners rounded, looked at closely, m."""
+    rows = np.flatnonzero((motion.arc == 1) & (motion.bead == 0))
+    q, scene = motion.q[rows], result.job.scene
+    way = np.linalg.norm(np.diff(scene.chain.forward(q)[:, :3, 3], axis=0), axis=1)
+    s = np.concatenate([[0.0], np.cumsum(way)])
+    at = np.linspace(0, s[-1], 4000)
+    found = Checker(scene, result.table, 0.02).clearances(rounded(q, s, blend, at), np.zeros(4000, dtype=np.int64))
+    return float(found.distance.min())
+
+
+def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sharp = run(notched_case(tmp_path, "sharp", blend_mm=0.5))
+    assert sharp.feasible
+    assert sharp.motion is not None
+    # the rows keep the clearance, and so does what is run; cut by 20 mm the corner would not
+    assert nearest_rounded(sharp, sharp.motion, 0.5e-3) > 5e-3
+    assert nearest_rounded(sharp, sharp.motion, 20e-3) < 4e-3
+    cut = run(notched_case(tmp_path, "cut", blend_mm=20))
+    bad = {i: row for i, row in enumerate(cut.rows) if row.reason is not None}
+    # every layer has the corner; the first is held against the same looked at closely
+    first = {i: row for i, row in bad.items() if cut.job.targets.path[i] == 0}
+    target, row = min(first.items(), key=lambda item: item[1].detail["distance_mm"])
+    assert max(first) - min(first) < 2
+    assert (row.reason, row.detail["on_the_way"], row.detail["rounded"]) == ("no_path", "collision", True)
+    assert set(row.detail["pair"]) == {"nail", "torch_wire"}
+    assert row.detail["distance_mm"] == pytest.approx(1e3 * nearest_rounded(sharp, sharp.motion, 20e-3), abs=0.3)
+    assert in_words(row).endswith("needs 5 where a corner is rounded")
+    # less rounding is what would help (a stop in that corner would as well: a seam there)
+    monkeypatch.setattr(remedies_module, "seam_places", lambda *_: {})
+    monkeypatch.setattr(
+        remedies_module, "knobs", lambda *a, **k: [x for x in knobs(*a, **k) if x.key.startswith("process")]
+    )
+    best = next(iter(remedies(cut)))
+    assert best.checked == "part"
+    assert best.change is not None
+    assert best.change["key"] == "process.blend_mm"
+    assert best.change["to"] < best.change["from"] == 20
+    assert run(notched_case(tmp_path, "mended", blend_mm=best.change["to"])).feasible
+    # the corner lies on this way or at its end
+    corner = cut.job.targets.position[[target - 1, target], 1:]
+    assert np.linalg.norm(corner - NOTCH, axis=1).min() < 1.0
+    # the same motion from outside: the rows hold, what is run does not
+    outside = ReadMotion(sharp.motion, np.arange(len(sharp.motion.t_s)) + 1, ())
+    found = check_motion(cut.job, outside)
+    near = [f for f in found.findings if f.reason == "collision"]
+    assert near
+    assert all(f.detail["rounded"] and "nail" in f.detail["pair"] for f in near)
+    assert found.clearance is not None
+    assert found.clearance[0] > 5e-3
+    assert finding_in_words(near[0]).startswith("where a corner is rounded: ")
+    assert not [f for f in check_motion(sharp.job, outside).findings if f.reason == "collision"]
+
+
+def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    part = bosses(tmp_path, at(20), turned(at(20), 180), length=100)
+    path = make_case(part=part, table={"E1_deg": 60, "E2_deg": 180}, roll={"range_deg": [-90, 0]})
+    result = check(prepare(load_case(path)), 60, 180)
+    assert result.motion is not None
+    job, first = result.job, int(np.flatnonzero(result.job.targets.sub_volume_index == 1)[0])
+    q = result.motion.q[(result.motion.target == first) & (result.motion.arc == 0)]
+    checker = Checker(job.scene, result.table, 0.05)
+    stage = int(job.laid[first - 1])
+    found = checker.clearances(q, np.full(len(q), stage))
+    zone = np.deg2rad(30.0)
+    rows, _ = travel_path(q)
+    places = np.linspace(rows.s[0], rows.s[-1], 3000)
+    closely = checker.clearances(rounded(rows.q, rows.s, zone, places), np.full(3000, stage)).distance.min()
+    assert closely < found.distance.min() - 1e-3
+    for least, turn, free in (
+        (found.distance.min() - 1e-4, zone, False),
+        (found.distance.min() - 1e-4, 1e-4, True),
+        (closely - 1e-4, zone, True),
+    ):
+        monkeypatch.setattr(as_run, "TRAVEL_ZONE", turn)
+        settings = replace(settings_of(job), clearance=float(least))
+        limits = job.singularity_limits
+        context = Context.of(job.solver, result.placed, job.stage, job.laid, job.window, limits, checker, settings)
+        why = travel_corners(context, q, found, stage)
+        assert (why is None) is free
+        if why is not None:
+            assert (why["on_the_way"], why["rounded"]) == ("collision", True)
+            assert closely * 1e3 - 1e-3 <= why["distance_mm"] < found.distance.min() * 1e3
+        # a stop at every corner leaves nothing to be rounded
+        assert travel_corners(context, q, found, stage, range(1, len(q) - 1)) is None

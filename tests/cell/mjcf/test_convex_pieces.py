@@ -1,0 +1,126 @@
+"""Concave fixtures: convex pieces that hold all of the solid, and little more."""
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+
+from cell.case.read import load_case
+from cell.errors import InputError
+from cell.job.job import prepare
+from cell.mjcf.convex_pieces import convex_pieces
+from slicing.warning import Code
+
+
+def without(solid, *holes):
+    return trimesh.boolean.difference([solid, *holes], engine="manifold")
+
+
+def gate():
+    return without(trimesh.creation.box((100, 3000, 3000)), trimesh.creation.box((200, 2500, 2500)))
+
+
+def bracket():
+    solid = without(
+        trimesh.creation.box((80, 60, 40)), trimesh.creation.box((60, 40, 50)).apply_translation([10, 10, 0])
+    )
+    return solid.apply_transform(trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]))
+
+
+def inside(pieces, points, slack):
+    """Whether points are in any of the hulls of pieces."""
+    found = np.zeros(len(points), dtype=bool)
+    for piece in pieces:
+        hull = trimesh.PointCloud(piece).convex_hull
+        out = (points @ hull.face_normals.T - np.einsum("ij,ij->i", hull.face_normals, hull.triangles[:, 0])).max(
+            axis=1
+        )
+        found |= out <= slack
+    return found
+
+
+@pytest.mark.parametrize("make", [gate, bracket], ids=["gate", "bracket"])
+def test_the_pieces_of_a_solid_with_flat_faces_are_the_solid(make):
+    solid = make()
+    found = convex_pieces(solid)
+    assert len(found.pieces) > 1
+    assert found.excess < 1e-4
+    volume = sum(trimesh.PointCloud(piece).convex_hull.volume for piece in found.pieces)
+    assert volume == pytest.approx(solid.volume, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        gate,
+        bracket,
+        lambda: trimesh.creation.annulus(50, 60, 30, sections=24),
+        lambda: trimesh.creation.torus(100, 20, major_sections=8, minor_sections=5),
+        lambda: trimesh.util.concatenate([trimesh.creation.box((9, 9, 9)), gate()]),
+    ],
+    ids=["gate", "bracket", "ring", "torus", "two solids"],
+)
+def test_nothing_of_the_solid_is_outside_its_pieces(make):
+    solid = make()
+    points = np.concatenate([trimesh.sample.sample_surface(solid, 1500, seed=1)[0], solid.vertices])
+    assert inside(convex_pieces(solid).pieces, points, 1e-6 * np.ptp(solid.vertices)).all()
+
+
+def test_a_convex_solid_is_one_piece_and_what_is_not_closed_its_hull():
+    box = trimesh.creation.box((10, 20, 30))
+    whole = convex_pieces(box)
+    assert (len(whole.pieces), whole.excess) == (1, 0.0)
+    opened = trimesh.Trimesh(gate().vertices, gate().faces[:-1])
+    found = convex_pieces(opened)
+    assert (len(found.pieces), found.excess) == (1, np.inf)
+
+
+def scene_with(make_case, tmp_path, mesh, **fixture):
+    mesh.export(tmp_path / "thing.stl")
+    given = {"name": "thing", "mesh": "thing.stl", "position_mm": [900, 0, 1350], **fixture}
+    job = prepare(load_case(make_case(fixtures=[given])))
+    return job, [w for w in job.warnings if getattr(w, "code", None) is Code.CONCAVE_FIXTURE]
+
+
+def test_what_goes_through_a_gate_does_not_touch_it(make_case, tmp_path):
+    job, said = scene_with(make_case, tmp_path, gate())
+    scene = job.scene
+    model, data = scene.model, mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(model, data)
+    pieces = [g for g in range(model.ngeom) if scene.geom_name(g) == "thing" and scene.contact_bits[:, g].any()]
+    assert len(pieces) > 1
+    assert not said
+    # a ball of 40 mm in the opening is as far from the gate as from four walls
+    spec = scene.spec.copy()
+    body = spec.worldbody.add_body(name="ball body", pos=(0.9, 0, 1.35))
+    body.add_geom(name="ball", size=(0.04, 0, 0))
+    other = spec.compile()
+    there = mujoco.MjData(other)
+    mujoco.mj_kinematics(other, there)
+    distances = [
+        mujoco.mj_geomDistance(other, there, other.geom(model.geom(g).name).id, other.geom("ball").id, 9.0, np.zeros(6))
+        for g in pieces
+    ]
+    assert min(distances) == pytest.approx(1.25 - 0.04, abs=1e-5)
+
+
+def test_what_is_filled_of_a_fixture_is_said(make_case, tmp_path):
+    _, said = scene_with(make_case, tmp_path, trimesh.Trimesh(gate().vertices, gate().faces[:-1]))
+    assert len(said) == 1
+    assert "convex hull" in said[0]
+
+
+def test_a_fixture_that_is_no_mesh_is_refused_in_one_line(make_case, tmp_path):
+    (tmp_path / "thing.stl").write_bytes(b"no mesh")
+    with pytest.raises(InputError, match=r"fixtures\.thing\.mesh"):
+        prepare(load_case(make_case(fixtures=[{"name": "thing", "mesh": "thing.stl"}])))
+
+
+def test_a_sheet_too_thin_to_be_cut_up_is_refused_and_not_left_out(make_case, tmp_path):
+    sheet = trimesh.creation.box((0.002, 4000, 4000))
+    block = trimesh.creation.box((100, 100, 100)).apply_translation([500, 0, 0])
+    for k, mesh in enumerate((sheet, trimesh.util.concatenate([block, sheet]))):
+        mesh.export(tmp_path / f"sheet{k}.stl")
+        path = make_case(fixtures=[{"name": "wall", "mesh": str(tmp_path / f"sheet{k}.stl")}])
+        with pytest.raises(InputError, match=r"fixtures\.wall\.mesh: a part of it is thinner than"):
+            prepare(load_case(path))

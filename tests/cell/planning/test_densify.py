@@ -1,0 +1,102 @@
+"""Rows that are put between others: on the bead, checked, and refused where they do not hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cell.case.read import load_case
+from cell.collision.checker import Checker
+from cell.job.job import prepare
+from cell.planning.context import Context, settings_of
+from cell.planning.densify import refined
+from cell.planning.edge_check import Stretch
+from cell.planning.part_plan import plan_bead
+from cell.scene.placement import place
+from cell.scene.scene import table_angles
+from cell.shipped import DEFAULT_CASE
+
+
+@pytest.fixture(scope="module")
+def setup() -> Context:
+    case = load_case(DEFAULT_CASE)
+    job = prepare(case)
+    table = table_angles(job.scene, case.table.E1_deg, case.table.E2_deg)
+    placed = place(job.targets, job.scene.T_base_part(*table))
+    checker = Checker(job.scene, table, 0.05)
+    limits = job.singularity_limits
+    return Context.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings_of(job))
+
+
+@pytest.fixture(scope="module")
+def bead(context: Context) -> Stretch:
+    """The first bead, round the hub, where the wire swings most."""
+    stop = int(np.flatnonzero(np.diff(context.laid))[0]) + 1
+    plan = plan_bead(context, 0, stop, None)
+    assert plan.whole
+    return plan.stretches[0]
+
+
+def off_and_askew(context: Context, stretch: Stretch, between: float) -> tuple[np.ndarray, np.ndarray]:
+    """Of straight joint motion, m and rad, with the direction interpolated between the targets."""
+    q = (1 - between) * stretch.q[:-1] + between * stretch.q[1:]
+    T = context.solver.chain.forward(q)
+    k = stretch.edge[:-1]
+    a, b = context.placed.position[k], context.placed.position[k + 1]
+    s = (((T[:, :3, 3] - a) * (b - a)).sum(1) / ((b - a) ** 2).sum(1))[:, None]
+    na, nb = context.placed.normal[k], context.placed.normal[k + 1]
+    swing = np.arccos(np.clip((na * nb).sum(1), -1, 1))[:, None]
+    sine = np.where(swing > 1e-6, np.sin(swing), 1.0)
+    mixed = np.where(swing > 1e-6, (np.sin((1 - s) * swing) * na + np.sin(s * swing) * nb) / sine, na)
+    wire_angle = np.arctan2(np.linalg.norm(np.cross(T[:, :3, 2], mixed), axis=1), -(T[:, :3, 2] * mixed).sum(1))
+    return np.linalg.norm(T[:, :3, 3] - a - s * (b - a), axis=1), wire_angle
+
+
+def test_rows_are_put_where_straight_joint_motion_leaves_the_bead(context: Context, bead: Stretch) -> None:
+    assert np.rad2deg(off_and_askew(context, bead, 0.5)[1].max()) > 0.05
+    (dense,), spoilt = refined(context, [bead])
+    assert spoilt == {}
+    assert len(dense.q) > len(bead.q)
+    for between in (0.0, 0.3, 0.5, 0.8):
+        off, wire_angle = off_and_askew(context, dense, between)
+        assert off.max() < 4e-5
+        assert np.rad2deg(wire_angle.max()) < 0.04
+    # nothing that was there is gone
+    old = {tuple(q) for q in bead.q.round(12).tolist()}
+    assert old <= {tuple(q) for q in dense.q.round(12).tolist()}
+    again, _ = refined(context, [dense])
+    assert len(again[0].q) == len(dense.q)
+
+
+def test_a_new_row_that_is_too_near_to_something_is_refused(context: Context, bead: Stretch) -> None:
+    strict = replace(context, settings=replace(context.settings, clearance=0.049))
+    _, spoilt = refined(strict, [bead])
+    assert spoilt
+    target, detail = next(iter(spoilt.items()))
+    assert detail["from_target"] == target - 1
+    assert detail["on_the_way"] == "collision"
+    assert detail["required_mm"] == 49.0
+
+
+def test_a_new_row_that_is_near_a_singularity_is_refused(context: Context, bead: Stretch) -> None:
+    strict = replace(context, limits=replace(context.limits, wrist=np.deg2rad(89.0)))
+    assert {d["on_the_way"] for d in refined(strict, [bead])[1].values()} == {"singular"}
+
+
+def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cell.planning.densify.ROUNDS", 1)
+    monkeypatch.setattr("cell.planning.densify.ASKEW", np.deg2rad(0.001))
+    _, spoilt = refined(context, [bead])
+    assert spoilt
+    assert {why["on_the_way"] for why in spoilt.values()} == {"jump"}
+    assert all(i == why["from_target"] + 1 for i, why in spoilt.items())
+
+
+def test_new_rows_that_come_too_near_are_refused(context: Context, bead: Stretch) -> None:
+    # the bead's own rows were passed before: what is found now is found of what is put between them
+    beyond = float(bead.clearances.distance.max()) + 1e-3
+    (dense,), spoilt = refined(replace(context, settings=replace(context.settings, clearance=beyond)), [bead])
+    assert len(dense.q) > len(bead.q)
+    assert {why["on_the_way"] for why in spoilt.values()} == {"collision"}

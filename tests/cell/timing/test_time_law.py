@@ -1,0 +1,173 @@
+"""Time laws against closed forms, and against what a law may not depend on."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cell.job.job import speeds
+from cell.motion.deposition_speed import Pace, pace_document, too_slow
+from cell.timing.blending import rounded
+from cell.timing.time_law import time_path, time_travel
+
+V, A = np.array([2.0]), np.array([5.0])
+ZONE = 1e-3
+
+
+def trapezoid(way: float, v: float, a: float) -> float:
+    """Time from rest to rest."""
+    return 2 * np.sqrt(way / a) if way < v**2 / a else way / v + v / a
+
+
+@pytest.mark.parametrize("way", [0.01, 0.3, 0.799, 0.801, 5.0])
+@pytest.mark.parametrize("samples", [2, 3, 50, 501])
+def test_one_joint_takes_the_time_of_its_trapezoid(way: float, samples: int) -> None:
+    q = np.linspace(0, way, samples)[:, None]
+    assert time_travel(q, V, A).sum() == pytest.approx(trapezoid(way, 2.0, 5.0), rel=1e-4)
+
+
+def test_the_samples_times_are_the_trapezoids() -> None:
+    q = np.linspace(0, 5.0, 501)[:, None]
+    t = np.concatenate([[0], np.cumsum(time_travel(q, V, A))])
+    end = trapezoid(5.0, 2.0, 5.0)
+    ramp = 2.0 / 5.0
+    expected = np.select(
+        [t < ramp, t > end - ramp], [2.5 * t**2, 5.0 - 2.5 * (end - t) ** 2], default=0.4 + 2.0 * (t - ramp)
+    )
+    assert np.abs(expected - q[:, 0]).max() < 1e-4
+
+
+def test_of_two_joints_the_slower_one_sets_the_time() -> None:
+    s = np.linspace(0, 1, 40)[:, None]
+    q = s * [3.0, 1.0]
+    v, a = np.array([2.0, 1.0]), np.array([5.0, 1.0])
+    # along the line, in the first joint's angle, the second may do three times its own
+    assert time_travel(q, v, a).sum() == pytest.approx(trapezoid(3.0, 2.0, 3.0), rel=1e-4)
+    v, a = np.array([2.0, 9.0]), np.array([50.0, 1.5])
+    assert time_travel(q, v, a).sum() == pytest.approx(trapezoid(3.0, 2.0, 4.5), rel=1e-4)
+
+
+def corner(samples: int, angle: float = np.pi / 2) -> tuple[np.ndarray, np.ndarray]:
+    """Two joints as a plane, a path with a corner in its middle, 1 long each way."""
+    s = np.linspace(0, 2, 2 * samples + 1)
+    way = np.array([np.cos(angle), np.sin(angle)])
+    q = np.where(s[:, None] <= 1, s[:, None] * [1.0, 0.0], [1.0, 0.0] + (s[:, None] - 1) * way)
+    return q, s
+
+
+@pytest.mark.parametrize("zone", [0.01, 0.05])
+@pytest.mark.parametrize("angle", [0.2, np.pi / 2, 2.5])
+def test_a_corner_is_passed_at_the_speed_of_its_rounding(zone: float, angle: float) -> None:
+    q, s = corner(100, angle)
+    acceleration = np.array([3.0, 3.0])
+    law = time_path(q, s, np.full(2, 50.0), acceleration, cap=1e3, zone=zone)
+    # on the parabola the acceleration is the change of slope over its length, times the speed's square
+    change = np.abs([np.cos(angle) - 1, np.sin(angle)])
+    expected = np.sqrt((acceleration / (change / (2 * zone))).min())
+    assert law.speed[100] == pytest.approx(expected, rel=1e-3)
+    assert law.cause(1 - 2 * zone, 1 + 2 * zone)[1] == "acceleration"
+
+
+def test_rounding_leaves_a_corner_by_a_quarter_of_the_zone_and_the_rest_as_it_was() -> None:
+    q, s = corner(100)
+    round_ = rounded(q, s, 0.1)
+    away = np.linalg.norm(round_ - q, axis=1)
+    assert away[100] == pytest.approx(0.1 * np.sqrt(2) / 4)
+    assert away[np.abs(s - 1) > 0.1 + 1e-9].max() < 1e-12
+    np.testing.assert_allclose(round_[[0, -1]], q[[0, -1]], atol=1e-12)
+
+
+def wave(samples: int) -> tuple[np.ndarray, np.ndarray]:
+    s = np.linspace(0, 1, samples)
+    return np.stack([np.sin(3 * s), np.cos(5 * s), 0.3 * s], axis=1), s
+
+
+def test_other_samples_of_the_same_path_give_the_same_law() -> None:
+    limits = np.array([2.0, 3.0, 4.0]), np.array([4.0, 6.0, 5.0])
+    coarse, fine = (time_path(*wave(m), *limits, cap=0.9, zone=0.02) for m in (101, 1001))
+    assert fine.t[-1] == pytest.approx(coarse.t[-1], rel=2e-3)
+    np.testing.assert_allclose(fine.t[::10], coarse.t, atol=3e-3)
+    # a corner counts where it is, however densely it is sampled
+    ends = [time_path(*corner(m), np.full(2, 9.0), np.full(2, 3.0), cap=1e3, zone=0.05).t[-1] for m in (20, 333)]
+    assert ends[0] == pytest.approx(ends[1], rel=2e-3)
+
+
+def test_backwards_takes_as_long() -> None:
+    q, s = wave(300)
+    limits = np.array([2.0, 3.0, 4.0]), np.array([4.0, 6.0, 5.0])
+    there = time_path(q, s, *limits, cap=0.9, zone=0.02).t[-1]
+    back = time_path(q[::-1], s, *limits, cap=0.9, zone=0.02).t[-1]
+    assert there == pytest.approx(back, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_polylines_keep_every_limit_by_an_independent_measure(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    knots = np.cumsum(rng.uniform(-1, 1, (9, 4)), axis=0)
+    at = np.linspace(0, 8, 8 * 37 + 1)
+    q = np.stack([np.interp(at, np.arange(9), column) for column in knots.T], axis=1)
+    s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
+    v, a = rng.uniform(0.5, 2, 4), rng.uniform(0.5, 4, 4)
+    law = time_path(q, s, v, a, cap=1.5, zone=0.05)
+    dt = np.diff(law.t)[:, None]
+    assert (np.abs(np.diff(q, axis=0)) / dt <= v * (1 + 1e-9)).all()
+    assert (np.diff(s) / dt[:, 0] <= 1.5 * (1 + 1e-9)).all()
+    # second differences of the rounded path are means of its accelerations
+    speed = np.diff(rounded(q, s, 0.05), axis=0) / dt
+    mean = np.diff(speed, axis=0) / ((dt[1:] + dt[:-1]) / 2)
+    share = np.abs(mean / a).max(axis=0)
+    assert share.max() <= 1.01
+    assert share.max() > 0.98  # and the law is no slower than it has to be
+
+
+def test_a_cap_by_step_is_kept_and_reached() -> None:
+    s = np.linspace(0, 4, 401)
+    cap = np.where(s[:-1] < 2, 1.0, 0.25)
+    law = time_path(s[:, None], s, np.array([9.0]), np.array([20.0]), cap=cap, zone=1e-3)
+    held = np.diff(s) / np.diff(law.t)
+    assert (held <= cap * (1 + 1e-9)).all()
+    assert held[100] == pytest.approx(1.0)
+    assert held[300] == pytest.approx(0.25)
+
+
+def test_unknown_accelerations_leave_the_speeds() -> None:
+    q = np.linspace(0, 3, 100)[:, None]
+    assert time_travel(q, V, np.array([np.inf])).sum() == pytest.approx(1.5, rel=1e-3)
+
+
+def test_a_travel_may_stand_still_but_a_bead_moves_on() -> None:
+    q = np.array([[0.0], [0.0], [1.0], [1.0]])
+    dt = time_travel(q, V, A)
+    assert dt[0] == dt[2] == 0
+    assert dt[1] == pytest.approx(trapezoid(1.0, 2.0, 5.0), rel=1e-4)
+    assert (time_travel(q[:2], V, A) == 0).all()
+    with pytest.raises(ValueError, match="moves on"):
+        time_path(q, np.array([0.0, 0.0, 1.0, 2.0]), V, A, cap=1.0, zone=ZONE)
+
+
+def test_how_far_a_speed_is_held_is_data() -> None:
+    pace = Pace.unknown(4)
+    pace.asked_s[:3], pace.taken_s[:3] = 1.0, [1.0, 4.0, 1.25]
+    pace.axis[1], pace.by[1] = "A2", "acceleration"
+    slow = too_slow(pace, 0.5)
+    assert list(slow) == [2]
+    assert slow[2]["from_target"] == 1
+    assert slow[2]["share"] == 0.25
+    document = pace_document(pace, np.zeros(4, dtype=np.int64))
+    assert document["least_share"] == 0.25
+    assert document["axis"] == "A2"
+    assert document["slowed_s"] == 5.25
+    assert document["lost_s"] == 3.25
+    assert [row["from_target"] for row in document["slowed"]] == [1, 2]
+
+
+class Targets(SimpleNamespace):
+    def __len__(self) -> int:
+        return 3
+
+
+def test_targets_with_a_speed_of_their_own_win_over_the_cases() -> None:
+    case = SimpleNamespace(process=SimpleNamespace(deposition_speed_mm_s=8.0))
+    np.testing.assert_allclose(speeds(SimpleNamespace(targets=Targets(), case=case)), 8e-3)
+    own = Targets(speed_mm_s=np.array([4.0, 5.0, 6.0]))
+    np.testing.assert_allclose(speeds(SimpleNamespace(targets=own, case=case)), [4e-3, 5e-3, 6e-3])

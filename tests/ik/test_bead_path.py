@@ -1,0 +1,203 @@
+"""Ways along a bead, against every way there is on small graphs and on beads made to be cut."""
+
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.arms import kr70, welder
+
+from ik.bead_path import LARGEST_STEP, OTHERS, ROLL_COST, best_runs
+from ik.roll import RollWindow, apply_roll
+from ik.solver import Solver
+
+
+def edge_cost(q, times, speed, circular, blocked, i, a, b):
+    """Cost of the edge from node a of target i to node b of target i + 1, infinite where there is none."""
+    rolls = q.shape[1]
+    step = abs(a[0] - b[0])
+    step = min(step, rolls - step) if circular else step
+    move = np.abs(q[i + 1][b] - q[i][a])
+    if a[1] != b[1] or step > 1 or (a, b) in blocked.get(i, ()) or not np.isfinite(move).all():
+        return np.inf
+    needed = (move / speed).max()
+    if move.max() > LARGEST_STEP or needed > times[i]:
+        return np.inf
+    return needed + OTHERS * (move / speed).sum() + ROLL_COST * step
+
+
+def brute_force(q, cost, times, speed, circular, blocked, first, stop):
+    """Cheapest way through targets first..stop-1 by trying all of them; infinite where there is none."""
+    nodes = list(product(*(range(s) for s in q.shape[1:4])))
+    nodes = [[node for node in nodes if np.isfinite(cost[i][node])] for i in range(first, stop)]
+    best = np.inf
+    for way in product(*nodes):
+        total = sum(cost[first + i][node] for i, node in enumerate(way))
+        for i, (a, b) in enumerate(pairwise(way)):
+            total += edge_cost(q, times, speed, circular, blocked, first + i, a, b)
+        best = min(best, total)
+    return best
+
+
+def random_graph(rng):
+    t, r, g, k, n = rng.integers(1, 5), rng.integers(1, 5), rng.integers(1, 3), rng.integers(1, 3), rng.integers(1, 4)
+    q = rng.uniform(-1, 1, (t, r, g, k, n))
+    q[rng.random((t, r, g, k)) < 0.4] = np.nan
+    open_nodes = np.isfinite(q[..., 0]) & (rng.random((t, r, g, k)) < 0.9)
+    cost = np.where(open_nodes, rng.random((t, r, g, k)), np.inf)
+    # keep every way countable
+    for i in range(t):
+        for node in np.argwhere(np.isfinite(cost[i]))[6:]:
+            cost[i][tuple(node)] = np.inf
+    times, speed = rng.uniform(0.3, 2, t - 1), rng.uniform(0.5, 2, n)
+    blocked = {}
+    for i in range(t - 1):
+        ends = [tuple(int(rng.integers(s)) for s in (r, g, k, r, k)) for _ in range(4)]
+        blocked[i] = {((r0, g0, k0), (r1, g0, k1)) for r0, g0, k0, r1, k1 in ends}
+    return q, cost, times, speed, bool(rng.integers(2)) and r > 2, blocked
+
+
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=120, deadline=None)
+def test_runs_are_the_cheapest_ways_and_none_can_be_longer(seed):
+    rng = np.random.default_rng(seed)
+    q, cost, times, speed, circular, blocked = graph = random_graph(rng)
+    runs = best_runs(q, cost, times, speed, circular=circular, blocked=blocked)
+    covered = [i for run in runs for i in range(run.start, run.stop)]
+    assert covered == [i for i in range(len(q)) if np.isfinite(cost[i]).any()]
+    for run in runs:
+        nodes = [tuple(node) for node in run.nodes.tolist()]
+        total = sum(cost[run.start + i][node] for i, node in enumerate(nodes))
+        for i, (a, b) in enumerate(pairwise(nodes)):
+            total += edge_cost(q, times, speed, circular, blocked, run.start + i, a, b)
+        assert total == pytest.approx(run.cost)
+        assert run.cost == pytest.approx(brute_force(*graph, run.start, run.stop))
+        if run.stop < len(q):
+            assert np.isinf(brute_force(*graph, run.start, run.stop + 1))
+
+
+def line(*angles, standings=1):
+    """One joint, one roll, one group, one target an angle: (t, 1, 1, k, 1)."""
+    return np.array(angles, dtype=float).reshape(len(angles), 1, 1, standings, 1)
+
+
+def runs_of(q, cost=None, **options):
+    cost = np.where(np.isfinite(q[..., 0]), 0.0, np.inf) if cost is None else cost
+    options.setdefault("circular", False)
+    return best_runs(q, cost, np.full(len(q) - 1, 1.0), np.ones(q.shape[-1]), **options)
+
+
+def test_a_flip_halfway_cuts_the_bead_in_two():
+    # reachable everywhere, but group 0 ends where group 1 begins
+    q = np.full((6, 1, 2, 1, 1), np.nan)
+    q[:3, 0, 0, 0, 0], q[3:, 0, 1, 0, 0] = [0.0, 0.1, 0.2], [0.3, 0.4, 0.5]
+    runs = runs_of(q)
+    assert [(run.start, run.stop) for run in runs] == [(0, 3), (3, 6)]
+    assert [set(run.nodes[:, 1]) for run in runs] == [{0}, {1}]
+    q[3, 0, 0, 0, 0] = 0.3  # an overlap of one target is not enough either
+    assert [(run.start, run.stop) for run in runs_of(q)] == [(0, 4), (4, 6)]
+    q[:3, 0, 1, 0, 0] = [0.0, 0.1, 0.2]  # group 1 all the way
+    assert [(run.start, run.stop) for run in runs_of(q)] == [(0, 6)]
+
+
+def test_a_jump_or_a_slow_joint_cuts_the_bead():
+    assert len(runs_of(line(0.0, 0.5, 1.0))) == 1
+    assert len(runs_of(line(0.0, 0.5, 0.5 + LARGEST_STEP + 0.01))) == 2
+    slow = best_runs(line(0.0, 0.5), np.zeros((2, 1, 1, 1)), np.array([0.4]), np.ones(1), circular=False)
+    assert len(slow) == 2
+    # a velocity alone would let it through
+    q = line(0.0, np.pi)
+    assert len(best_runs(q, np.zeros((2, 1, 1, 1)), np.array([1e9]), np.ones(1), circular=False)) == 2
+
+
+def test_targets_without_nodes_belong_to_no_run():
+    runs = runs_of(line(0.0, 0.1, np.nan, 0.3))
+    assert [(run.start, run.stop) for run in runs] == [(0, 2), (3, 4)]
+    assert runs_of(line(np.nan, np.nan)) == []
+
+
+def test_a_cost_at_a_configuration_that_is_none_opens_nothing():
+    q = line(0.0, np.nan, 0.2)
+    assert [(run.start, run.stop) for run in runs_of(q, np.zeros((3, 1, 1, 1)))] == [(0, 1), (2, 3)]
+    cost = np.zeros((3, 1, 1, 1))
+    cost[1] = np.nan
+    assert [run.start for run in runs_of(line(0.0, 0.1, 0.2), cost)] == [0, 2]
+
+
+def test_a_blocked_edge_is_gone_round_or_cuts():
+    q = line(0.0, 0.1, 0.2)
+    assert len(runs_of(q, blocked={0: {((0, 0, 0), (0, 0, 0))}})) == 2
+    # two standings: the way switches to the dearer one
+    q = line([0.0, 0.1], [0.0, 0.1], [0.0, 0.1], standings=2)
+    assert (runs_of(q)[0].nodes[:, 2] == runs_of(q)[0].nodes[0, 2]).all()
+    block = {0: {((0, 0, 0), (0, 0, 0)), ((0, 0, 1), (0, 0, 1))}}
+    run = runs_of(q, blocked=block)[0]
+    assert len(run.nodes) == 3
+    assert run.nodes[0, 2] != run.nodes[1, 2]
+
+
+def test_the_roll_goes_round_where_it_may():
+    # allowed rolls wander over the end of the circle: 3, then 0
+    cost = np.full((2, 4, 1, 1), np.inf)
+    cost[0, 3], cost[1, 0] = 0.0, 0.0
+    q = np.zeros((2, 4, 1, 1, 1))
+    assert len(runs_of(q, cost, circular=True)) == 1
+    assert len(runs_of(q, cost, circular=False)) == 2
+    cost[1, 0], cost[1, 1] = np.inf, 0.0  # two samples away
+    assert len(runs_of(q, cost, circular=True)) == 2
+
+
+def test_a_steady_roll_is_preferred():
+    run = runs_of(np.zeros((5, 6, 1, 1, 1)), circular=True)[0]
+    assert len(set(run.nodes[:, 0])) == 1
+    assert run.cost == 0.0
+
+
+def test_the_start_is_chosen_by_where_the_arm_comes_from():
+    q = np.zeros((3, 4, 1, 1, 1))
+    start = np.ones((4, 1, 1))
+    start[2] = 0.0
+    assert (runs_of(q, start_cost=start)[0].nodes[:, 0] == 2).all()
+    start[:] = np.nan
+    start[1] = 5.0
+    run = runs_of(q, start_cost=start)[0]
+    assert (run.nodes[0, 0], run.cost) == (1, 5.0)
+
+
+def test_turns_of_the_last_joint_are_followed_across_180_degrees():
+    chain = kr70()
+    a6 = np.deg2rad(np.arange(100, 261, 10))
+    q = np.tile(np.deg2rad([0, -80, 100, 20, 40, 0.0]), (len(a6), 1))
+    q[:, 5] = a6
+    candidates = Solver.for_chain(chain).candidates(chain.forward(q)).q[:, None]
+    runs = best_runs(
+        candidates,
+        np.where(np.isfinite(candidates[..., 0]), 0.0, np.inf),
+        np.full(len(a6) - 1, 10.0),
+        np.ones(6),
+        circular=False,
+    )
+    assert len(runs) == 1
+    nodes = runs[0].nodes
+    way = candidates[np.arange(len(a6)), nodes[:, 0], nodes[:, 1], nodes[:, 2]]
+    np.testing.assert_allclose(np.abs(np.diff(way[:, 5])), np.deg2rad(10), atol=1e-6)
+    np.testing.assert_allclose(chain.forward(way), chain.forward(q), atol=1e-9)
+
+
+def test_a_circle_with_the_wire_down_is_welded_in_one_go():
+    chain = welder()
+    angle = np.linspace(0, 2 * np.pi, 40)
+    Ts = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (len(angle), 1, 1))
+    Ts[:, :3, 3] = np.array([1.2, 0.0, 0.7]) + 0.2 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    rolls = RollWindow.free().samples(np.deg2rad(15))
+    solver = Solver.for_chain(chain)
+    q = solver.candidates(apply_roll(Ts[:, None], rolls).reshape(-1, 4, 4)).q
+    q = q.reshape(len(Ts), len(rolls), *q.shape[1:])
+    cost = np.where(np.isfinite(q[..., 0]), 0.0, np.inf)
+    (run,) = best_runs(q, cost, np.full(len(Ts) - 1, 3.0), np.ones(6), circular=True)
+    way = q[np.arange(len(Ts)), run.nodes[:, 0], run.nodes[:, 1], run.nodes[:, 2]]
+    assert np.abs(np.diff(way, axis=0)).max() <= LARGEST_STEP
+    at = chain.forward(way)
+    np.testing.assert_allclose(at[:, :3, 3], Ts[:, :3, 3], atol=1e-9)
+    np.testing.assert_allclose(at[:, :3, 2], Ts[:, :3, 2], atol=1e-9)

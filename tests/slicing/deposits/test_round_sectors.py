@@ -1,0 +1,55 @@
+"""Deposits on surfaces of revolution: pieces cover the whole region, its crown too, not its borders alone."""
+
+from dataclasses import replace
+
+import manifold3d
+import numpy as np
+import pytest
+from support.deposits import inside
+from support.layers import layer_on
+from support.meshes import box, from_manifold
+from trimesh import PointCloud
+
+from slicing.beads.bead import BeadParameters
+from slicing.beads.lay import layer_beads
+from slicing.deposits.part_shape import part_shape
+from slicing.layers.layer import SlicedSubVolume
+from slicing.surfaces.bodies import ConicalBody, RevolvedBody
+
+FLAT_END = ((0.0, 30.0), (20.0, 30.0), (20.0, 0.0))
+DOME = ((20.0, 0.0), (18.0, 8.0), (12.0, 14.0), (0.0, 17.0))
+BULGE = ((14.0, -20.0), (19.0, -8.0), (20.0, 0.0), (19.0, 8.0), (14.0, 20.0))
+
+
+def bar(size: float):
+    """A square bar along z over the axis, off its middle."""
+    return box((-size, 1.0 - size, -60), (size + 2.0, size, 80))
+
+
+LAYERS = {
+    "boss on a flat end": lambda: (bar(8.0), "revolved", RevolvedBody(FLAT_END)),
+    "boss on a dome": lambda: (bar(9.0), "revolved", RevolvedBody(DOME)),
+    "cap over a shaft's end": lambda: (
+        from_manifold(manifold3d.Manifold.cylinder(39, 32, 32, 96).translate((0, 0, 6))),
+        "revolved",
+        RevolvedBody(FLAT_END),
+    ),
+    "boss on a cone's tip": lambda: (bar(9.0), "conical", ConicalBody(20.0, -50.0)),
+    "pad on a bulge": lambda: (box((5, -9, -14), (40, 9, 14)), "revolved", RevolvedBody(BULGE)),
+}
+
+
+@pytest.mark.parametrize("name", LAYERS)
+def test_what_lies_between_the_borders_is_covered(name):
+    mesh, strategy, body = LAYERS[name]()
+    layers = tuple(replace(layer_on(mesh, body, 1.73 * k), index=k) for k in range(3))
+    sliced = SlicedSubVolume("SV1", strategy, mesh, body, layers)
+    shape = part_shape([sliced], None, ((20.0, 0.0), (20.0, 30.0)))
+    for layer in layers[:2]:
+        mine = [v for n, v in shape.hulls.items() if n.startswith(f"deposit/{layer.index}/")]
+        solids = [PointCloud(v).convex_hull for v in mine]
+        beads = layer_beads(layer, BeadParameters("zigzag", width_mm=3.0))
+        points = np.concatenate([bead.points[::9] for bead in beads if not bead.thin])
+        assert len(points) > 50
+        for raised in (0.0, 0.9):  # and the material above it, up to the next layer
+            assert inside(solids, points + 1.73 * raised * layer.surface.normals(points)).all()

@@ -1,0 +1,93 @@
+"""Random cases that a motion may be found for, and that motion held against its own case.
+
+path = random_job(rng, folder);  held = own_motion(path)     # None: infeasible;  else what is not as it should be
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+import yaml
+
+from cell.case.read import load_case
+from cell.errors import InputError
+from cell.job.job import prepare
+from cell.motion.motion_file import read_motion, write_motion
+from cell.verdict.check import check
+from cell.verification.motion_check import check_motion
+
+SAME = 1e-4  # m: least clearances of one way, sampled otherwise
+PATTERNS = ("contour_parallel", "zigzag", "raster", "contour")
+
+
+def random_job(rng, folder: Path) -> Path:
+    """A boss or two on a cylinder, laid and placed at random."""
+    radius = float(rng.uniform(9, 50))
+    size = rng.uniform((4, 6, 8), (10, 20, 24))
+    box = trimesh.creation.box((size[0] + 4.0, size[1], size[2]))
+    box.apply_translation([-(radius - 4.0 + (size[0] + 4.0) / 2), 0.0, 30.0])
+    box.export(folder / "boss.stl")
+    beads = {"pattern": str(rng.choice(PATTERNS[:2])), "width_mm": float(rng.uniform(3.5, 6))}
+    if rng.random() < 0.5:
+        beads |= {"lead_in_mm": float(rng.uniform(0, 3)), "lead_out_mm": float(rng.uniform(0, 3))}
+    content = {
+        "part": {
+            "sub_volumes": ["boss.stl"],
+            "body": {"radius_mm": radius, "z_mm": [0, 60]},
+            "rotation_deg": float(rng.choice([0, 30, -120])),
+        },
+        "slicing": {"strategy": str(rng.choice(["cylindrical", "nonuniform", "planar"]))},
+        "support": {"radius_mm": float(rng.uniform(8, 30)), "height_mm": float(rng.uniform(80, 200))},
+        "positioner": {
+            "position_mm": rng.uniform((1350, -300, 0), (1800, 300, 300)).tolist(),
+            "rotation_deg": [0, 0, float(rng.uniform(-130, -50))],
+        },
+        "table": {"E1_deg": float(rng.uniform(40, 100)), "E2_deg": float(rng.uniform(-180, 130))},
+        "beads": beads,
+        "process": {
+            "deposition_speed_mm_s": float(rng.uniform(5, 15)),
+            "retract_mm": float(rng.uniform(10, 40)),
+            "least_speed_share": 0.0,
+            "dwell_s": float(rng.choice([0, 2])),
+            "blend_mm": float(rng.choice([0.5, 1, 2])),
+        },
+        "checks": {"clearance_mm": float(rng.choice([0, 2, 5, 8]))},
+    }
+    if rng.random() < 0.4:
+        low = float(rng.uniform(-180, 60))
+        content["roll"] = {"range_deg": [low, low + float(rng.uniform(60, 180))]}
+    if rng.random() < 0.6:
+        place = rng.uniform((-150, -150, 0), (150, 150, 80)).tolist()
+        shape = {"cylinder": {"radius_mm": 15.0, "height_mm": 60.0}}
+        if rng.random() < 0.5:
+            shape = {"box": {"size_mm": [30.0, 50.0, 80.0]}}
+        content["fixtures"] = [{"name": "clamp", "on": "table", "position_mm": place, **shape}]
+    path = folder / "job.case.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+def own_motion(path: Path, suffix: str = "csv") -> list[str] | None:
+    """What the check of a motion from outside says against the very motion that a check wrote; None: there is none."""
+    job = prepare(load_case(path))
+    table = job.case.table
+    result = check(job, table.E1_deg, table.E2_deg)
+    if result.motion is None:
+        return None
+    file = path.with_name(f"m.{suffix}")
+    write_motion(file, result.motion)
+    wrong = [] if (np.diff(result.motion.t_s) > 0).all() else ["its times do not rise"]
+    try:
+        again = check_motion(job, read_motion(file, job))
+    except InputError as error:
+        return [*wrong, str(error)]
+    wrong += [f"{f.reason} {f.detail}" for f in again.findings]
+    least = np.inf if result.clearance is None else result.clearance.value
+    held = np.inf if again.clearance is None else again.clearance[0]
+    if not (least == held or abs(least - held) <= SAME):
+        wrong.append(f"least clearance {least * 1e3:.3f} mm, held against itself {held * 1e3:.3f} mm")
+    if min(least, held) < job.case.checks.clearance_mm * 1e-3:
+        wrong.append(f"least clearance {min(least, held) * 1e3:.3f} mm of {job.case.checks.clearance_mm:g}")
+    return wrong

@@ -1,0 +1,159 @@
+"""The rooms of the house: which may import which, how large they are, and that a name means one thing."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from support.paths import ROOT
+
+# a room may import rooms on lower floors alone; those on one floor do not know each other
+FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
+    "cell": (
+        ("arrays", "errors", "plain", "printable", "progress", "rigid", "shipped", "termination", "units"),
+        ("streams",),
+        ("atomic_files",),
+        ("case", "timing"),
+        ("mjcf",),
+        ("scene",),
+        ("job", "collision"),
+        ("motion", "compare"),
+        ("planning", "verification"),
+        ("verdict",),
+        ("remedy_search", "pose_sweep"),
+        ("report",),
+        ("view",),
+        ("html",),
+        ("cli",),
+        ("__init__", "__main__", "pytest_plugin"),
+    ),
+    "slicing": (
+        ("arrays", "warning"),
+        ("mesh",),
+        ("surfaces",),
+        ("curves", "decomposition"),
+        ("layers",),
+        ("volume",),
+        ("beads",),
+        ("strategies", "targets", "deposits"),
+        ("paper",),
+        ("document",),
+        ("__init__",),
+    ),
+}
+LARGEST = 18  # modules of a room
+
+
+def modules(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def name_of(path: Path) -> tuple[str, ...]:
+    return path.relative_to(ROOT).with_suffix("").parts
+
+
+def imports(path: Path) -> Iterator[tuple[str, ...]]:
+    """Full names of what a file imports, those for type checking included, each with the name taken from it."""
+    here = name_of(path)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (tuple(alias.name.split(".")) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = here[: len(here) - node.level] if node.level else ()
+            module = base + tuple(node.module.split(".") if node.module else ())
+            yield from ((*module, alias.name) for alias in node.names)
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_a_room_imports_lower_floors_alone(package: str) -> None:
+    floor = {room: k for k, rooms in enumerate(FLOORS[package]) for room in rooms}
+    wrong = []
+    for path in modules(package):
+        room = name_of(path)[1]
+        for name in imports(path):
+            if (
+                name[0] == package
+                and len(name) > 1
+                and name[1] != room
+                and (ROOT / package / name[1]).with_suffix("").name
+            ):
+                other = name[1]
+                if other in floor and floor[other] >= floor[room]:
+                    wrong.append(f"{path.relative_to(ROOT)} imports {'.'.join(name)}")
+                elif other not in floor:
+                    assert room == "__init__", f"{path.relative_to(ROOT)}: {other} is no room of {package}"
+    assert not wrong
+
+
+@pytest.mark.parametrize("package", ["cell", "slicing", "ik"])
+def test_modules_import_each_other_in_no_circle(package: str) -> None:
+    names = {name_of(path): path for path in modules(package) if path.name != "__init__.py"}
+    graph = {
+        name: {found for full in imports(path) for found in (full, full[:-1]) if found in names and found != name}
+        for name, path in names.items()
+    }
+    done: set[tuple[str, ...]] = set()
+
+    def visit(name: tuple[str, ...], way: tuple[tuple[str, ...], ...]) -> None:
+        assert name not in way, " -> ".join(".".join(n) for n in (*way, name))
+        if name not in done:
+            for other in sorted(graph[name]):
+                visit(other, (*way, name))
+            done.add(name)
+
+    for name in sorted(graph):
+        visit(name, ())
+
+
+def test_the_judge_knows_nothing_of_the_planner() -> None:
+    judge = modules("cell/verification")
+    assert judge
+    assert not [path for path in judge for name in imports(path) if name[:2] == ("cell", "planning")]
+
+
+@pytest.mark.parametrize("package", ["slicing", "ik"])
+def test_leaves_know_neither_each_other_nor_mujoco(package: str) -> None:
+    others = {"cell", "slicing", "ik", "models", "mujoco"} - {package}
+    assert not [path for path in modules(package) for name in imports(path) if name[0] in others]
+
+
+def test_the_cell_takes_of_slicing_what_it_exports() -> None:
+    import slicing
+
+    for path in modules("cell"):
+        for name in imports(path):
+            if name[0] == "slicing":
+                assert len(name) == 2, f"{path.relative_to(ROOT)} reaches into {'.'.join(name)}"
+                assert name[1] in slicing.__all__
+
+
+def test_no_room_is_too_large() -> None:
+    folders = defaultdict(list)
+    for package in ("cell", "slicing", "ik"):
+        for path in modules(package):
+            if path.name != "__init__.py":
+                folders[path.parent].append(path.name)
+    assert {
+        str(folder.relative_to(ROOT)): len(names) for folder, names in folders.items() if len(names) > LARGEST
+    } == {}
+
+
+def test_a_class_name_means_one_thing() -> None:
+    found = defaultdict(list)
+    for package in ("cell", "slicing", "ik"):
+        for path in modules(package):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ClassDef):
+                    found[node.name].append(str(path.relative_to(ROOT)))
+    assert {name: paths for name, paths in found.items() if len(paths) > 1} == {}
+
+
+@pytest.mark.parametrize("package", ["cell", "slicing", "ik"])
+def test_what_a_package_exports_is_there(package: str) -> None:
+    module = __import__(package)
+    assert len(module.__all__) > 4
+    for name in module.__all__:
+        assert getattr(module, name) is not None
