@@ -4,9 +4,8 @@
     python bench/mutants.py --only cell/collision/between_samples.py   # those of one module
     python bench/mutants.py --list
 
-A mutant is a module, the exact text that is replaced, and what takes its place. A text that stands nowhere, or twice,
-is
-said: the list has to follow the code. Exit code 1 if a mutant survives or does not apply.
+A mutant is a module, the exact text that is replaced, and what takes its place. A text that stands nowhere, or
+twice, is said: the list has to follow the code. Exit code 1 if a mutant survives or does not apply.
 """
 
 # ruff: noqa: E501  (texts as they stand in the code)
@@ -25,8 +24,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyproject.toml", "README.md")
 LONGEST = 900  # s a mutant
-BOUNDS, DETECTION, OWN = "test_bounds.py", "test_detection.py", "test_own_motion.py"
-HITS = "test_motion_adversarial.py"
+BOUNDS, DETECTION, OWN = "cell/collision/test_bounds.py", "cell/mjcf/test_detection.py", "acceptance/test_own_motion.py"
+HITS = "cell/verification/test_broken_motions.py"
 
 
 @dataclass(frozen=True)
@@ -48,8 +47,8 @@ class Mutant:
 
 MUTANTS = (
     # bounds
-    Mutant("cell/collision/between_samples.py", " + model.geom_rbound[g]", "", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "room <= joint_way(radius, a, b)", "room <= 0.2 * joint_way(radius, a, b)", (BOUNDS,)),
+    Mutant("cell/collision/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),
+    Mutant("cell/collision/between_samples.py", "room <= joint_travel_bound(radius, a, b)", "room <= 0.2 * joint_travel_bound(radius, a, b)", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "room[k] <= checker.way(radius, a[k], b[k])", "room[k] <= 0.5 * checker.way(radius, a[k], b[k])", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "    left = np.unique(step[open_])\n", "    left = np.unique(step[open_])[:0]\n", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "motion[step[hit]])", "motion[step[:1]])", (BOUNDS,)),
@@ -59,39 +58,39 @@ MUTANTS = (
     Mutant("cell/collision/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", "2 * (straight + bow / 4)", "straight + bow / 4", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", "(straight + bow / 4)", "straight", (BOUNDS,)),
-    Mutant("cell/collision/blended_corners.py", "joint_way(radius, q[:-1], q[1:]) + 2 * bow)", "joint_way(radius, q[:-1], q[1:]))", (BOUNDS,)),
+    Mutant("cell/collision/blended_corners.py", "joint_travel_bound(radius, q[:-1], q[1:]) + 2 * bow)", "joint_travel_bound(radius, q[:-1], q[1:]))", (BOUNDS,)),
     Mutant("cell/collision/blended_corners.py", "checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]", "checker.way(radius, q[k], q[k + 1])]", (BOUNDS,)),
-    Mutant("cell/collision/blended_corners.py", "low = known - joint_way(radius, path.q, q)", "low = known", (BOUNDS,)),
-    Mutant("cell/collision/blended_corners.py", "hit = np.flatnonzero(seen.distance < least)", "hit = np.flatnonzero(seen.distance < -1)", (BOUNDS, "test_corners.py")),
+    Mutant("cell/collision/blended_corners.py", "low = known - joint_travel_bound(radius, path.q, q)", "low = known", (BOUNDS,)),
+    Mutant("cell/collision/blended_corners.py", "hit = np.flatnonzero(seen.distance < least)", "hit = np.flatnonzero(seen.distance < -1)", (BOUNDS, "cell/collision/test_blended_corners.py")),
     Mutant("cell/planning/assemble.py", "        if not _dwell(job, last, first):\n", "        if True:\n", (BOUNDS,)),
-    Mutant("cell/verification/collisions.py", "+ model.geom_rbound[g])", ")", (BOUNDS,)),
+    Mutant("cell/collision/reach_radii.py", "[joint[axis]]) + model.geom_rbound[g])", "[joint[axis]]))", (BOUNDS,)),
     # collision detection
     Mutant("cell/mjcf/detection.py", "int(disable.mjDSBL_MULTICCD)", "0", (DETECTION,)),
     Mutant("cell/mjcf/detection.py", "ITERATIONS = 200", "ITERATIONS = 35", (DETECTION,)),
     Mutant("cell/mjcf/detection.py", "        if geom.type == GEOM.mjGEOM_BOX:\n", "        if False:\n", (DETECTION,)),
-    Mutant("cell/collision/checker.py", "np.multiply(self._hard, far / 2,", "np.multiply(self._hard, far / 4,", (DETECTION, "test_clearances.py")),
-    Mutant("cell/collision/checker.py", "(scene.deposit_of_geom < stage)", "(scene.deposit_of_geom < stage - 1)", (DETECTION, "test_clearances.py")),
-    Mutant("cell/collision/checker.py", "copy.copy(scene.model)", "scene.model", ("test_shared_scene.py",)),
-    Mutant("cell/collision/broad_phase.py", "self.radius + reach", "self.radius", ("test_clearances.py",)),
+    Mutant("cell/collision/checker.py", "np.multiply(self._hard, far / 2,", "np.multiply(self._hard, far / 4,", (DETECTION, "cell/collision/test_clearances.py")),
+    Mutant("cell/collision/checker.py", "(scene.deposit_of_geom < stage)", "(scene.deposit_of_geom < stage - 1)", (DETECTION, "cell/collision/test_clearances.py")),
+    Mutant("cell/collision/checker.py", "copy.copy(scene.model) if pair_gap is None", "scene.model if pair_gap is None", ("cell/collision/test_shared_scene.py",)),
+    Mutant("cell/collision/broad_phase.py", "self.radius + reach", "self.radius", ("cell/collision/test_clearances.py",)),
     # verification
-    Mutant("cell/verification/collisions.py", "stretches_of(clear.distance < least,", "stretches_of(clear.distance < 0,", (HITS, "test_motion_check.py")),
-    Mutant("cell/verification/collisions.py", "unproved(checker, radius, way.q, stage, clear, least=least)", "unproved(checker, radius, way.q, stage, clear)", (HITS, OWN)),
+    Mutant("cell/verification/collisions.py", "stretches_of(clear.distance < least,", "stretches_of(clear.distance < 0,", (HITS, "cell/verification/test_motion_check.py")),
+    Mutant("cell/verification/collisions.py", "unproven_steps(checker, radius, way.q, stage, clear, least=least)", "unproven_steps(checker, radius, way.q, stage, clear)", (HITS, OWN)),
     Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, way, stage), ", "", (HITS,)),
-    Mutant("cell/verification/motion_check.py", "SPEED_SLACK = 1.001", "SPEED_SLACK = 1.2", ("test_motion_check.py", HITS)),
-    Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if False:", ("test_motion_check.py", HITS)),
+    Mutant("cell/verification/motion_check.py", "SPEED_SLACK = 1.001", "SPEED_SLACK = 1.2", ("cell/verification/test_motion_check.py", HITS)),
+    Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if False:", ("cell/verification/test_motion_check.py", HITS)),
     Mutant("cell/verification/bead_samples.py", "best - MORE", "best - 1e-6", (OWN,)),
     # timing
-    Mutant("cell/planning/assemble.py", "np.maximum(dt[1:], TICK)", "dt[1:]", (OWN, "test_motion_file.py")),
-    Mutant("cell/timing/time_law.py", "np.concatenate([bend, bend], axis=1)", "np.concatenate([0 * bend, bend], axis=1)", ("test_timing.py",)),
-    Mutant("cell/timing/time_law.py", "limit = np.tile(max_acceleration, 2)", "limit = 1.2 * np.tile(max_acceleration, 2)", ("test_timing.py",)),
+    Mutant("cell/planning/assemble.py", "np.maximum(dt[1:], TICK)", "dt[1:]", (OWN, "cell/motion/test_motion_file.py")),
+    Mutant("cell/timing/time_law.py", "np.concatenate([bend, bend], axis=1)", "np.concatenate([0 * bend, bend], axis=1)", ("cell/timing/test_time_law.py",)),
+    Mutant("cell/timing/time_law.py", "limit = np.tile(max_acceleration, 2)", "limit = 1.2 * np.tile(max_acceleration, 2)", ("cell/timing/test_time_law.py",)),
     # planning
-    Mutant("cell/planning/densify.py", "        spoilt.update(_checked(setup, stretch, new))\n", "        _checked(setup, stretch, new)\n", ("test_refine.py",)),
-    Mutant("cell/planning/edge_check.py", "        elif least[e] < setup.settings.clearance:\n", "        elif least[e] < 0:\n", ("test_check.py", "test_quick.py")),
-    Mutant("cell/planning/travel.py", "    step, nearest = unproved(setup.checker, setup.radius, q, laid, found, least=setup.settings.kept)\n", "    step, nearest = unproved(setup.checker, setup.radius, q, laid, found, least=-1.0)\n", (OWN, "test_home.py")),
+    Mutant("cell/planning/densify.py", "        spoilt.update(_checked(context, stretch, new))\n", "        _checked(context, stretch, new)\n", ("cell/planning/test_densify.py",)),
+    Mutant("cell/planning/edge_check.py", "        elif least[e] < context.settings.clearance:\n", "        elif least[e] < 0:\n", ("cell/verdict/test_check.py", "cell/planning/test_station_search.py")),
+    Mutant("cell/planning/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (OWN, "cell/planning/test_home.py")),
     # slicing
-    Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("test_slicing_skin.py", "test_slicing_volume.py")),
-    Mutant("slicing/volume/layer_areas.py", "4.0 * ends[1]", "3.9 * ends[1]", ("test_slicing_volume.py",)),
-    Mutant("slicing/layers/thickness.py", "np.minimum(to_below, to_body)", "to_below", ("test_slicing_layers.py", "test_slicing_analytic.py")),
+    Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("slicing/volume/test_solid_flux.py", "slicing/volume/test_layer_areas.py")),
+    Mutant("slicing/volume/layer_areas.py", "4.0 * ends[1]", "3.9 * ends[1]", ("slicing/volume/test_layer_areas.py",)),
+    Mutant("slicing/layers/thickness.py", "np.minimum(to_below, to_body)", "to_below", ("slicing/strategies/test_layers.py", "slicing/curves/test_analytic_sections.py")),
 )  # fmt: skip
 
 

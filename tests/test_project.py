@@ -17,3 +17,11 @@ def test_every_public_name_has_a_docstring_with_a_module_example():
     for package in PACKAGES:
         for path in (ROOT / package).rglob("*.py"):
             assert ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))), path
+
+
+def test_every_mutant_stands_once_in_the_code():
+    mutants = runpy.run_path(str(ROOT / "bench" / "mutants.py"))["MUTANTS"]
+    assert len(mutants) >= 25
+    for mutant in mutants:
+        assert (ROOT / mutant.module).read_text(encoding="utf-8").count(mutant.text) == 1, mutant
+        assert all((ROOT / "tests" / name).is_file() for name in mutant.tests), mutant
