@@ -1,6 +1,8 @@
 r"""Texts from outside in one line: what would break it or steer a terminal is written out.
 
-printable("clamp\n\x1b[2J")              # 'clamp\\x0a\\x1b[2J'
+Use:
+
+    printable("clamp\n\x1b[2J")              # 'clamp\\x0a\\x1b[2J'
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
 """Ending on a signal as on Ctrl-C: everything that is open is closed, and nothing half-written is left behind.
 
-with terminable():
-...                           # SIGTERM and SIGHUP raise Terminated here
+Use:
+
+    with terminable():
+    ...                           # SIGTERM and SIGHUP raise Terminated here
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ A lighter search than :mod:`ik.bead_path`, for closed forms: whole turns of a jo
 worked out of the way that is found, so that a target has one node for each roll and branch::
 
     nodes = standings(chain, raw)                      # (j, t, g, r) lowest angles inside the limits
-    edges = prices(chain, nodes, rolls, bounds)        # (t - 1, g, s, r)
+    edges = prices(chain, nodes, rolls, bounds, shifts, circular=True)     # (t - 1, g, s, r)
     way = cheapest(cost, edges, shifts)                # group and (t,) samples, or None
     q = unwound(chain, nodes_on_way, q_before)         # (t, j), or None where the turns of a joint run out
 

@@ -3,7 +3,7 @@
 A :class:`Chain` is all the solvers know of a robot. It is made once from a compiled model
 (``cell.mjcf.chain_from_model.chain_of``) or by hand, and every function takes configurations as rows::
 
-    chain = Chain(origins=..., axes=..., T_last_tcp=..., lower=..., upper=...)
+    chain = Chain(origins=..., axes=..., T_last_tcp=..., lower=..., upper=..., max_speed=..., names=...)
     Ts_base_tcp = chain.forward(q)          # q (m, n) rad -> (m, 4, 4)
     J = chain.jacobian(q)                   # (m, 6, n), base frame, linear rows first
 

@@ -1,7 +1,9 @@
 """Sliced sub-volumes as plain data: the contract "rbam-slices/1" and the table of targets (no files).
 
-json.dumps(slices_document(sliced, [indices(s, targets) for s in sliced]))
-header, rows = targets_rows(targets, travels(targets, 30.0), 100.0)
+Use:
+
+    json.dumps(slices_document(sliced, [indices(s, targets) for s in sliced]))
+    header, rows = targets_rows(targets, travels(targets, 30.0), 100.0)
 """
 
 from __future__ import annotations

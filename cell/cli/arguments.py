@@ -1,7 +1,9 @@
 """The arguments of ``rbam`` and the help that teaches them.
 
-args = build_parser().parse_args(["check", "--e1", "-45"])
-args.command, args.e1
+Use:
+
+    args = build_parser().parse_args(["check", "--e1", "-45"])
+    args.command, args.e1
 """
 
 from __future__ import annotations

@@ -1,8 +1,10 @@
 """Progress bars on a terminal, and nothing in a pipe.
 
-bars = Bars(sys.stderr)
-bars("beads", 3, 140)                     # shown
-bars("beads", 140, 140)                   # gone
+Use:
+
+    bars = Bars(sys.stderr)
+    bars("beads", 3, 140)                     # shown
+    bars("beads", 140, 140)                   # gone
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How far any point of the arm gets on a step: a bound that knows where the step leads.
 
-    swept = MotionBounds(scene)
+    swept = MotionBounds(scene, radius)
     swept.bound(a, b)             # (m,) m: of the arm's points against anything, the arm itself among it
 
 The sum over the joints of what each can move its farthest point by is many times too much where they work against one

@@ -1,6 +1,6 @@
 """Joints that nobody plans: a track under the arm, a lift, a positioner's third axis, a gripper's fingers.
 
-    held = hold(spec, planned=["A1", ..., "A6"], own=OwnPlaces("robot", "arm.xml", held_deg={}, held_mm={}))
+    held = hold(spec, planned=["A1", ..., "A6"], own=OwnPlaces("robot", "arm.xml", "blade.case.yaml"))
     held.home, held.warnings                 # key home of what is planned; where all others stand
 
 They are taken out of the model before it is composed and their bodies moved to where they stand: the place that the

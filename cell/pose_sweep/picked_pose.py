@@ -1,9 +1,11 @@
 """A table pose picked from a sweep: from its map (``--json``) or from its log (``--out``).
 
-E1_deg, E2_deg = picked_pose(case, "map.json", "best")
-E1_deg, E2_deg = picked_pose(case, "sweep.jsonl", "7")     # the eighth pose of the file
+Use:
 
-A log may be that of a sweep that is still running.
+    E1_deg, E2_deg = picked_pose(case, "map.json", "best")
+    E1_deg, E2_deg = picked_pose(case, "sweep.jsonl", "7")     # the eighth pose of the file
+
+    A log may be that of a sweep that is still running.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
 """Changes of a case in words.
 
-in_words({"key": "table.E1_deg", "from": -45.0, "to": -31.0})      # E1 -45 -> -31
+Use:
+
+    in_words({"key": "table.E1_deg", "from": -45.0, "to": -31.0})      # E1 -45 -> -31
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
 """What is said of a result: the documents of the contracts, and the terminal report.
 
-document = report_document(result)                # "rbam-report/1"
-for line in report_lines(result): ...             # rich renderables
+Use:
+
+    document = report_document(result)                # "rbam-report/1"
+    for line in report_lines(result): ...             # rich renderables
 """
 
 from __future__ import annotations

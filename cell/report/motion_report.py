@@ -1,7 +1,9 @@
 """What is said of a motion from outside: the document, and the terminal report.
 
-document = motion_document(result, "blade.csv")   # "rbam-motion-report/1"
-for line in motion_lines(result, "blade.csv"): ...
+Use:
+
+    document = motion_document(result, "blade.csv")   # "rbam-motion-report/1"
+    for line in motion_lines(result, "blade.csv"): ...
 """
 
 from __future__ import annotations

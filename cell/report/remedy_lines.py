@@ -1,6 +1,8 @@
 """What the terminal says beyond the verdict: what would help, and everything that keeps a target out.
 
-for line in remedy_lines(result, remedies): ...            # rich renderables
+Use:
+
+    for line in remedy_lines(result, remedies): ...            # rich renderables
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
 """What the terminal says of a sweep: the map in characters, and the best pose in words.
 
-for line in sweep_lines(document): ...            # "rbam-sweep/1"; rich renderables
+Use:
+
+    for line in sweep_lines(document): ...            # "rbam-sweep/1"; rich renderables
 """
 
 from __future__ import annotations

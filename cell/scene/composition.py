@@ -1,8 +1,10 @@
 """A cell while it is put together: what each body belongs to, and what the models' elements are called in it.
 
-pieces = Pieces(surroundings(case), case)     # cell.scene.equipment fills it
-pieces.piece["link_3"]                        # Piece.ROBOT
-pieces.name(Piece.TOOL, "sites", "tcp")       # its name in the cell
+Use:
+
+    pieces = Pieces(surroundings(case), case)     # cell.scene.equipment fills it
+    pieces.piece["link_3"]                        # Piece.ROBOT
+    pieces.name(Piece.TOOL, "sites", "tcp")       # its name in the cell
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Use:
 
-    add_part(world, case, shape); add_fixture(world, case, fixture)
+    add_part(pieces, shape); add_fixture(pieces, fixture)
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
 """Collisions and ways that do not hold in words: what was found, what is needed, and the key to set.
 
-way_in_words({"from_target": 3, "on_the_way": "joint_limit", "axis": "A5", "over_deg": 2.1})
+Use:
+
+    way_in_words({"from_target": 3, "on_the_way": "joint_limit", "axis": "A5", "over_deg": 2.1})
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Where a motion from outside is on its beads: the TCP against the targets' chords, row by row and between rows.
 
-    way = dense(job, motion)                  # joint-linear samples between the rows, with poses seen from the part
-    on = against_beads(job, way)
+    way = dense(job, motion, rows, grain, which)   # joint-linear samples between the rows, seen from the part
+    on = against_beads(job, way, target)
     on.off, on.wire_angle, on.progress             # m, rad, m along the bead
 
 Metres and radians; poses in the part frame, so that a table that moves changes nothing.

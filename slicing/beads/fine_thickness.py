@@ -1,7 +1,9 @@
 """Beads seen closely: their thickness at places a quarter of a millimetre apart, and any place between.
 
-fine = looked_at(sliced, bead)
-point, gained = interpolate(sliced, bead, 7.25)     # a quarter of the way from point 7 to point 8
+Use:
+
+    fine = looked_at(sliced, bead)
+    point, gained = interpolate(sliced, bead, 7.25)     # a quarter of the way from point 7 to point 8
 """
 
 from __future__ import annotations

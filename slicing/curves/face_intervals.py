@@ -1,7 +1,9 @@
 """Which triangles a level of parallel surfaces can meet: each triangle's interval of heights, found once.
 
-intervals = FaceIntervals.about(mesh, Cylinder((0.0, 0.0), 20.0))
-intervals.at(1.73)               # numbers of the triangles that may reach the cylinder of radius 21.73
+Use:
+
+    intervals = FaceIntervals.about(mesh, Cylinder((0.0, 0.0), 20.0))
+    intervals.at(1.73)               # numbers of the triangles that may reach the cylinder of radius 21.73
 """
 
 from __future__ import annotations

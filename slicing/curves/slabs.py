@@ -12,7 +12,7 @@ place along the step. A triangle through its plane has a cell in it, whose sides
 above and the two points where its edges pass.
 
     bands = Bands.of(surface.chain(5e-4))
-    cells = cells_of(mesh, faces, bands, surface.axis_point)
+    cells = cells_of(mesh, faces, bands)
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
 """What a decomposition found held against the mesh it was made of: what is doubtful is a typed warning.
 
-lines = doubts(mesh, solid_volume, evidence, pieces)     # () where nothing is
-evidence.line                                            # "body: cylinder of radius 20 mm; 41.2 % of .."
+Use:
+
+    lines = doubts(mesh, solid_volume, evidence, pieces)     # () where nothing is
+    evidence.line                                            # "body: cylinder of radius 20 mm; 41.2 % of .."
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 A corner of a turned surface lies exactly on it; corners that other surfaces share with it (a fillet's outer edge, a
 wall that cuts a facet) lie off it, scattered. The surface is where the most weight lies within the least width:
 
-    line = fit_line(z, r, weight, slopes=(0.0,), widest=1.0, floor=1e-5)
+    line = fit_line(z, r, weight, slopes=(0.0,), limits=(1.0, 1e-5))
     line.level, line.slope, line.width, line.share
 """
 

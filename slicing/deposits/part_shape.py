@@ -3,7 +3,7 @@
 What counts at any moment is the material laid so far, so every layer becomes convex pieces of its own, numbered in
 the order of deposition; a check then looks only at deposits below the current number::
 
-    shape = part_shape(sliced, body_mesh=None, z_mm=(0, 43))
+    shape = part_shape(sliced, body_mesh=None, profile=None)
     shape.hulls["deposit/7/SV1/0"]            # (k, 3) vertices, part frame, mm
     shape.first_deposit                       # number of each sub-volume's first layer
 

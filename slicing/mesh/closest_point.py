@@ -1,6 +1,8 @@
 """The closest point of a triangle, for many pairs at once.
 
-closest_on_triangles(points, triangles)      # (n, 3) and (n, 3, 3) -> (n, 3)
+Use:
+
+    closest_on_triangles(points, triangles)      # (n, 3) and (n, 3, 3) -> (n, 3)
 """
 
 from __future__ import annotations

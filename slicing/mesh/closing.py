@@ -1,6 +1,6 @@
 """Making a closed surface of faces that are nearly one: what can be put right safely is, and every repair is said.
 
-    points, faces, lines = closed_surface("blade", points, faces, noise_mm)
+    points, faces, lines = closed_surface("blade", points, faces)
 
 Safe are the repairs that leave the solid what it plainly is:
 

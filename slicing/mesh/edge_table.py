@@ -1,8 +1,10 @@
 """The edges of a triangle mesh: one sort, everything else by counting.
 
-edges, of_side = edge_table(len(vertices), faces)
-found = Edges.of(len(vertices), faces)
-found.is_surface, found.count, found.balance
+Use:
+
+    edges, of_side = edge_table(len(vertices), faces)
+    found = Edges.of(len(vertices), faces)
+    found.is_surface, found.count, found.balance
 """
 
 from __future__ import annotations

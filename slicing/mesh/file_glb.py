@@ -1,6 +1,8 @@
 """Triangles of a GLB file: the meshes of its scene, put where the scene says.
 
-found = read_glb(Path("part.glb"))
+Use:
+
+    found = read_glb(Path("part.glb"))
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
 """How far a polyline strays from a segment between two of its points.
 
-error(line[3:26])                            # greatest distance of the points between from the segment 3 - 25
-errors_through(line, 0, middles, 40)         # of going from 0 to 40 by way of each of some points between
+Use:
+
+    error(line[3:26])                            # greatest distance of the points between from the segment 3 - 25
+    errors_through(line, 0, middles, 40)         # of going from 0 to 40 by way of each of some points between
 """
 
 from __future__ import annotations

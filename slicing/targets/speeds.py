@@ -1,7 +1,9 @@
 """How fast a bead is laid, by its thickness: at one feed of wire, a thicker bead is a slower one.
 
-BeadSpeed(8.0).at(thickness)                                     # the same everywhere
-BeadSpeed(8.0, ((1.4, 10.0), (2.2, 6.0))).at(thickness)          # between the rows by interpolation, ends held
+Use:
+
+    BeadSpeed(8.0).at(thickness)                                     # the same everywhere
+    BeadSpeed(8.0, ((1.4, 10.0), (2.2, 6.0))).at(thickness)          # between the rows by interpolation, ends held
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The borders of layers held against the solid: how long they are, how many loops, and whether they enclose anything.
 
-    lines = hold_borders("SV1", mesh, layers)           # one typed line for each layer that does not fit
+    lines = hold_borders("SV1", mesh, layers, cut_mm)   # one typed line for each layer that does not fit
 
 An area says nothing of a border that encloses none: a bridge of no width between two legs, a slit, a lost loop of a
 hundredth of the area. Two questions are asked of every layer:
