@@ -47,6 +47,8 @@ FARTHEST_MM = 1e9  # coordinates beyond this are no part's; their squares and cu
 DOUBLE_NOISE_MM = 1e-6  # coordinates written as text, or computed: what two "equal" heights may differ by
 DECIMALS = (2, 3, 4)  # of coordinates that count as rounded
 ROUNDED_NUMBERS = 10  # different numbers, of which none has more decimals: fewer may be meant so
+LAST_DIGIT = 0.4  # share of them whose last decimal is not 0: numbers that are meant have fewer decimals, most of them
+HALVED = 1024.0  # multiples of its inverse are halves of halves: meant so, not rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,11 +161,13 @@ def noise_of(points: Floats) -> float:
     if len(points) == 0:
         return DOUBLE_NOISE_MM
     some = np.unique(np.abs(points))
-    for digits in DECIMALS if len(some) >= ROUNDED_NUMBERS else ():
+    meant = len(some) < ROUNDED_NUMBERS or (some * HALVED == np.round(some * HALVED)).all()
+    for digits in () if meant else DECIMALS:
         scaled = some * 10.0**digits
         slack = 1e-6 + 10.0**digits * np.spacing(some.astype(np.float32))
         if slack.max() < 0.05 and (np.abs(scaled - np.round(scaled)) <= slack).all():
-            return 0.5 * 10.0**-digits
+            last = np.round(scaled) % 10 != 0
+            return 0.5 * 10.0**-digits if last.mean() >= LAST_DIGIT else DOUBLE_NOISE_MM
     if (points.astype(np.float32) == points).all():
         return max(float(np.spacing(np.float32(np.abs(points).max()))), 1e-9)
     return DOUBLE_NOISE_MM

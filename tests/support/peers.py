@@ -36,7 +36,7 @@ def found_by_opw(Ts: Floats) -> np.ndarray:
 
 def poses(rng, count):
     """TCP poses anywhere in and around the reach, (count, 4, 4)."""
-    from ik_arms import random_rotation
+    from .arms import random_rotation
 
     Ts = np.tile(np.eye(4), (count, 1, 1))
     Ts[:, :3, :3] = [random_rotation(rng) for _ in range(count)]

@@ -8,7 +8,7 @@ import pytest
 from support.boss_motion import boss_case, job_of
 
 from cell.collision.checker import Checker
-from cell.scene import equipment as pieces
+from cell.scene import workpiece
 from cell.scene.placement import place
 from ik.roll import apply_roll
 
@@ -57,7 +57,7 @@ def one_by_one(scene, q, stage, reach):
 @pytest.mark.parametrize("few", [256, 3], ids=["in one body", "in many bodies"])
 @pytest.mark.parametrize("reach", [0.05, 0.01])
 def test_nothing_within_reach_is_missed(tmp_path, monkeypatch, few, reach):
-    monkeypatch.setattr(pieces, "MANY_PIECES", few)
+    monkeypatch.setattr(workpiece, "MANY_PIECES", few)
     job = job_of(boss_case(tmp_path, roll="free"))
     scene = job.scene
     names = [scene.model.body(b).name for b in range(scene.model.nbody)]

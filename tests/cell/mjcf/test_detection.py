@@ -36,7 +36,7 @@ def seen(data, reach):
 
 @pytest.mark.parametrize(("one", "two"), PAIRS, ids=["-".join(pair) for pair in PAIRS])
 def test_pairs_of_all_kinds_are_as_far_apart_as_a_second_engine_says(one, two):
-    engine = pytest.importorskip("second_engine")
+    engine = pytest.importorskip("support.second_engine")
     rng = np.random.default_rng(KINDS.index(one) * 10 + KINDS.index(two))
     hits = near = 0
     for _ in range(12):
@@ -63,7 +63,7 @@ def test_pairs_of_all_kinds_are_as_far_apart_as_a_second_engine_says(one, two):
 
 
 def test_random_cells_of_all_kinds_are_as_clear_as_a_second_engine_says(tmp_path):
-    engine = pytest.importorskip("second_engine")
+    engine = pytest.importorskip("support.second_engine")
     write_meshes(tmp_path)
     rng = np.random.default_rng(3)
     part = prepare(random_cell(rng, tmp_path)).shape

@@ -20,7 +20,7 @@ from cell.shipped import DEFAULT_CASE
 
 
 @pytest.fixture(scope="module")
-def setup() -> Context:
+def context() -> Context:
     case = load_case(DEFAULT_CASE)
     job = prepare(case)
     table = table_angles(job.scene, case.table.E1_deg, case.table.E2_deg)
