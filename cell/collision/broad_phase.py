@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
+from ..arrays import Ints
+
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
-Ints = NDArray[np.int64]
 SLACK = 1e-6  # m, of rounding
 
 

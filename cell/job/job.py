@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -55,11 +54,6 @@ from ..scene.drives import Drives, drives
 from ..scene.scene import Scene
 from ..units import METRES_PER_MM
 from .part_input import PartInput, read_part
-
-if TYPE_CHECKING:
-    from ..arrays import Ints
-
-    pass
 
 
 def speeds(job: Job) -> Floats:

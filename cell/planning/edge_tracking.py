@@ -24,12 +24,12 @@ from ik.roll import RollWindow, apply_roll, wrap
 from ik.singularity import KINDS, SingularityLimits, margins
 from ik.solver import Solver
 
+from ..arrays import Ints
 from ..motion.motion import JUMP
 from ..rigid import frames
 from ..scene.placement import Placed
 from .context import Steps
 
-Ints = NDArray[np.int64]
 DENSE = np.deg2rad(3.0)  # most that a joint turns between samples of a way that is followed from its beginning
 CLOSEST = 2.0**-24  # share of an edge: what still turns further within it jumps
 SAME = 1e-6  # rad: configurations nearer than this are one

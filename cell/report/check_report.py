@@ -22,6 +22,7 @@ from ..verdict.check import Result
 from ..verdict.severity import worst_first
 from ..verdict.words import in_words, speed_in_words, unit_word
 from .check_document import least_document, metal_of, roll_text_of
+from .facts import facts_table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -50,7 +51,6 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
     Yields:
         rich renderables, one a block.
     """
-    from rich.table import Table
     from rich.text import Text
 
     job = result.job
@@ -61,12 +61,7 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
         ("feasible" if good else "infeasible", "bold green" if good else "bold red"),
     )
     yield head
-    facts = Table.grid(padding=(0, 2))
-    facts.add_column(style="dim")
-    facts.add_column()
-    for name, value in _facts(result):
-        facts.add_row(name, value)
-    yield facts
+    yield facts_table(_facts(result))
     if not good:
         yield _worst(result, every)
 

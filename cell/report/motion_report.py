@@ -21,6 +21,7 @@ from ..units import METRES_PER_MM
 from ..verdict.words import overhang_in_words
 from ..verification.bead_order import REASONS, Finding
 from ..verification.motion_check import UNITS, MotionResult
+from .facts import facts_table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -157,12 +158,7 @@ def motion_lines(result: MotionResult, path: str) -> Iterator[RenderableType]:
     good = result.feasible
     verdict = ("feasible" if good else "infeasible", "bold green" if good else "bold red")
     yield Text.assemble((result.job.case.title, "bold"), f"  {path}   ", verdict)
-    facts = Table.grid(padding=(0, 2))
-    facts.add_column(style="dim")
-    facts.add_column()
-    for name, value in _facts(result, motion_document(result, path)):
-        facts.add_row(name, value)
-    yield facts
+    yield facts_table(_facts(result, motion_document(result, path)))
     if good:
         return
     table = Table(box=None, pad_edge=False, header_style="dim")

@@ -21,6 +21,7 @@ from slicing import Code, Warning
 
 from ..scene.absent_shapes import link_of_body
 from ..scene.composition import Piece
+from .facts import facts_table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -144,12 +145,7 @@ def probe_lines(found: SceneProbe) -> Iterator[RenderableType]:
     for name, hard, soft in found.links:
         table.add_row(name, str(hard) if hard else "none", str(soft))
     yield table
-    facts = Table.grid(padding=(0, 2))
-    facts.add_column(style="dim")
-    facts.add_column()
-    for name, value in _facts(found):
-        facts.add_row(name, value)
-    yield facts
+    yield facts_table(_facts(found))
 
 
 def _facts(found: SceneProbe) -> Iterator[tuple[str, str]]:

@@ -11,13 +11,11 @@ from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from slicing import Code, Warning
 
+from ..arrays import Ints
 from .composition import Piece
-
-Ints = NDArray[np.int64]
 
 
 def links_without_shapes(

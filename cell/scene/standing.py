@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from slicing import Code, PartShape, Warning
 
+from ..arrays import Ints
 from ..units import METRES_PER_MM
 from .absent_shapes import link_of_body
 from .composition import Piece
@@ -23,7 +23,6 @@ from .composition import Piece
 if TYPE_CHECKING:
     from .scene import Scene
 
-Ints = NDArray[np.int64]
 OFF_MM = 0.5  # that a part may be off what it stands on
 NEAR = 0.05  # m: out to here distances are of interest
 CARRIERS = (Piece.SUPPORT, Piece.POSITIONER, Piece.FIXTURE)
