@@ -22,14 +22,11 @@ import yaml
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from cell.case.read import load_case
-from cell.collision.checker import Checker
-from cell.collision.clearances import CLEARANCE_REACH
 from cell.job.job import Job, prepare
-from cell.planning.context import Context, settings_of
+from cell.planning.context import Context
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_bead
 from cell.planning.travel import travel
-from cell.scene.placement import place
 from cell.scene.scene import table_angles
 
 LAYER = 0.3  # mm
@@ -70,11 +67,7 @@ def job_of(targets: int, folder: Path) -> Job:
 def setup_of(job: Job) -> Context:
     """What ``cell.verdict.check.check`` plans with."""
     table = table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg)
-    settings = settings_of(job)
-    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
-    placed = place(job.targets, job.scene.T_base_part(*table))
-    limits = job.singularity_limits
-    return Context.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
+    return Context.of(job, table)
 
 
 def plan(context: Context, beads: Sequence[tuple[int, int]]) -> tuple[float, int]:

@@ -29,8 +29,6 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from support.random_bosses import random_case  # noqa: E402
 
 from cell.case.read import load_case  # noqa: E402
-from cell.collision.checker import Checker  # noqa: E402
-from cell.collision.clearances import CLEARANCE_REACH  # noqa: E402
 from cell.errors import InputError  # noqa: E402
 from cell.job.job import prepare  # noqa: E402
 from cell.planning.context import (  # noqa: E402
@@ -59,10 +57,7 @@ class Search:
         job = result.job
         self.result, self.job, self.rng = result, job, rng
         self.settings, self.placed, self.limits = settings_of(job), result.placed, job.singularity_limits
-        checker = Checker(job.scene, result.table, max(CLEARANCE_REACH, 2 * self.settings.clearance))
-        self.context = Context.of(
-            job.solver, result.placed, job.stage, job.laid, job.window, self.limits, checker, self.settings
-        )
+        self.context = Context.of(job, result.table)
         self.chain, self.form = job.solver.chain, job.solver.form
         self.least = self.limits.values(True)
 

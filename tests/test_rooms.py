@@ -23,7 +23,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("motion", "compare"),
         ("planning", "verification"),
         ("verdict",),
-        ("remedy_search", "pose_sweep"),
+        ("remedy_search", "pose_sweep", "programs"),
         ("report",),
         ("view",),
         ("html",),

@@ -1,6 +1,6 @@
 """What the searches for a motion share: the arm, the targets, the cell at a table pose, and what is to be kept.
 
-    context = Setup.of(solver, placed, stage, laid, window, limits, checker, settings)
+    context = Context.of(job, table)            # E1, E2 in rad
     context.describe(clearances, k)             # a collision in words and figures
 
 Metres, radians, seconds.
@@ -22,11 +22,11 @@ from ik.solver import Solver
 
 from ..arrays import Ints
 from ..collision.checker import Checker
-from ..collision.clearances import Clearances
+from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.reach_radii import radii
 from ..collision.wire import wire_checker
 from ..job.job import Job, speeds
-from ..scene.placement import Placed
+from ..scene.placement import Placed, place
 from ..units import METRES_PER_MM
 
 
@@ -117,20 +117,34 @@ class Context:
     radius: Floats
 
     @classmethod
-    def of(
-        cls,
-        solver: Solver,
-        placed: Placed,
-        stage: Ints,
-        laid: Ints,
-        window: RollWindow,
-        limits: SingularityLimits,
-        checker: Checker,
-        settings: Settings,
-    ) -> Context:
-        """The context of the checker's scene; the attributes say what is what."""
-        screen = Checker(checker.scene, checker.table, max(2 * settings.clearance, LEAST_REACH))
-        return cls(solver, placed, stage, laid, window, limits, checker, screen, settings, radii(checker.scene))
+    def of(cls, job: Job, table: tuple[float, float], settings: Settings | None = None) -> Context:
+        """Everything that a job is planned with at a table pose.
+
+        Args:
+            job: from ``cell.job.job.prepare``.
+            table: E1, E2, rad; from ``cell.scene.scene.table_angles``.
+            settings: what to keep to; the case's where left out.
+
+        Returns:
+            The context.
+
+        Raises:
+            InputError: a target has no normal or is not finite.
+        """
+        settings = settings_of(job) if settings is None else settings
+        scene = job.scene
+        return cls(
+            solver=job.solver,
+            placed=place(job.targets, scene.T_base_part(*table)),
+            stage=job.stage,
+            laid=job.laid,
+            window=job.window,
+            limits=job.singularity_limits,
+            checker=Checker(scene, table, max(CLEARANCE_REACH, 2 * settings.clearance)),
+            screen=Checker(scene, table, max(2 * settings.clearance, LEAST_REACH)),
+            settings=settings,
+            radius=radii(scene),
+        )
 
     @cached_property
     def wire(self) -> Checker | None:

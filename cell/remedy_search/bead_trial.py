@@ -12,14 +12,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..collision.checker import Checker
-from ..collision.clearances import CLEARANCE_REACH
 from ..collision.table import table_alone
 from ..job.job import Job
 from ..planning.configurations import evaluate
-from ..planning.context import Context, settings_of
+from ..planning.context import Context
 from ..planning.part_plan import FINER, plan_bead
-from ..scene.placement import place
 from ..scene.scene import table_angles
 
 TOGETHER = 8  # configurations looked at before asking whether one is free
@@ -31,9 +28,7 @@ def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], 
     table = table_angles(job.scene, E1_deg, E2_deg)
     if table_alone(job.scene, table).distance[0] < 0.0:
         return set(range(len(job.targets)))
-    placed, settings = place(job.targets, job.scene.T_base_part(*table)), settings_of(job)
-    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
-    context = Context.of(job.solver, placed, job.stage, job.laid, job.window, job.singularity_limits, checker, settings)
+    context = Context.of(job, table)
     for bead in beads:
         first, stop = np.searchsorted(job.targets.path, [bead, bead + 1]).tolist()
         some = range(first, stop, max((stop - first) // ALONE, 1))

@@ -14,11 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ..collision.checker import Checker
-from ..collision.clearances import CLEARANCE_REACH
 from ..plain import plain
 from ..planning.configurations import Nodes, evaluate
-from ..planning.context import Context, settings_of
+from ..planning.context import Context
 from .check import Result
 
 ORDER = ("unreachable", "joint_limit", "singular", "collision", "free")
@@ -37,16 +35,13 @@ def all_reasons(result: Result) -> dict[int, list[dict[str, Any]]]:
         squares, which finds some configurations and not others, "unreachable" counts rolls at which nothing was found.
     """
     job = result.job
-    settings = settings_of(job)
-    checker = Checker(job.scene, result.table, max(CLEARANCE_REACH, 2 * settings.clearance))
-    placed, limits = result.placed, job.singularity_limits
-    context = Context.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
+    context = Context.of(job, result.table)
     bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
     out = {}
     for first in range(0, len(bad), BLOCK):
         block = bad[first : first + BLOCK]
-        here = placed.rows(block)
-        nodes = evaluate(job.solver, here, job.window, settings.roll_step, limits)
+        here = context.placed.rows(block)
+        nodes = evaluate(job.solver, here, job.window, context.settings.roll_step, context.limits)
         out.update({i: _of_target(context, nodes, k, int(job.stage[i])) for k, i in enumerate(block)})
     return out
 

@@ -24,8 +24,7 @@ from slicing import Code, Warning
 from ..arrays import Ints
 from ..case.sections import REASONS
 from ..collision.between_samples import least_on_the_way
-from ..collision.checker import Checker
-from ..collision.clearances import CLEARANCE_REACH, Clearances
+from ..collision.clearances import Clearances
 from ..collision.table import table_alone
 from ..job.job import Job
 from ..job.unsupported import past_horizontal, unsupported_targets
@@ -33,7 +32,7 @@ from ..motion.deposition_speed import too_slow
 from ..motion.motion import Motion
 from ..plain import plain
 from ..planning.assemble import assemble, corners
-from ..planning.context import Context, settings_of
+from ..planning.context import Context
 from ..planning.densify import refined
 from ..planning.edge_check import Stretch
 from ..planning.home import HomeWays, with_home
@@ -41,7 +40,7 @@ from ..planning.lockouts import with_lockouts
 from ..planning.part_plan import PartPlan, plan_part
 from ..planning.travel import STRAIGHT, Way, drawn_back
 from ..progress import Progress, stage
-from ..scene.placement import Placed, place
+from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..units import METRES_PER_MM
 
@@ -155,17 +154,14 @@ def check(
     """
     begun = time.process_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
-    placed = place(job.targets, job.scene.T_base_part(*table))
+    context = Context.of(job, table)
+    placed = context.placed
     up = job.scene.T_world_base()[2, :3]
     gravity = np.arccos(np.clip(placed.normal @ up, -1.0, 1.0))
-    settings = settings_of(job)
     blocked = _table_in_the_way(job, table)
     if blocked is not None:
         rows = tuple(TargetVerdict("collision", blocked, True, None) for _ in range(len(job.targets)))
         return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
-    limits = job.singularity_limits
-    checker = Checker(job.scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
-    context = Context.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings)
     plan, home = with_home(context, with_lockouts(job, context, plan_part(context, job.targets.path, progress)))
     rows = _rows(job, plan, gravity)
     stretches = plan.stretches

@@ -198,8 +198,7 @@ def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypat
     ):
         monkeypatch.setattr(as_run, "TRAVEL_ZONE", turn)
         settings = replace(settings_of(job), clearance=float(least))
-        limits = job.singularity_limits
-        context = Context.of(job.solver, result.placed, job.stage, job.laid, job.window, limits, checker, settings)
+        context = Context.of(job, result.table, settings)
         why = travel_corners(context, q, found, stage)
         assert (why is None) is free
         if why is not None:

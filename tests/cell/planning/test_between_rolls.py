@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from cell.case.read import load_case
-from cell.collision.checker import Checker
-from cell.collision.clearances import CLEARANCE_REACH
 from cell.job.job import prepare
 from cell.planning.between_rolls import standing_between
 from cell.planning.configurations import evaluate
@@ -23,8 +21,7 @@ def test_a_roll_is_called_reached_alone_only_where_nothing_is_in_the_way(make_ca
     job = prepare(load_case(make_case(fixtures=[block] if blocked else [])))
     table, settings = table_angles(job.scene, 90, 180), settings_of(job)
     placed = place(job.targets, job.scene.T_base_part(*table))
-    checker = Checker(job.scene, table, CLEARANCE_REACH)
-    context = Context.of(job.solver, placed, job.stage, job.laid, job.window, job.singularity_limits, checker, settings)
+    context = Context.of(job, table)
     nodes = evaluate(job.solver, placed.rows(slice(0, 1)), job.window, settings.roll_step, context.limits)
     T = placed.Ts_base_target[0]
     roll = float(certify(job.solver.chain, job.solver.form, T[None], job.window, context.limits).roll[0])

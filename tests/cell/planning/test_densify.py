@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 
 from cell.case.read import load_case
-from cell.collision.checker import Checker
 from cell.job.job import prepare
-from cell.planning.context import Context, settings_of
+from cell.planning.context import Context
 from cell.planning.densify import refined
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_bead
-from cell.scene.placement import place
 from cell.scene.scene import table_angles
 from cell.shipped import DEFAULT_CASE
 
@@ -24,10 +22,7 @@ def context() -> Context:
     case = load_case(DEFAULT_CASE)
     job = prepare(case)
     table = table_angles(job.scene, case.table.E1_deg, case.table.E2_deg)
-    placed = place(job.targets, job.scene.T_base_part(*table))
-    checker = Checker(job.scene, table, 0.05)
-    limits = job.singularity_limits
-    return Context.of(job.solver, placed, job.stage, job.laid, job.window, limits, checker, settings_of(job))
+    return Context.of(job, table)
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,6 @@ import numpy as np
 from support.arms import offset_wrist_arm, replaced, sampled, welder
 
 from cell.case.read import load_case
-from cell.collision.checker import Checker
-from cell.collision.clearances import CLEARANCE_REACH
 from cell.job.job import prepare
 from cell.planning.bead_search import BeadSearch
 from cell.planning.configurations import evaluate
@@ -55,8 +53,7 @@ def test_configurations_of_a_search_are_looked_at_one_by_one(make_case):
     job = prepare(load_case(path))
     settings, table = settings_of(job), table_angles(job.scene, 90, 180)
     placed = place(job.targets, job.scene.T_base_part(*table))
-    checker = Checker(job.scene, table, CLEARANCE_REACH)
-    context = Context.of(job.solver, placed, job.stage, job.laid, job.window, job.singularity_limits, checker, settings)
+    context = Context.of(job, table)
     some = slice(0, 4)
     nodes = evaluate(job.solver, placed.rows(some), job.window, settings.roll_step, context.limits)
     search = BeadSearch(SearchedBead.of(context, 0, 4), nodes)

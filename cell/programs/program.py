@@ -1,0 +1,179 @@
+"""A robot program as data: moves, frames, speeds and events, in the order in which they run. No syntax stands here.
+
+Writers and readers of a controller's language meet in this form, never in text::
+
+    program.moves.kind                  # (m,) of MoveKind
+    program.moves.pose[i]               # X Y Z in m and A B C in rad, in the base that holds
+    program.events                      # arc on and off, layers, waits: each before a numbered move
+
+Sub-programs are called and loops are run already: a program is one list. Frames: ``base`` is the arm's base ($ROBROOT);
+a coupled base stands on the table's flange and moves with it. A B C are KUKA's: R = Rz(A) Ry(B) Rx(C). Metres, radians,
+seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum, StrEnum
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+
+
+class MoveKind(IntEnum):
+    """How a move gets to its end."""
+
+    AXES = 0  # all axes together, each at its own speed, arriving at one time (PTP)
+    LINEAR = 1  # the TCP on a straight line in the base (LIN)
+    CIRCULAR = 2  # the TCP on an arc of a circle in the base (CIRC)
+
+
+class Happens(StrEnum):
+    """What an event is."""
+
+    ARC_ON = "arc_on"
+    ARC_OFF = "arc_off"
+    LAYER_START = "layer_start"
+    LAYER_END = "layer_end"
+    WAIT = "wait"
+
+
+@dataclass(frozen=True)
+class SourceLine:
+    """A line of a program's text.
+
+    Attributes:
+        file: its name.
+        number: from 1.
+    """
+
+    file: str
+    number: int
+
+    def __str__(self) -> str:
+        """As messages name it."""
+        return f"{self.file}:{self.number}"
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens where the move before it ends.
+
+    Attributes:
+        kind: what.
+        before: number of the move that follows it; as many as there are moves at the end.
+        seconds: of a wait.
+        fields: what a hook was written with or read from: numbers of bead, layer, target, names.
+        line: where it stands, None where the program is not read from text.
+    """
+
+    kind: Happens
+    before: int
+    seconds: float = 0.0
+    fields: Mapping[str, str | float] = field(default_factory=dict)
+    line: SourceLine | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ToolFrame:
+    """A tool frame.
+
+    Attributes:
+        T_flange_tcp: (4, 4), m.
+        number: in the controller's list, None where it is given literally.
+        name: in the controller's list, empty where it has none.
+    """
+
+    T_flange_tcp: Floats
+    number: int | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class BaseFrame:
+    """A base frame.
+
+    Attributes:
+        T: (4, 4), m: in the table's flange where it is coupled, else in the world frame of the controller.
+        coupled: whether it moves with the external kinematic.
+        number: in the controller's list, None where it is given literally.
+        machine: index of MACHINE_DEF that it is coupled to, None where it is not.
+        name: in the controller's list, empty where it has none.
+    """
+
+    T: Floats
+    coupled: bool
+    number: int | None = None
+    machine: int | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Moves:
+    """Moves, one a row.
+
+    Attributes:
+        kind: of ``MoveKind``, (m,).
+        joints: the arm's axes, (m, j), rad; NaN of a Cartesian move.
+        pose: X Y Z A B C of the TCP in the base, (m, 6), m and rad; NaN of a move of axes.
+        via: auxiliary point of a circular move, (m, 6), m and rad; NaN of all others.
+        external: E1, E2, (m, 2), rad; NaN of an axis that has never been given.
+        tool: index into the program's tools, (m,); -1 where none holds.
+        base: index into its bases, (m,); -1 where none holds.
+        speed: of the TCP in the base of Cartesian moves, (m,), m/s; NaN of moves of axes.
+        axis_share: of its full speed that every axis may use, (m,), 0 to 1; NaN where it is not set.
+        acceleration: of the TCP, (m,), m/s^2; NaN where it is not set.
+        blend: distance from the end at which the corner may be rounded, (m,), m; 0 stops exactly.
+        blend_share: of the speed at which the corner may be rounded by C_VEL, (m,), 0 to 1; 0 where it may not.
+        file: index into the program's files, (m,); -1 where the program is not read from text.
+        line: from 1, (m,); 0 where it is not read from text.
+    """
+
+    kind: Ints
+    joints: Floats
+    pose: Floats
+    via: Floats
+    external: Floats
+    tool: Ints
+    base: Ints
+    speed: Floats
+    axis_share: Floats
+    acceleration: Floats
+    blend: Floats
+    blend_share: Floats
+    file: Ints
+    line: Ints
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program.
+
+    Attributes:
+        name: of its main module.
+        moves: in the order in which they run.
+        events: in the order in which they happen.
+        tools: that moves name.
+        bases: that moves name.
+        files: names of the files read.
+        passed_over: how often each kind of statement stood there that moves nothing and was passed over.
+    """
+
+    name: str
+    moves: Moves
+    events: tuple[Event, ...]
+    tools: tuple[ToolFrame, ...]
+    bases: tuple[BaseFrame, ...]
+    files: tuple[str, ...] = ()
+    passed_over: Mapping[str, int] = field(default_factory=dict)
+
+    def line_of(self, move: int) -> SourceLine | None:
+        """Where a move stands, None where the program is not read from text."""
+        if self.moves.file[move] < 0:
+            return None
+        return SourceLine(self.files[int(self.moves.file[move])], int(self.moves.line[move]))
