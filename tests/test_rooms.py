@@ -14,7 +14,7 @@ from support.paths import ROOT
 FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
     "cell": (
         ("arrays", "errors", "plain", "printable", "progress", "rigid", "shipped", "termination", "units"),
-        ("streams",),
+        ("streams", "failure"),
         ("atomic_files",),
         ("case", "timing"),
         ("mjcf",),
