@@ -29,23 +29,18 @@ from ..job.job import Job
 from ..mjcf.torch import ALLOWED
 from ..scene.placement import place
 from ..scene.scene import table_angles
-from .change_kinds import (
-    PAIRS,
+from .angle_changes import PAIRS, RollFree, RollRange, RollShift, TableAngle, TablePose
+from .cell_changes import (
     Blend,
-    Change,
     DepositionSpeed,
     PartShift,
     PositionerShift,
-    RollFree,
-    RollRange,
-    RollShift,
     Seam,
     StickOut,
     SupportHeight,
-    TableAngle,
-    TablePose,
     stick_out,
 )
+from .change import Change
 
 ANGLE_STEP = 5.0  # deg
 SHIFT_STEPS = (10.0, 20.0, 40.0, 80.0, 160.0, 300.0)  # mm, of the positioner and the support
@@ -122,7 +117,7 @@ class Start:
             InputError: the changed scene does not compile.
         """
         e1, e2 = self.angles(change, size)
-        if change.moves_no_target:
+        if change.other_targets:
             # its numbering is asked for again and again
             job = self._seams.get((change, size)) or change.applied(self.job, self.job.case, size)
             self._seams[change, size] = job

@@ -23,7 +23,7 @@ from ik.solver import Solver
 
 from ..arrays import Ints
 from ..farthest_points import farthest_points
-from .change_kinds import Change
+from .change import Change
 from .changes import Start
 
 Bools = NDArray[np.bool_]
@@ -56,14 +56,14 @@ class Screening:
         for change in changes:
             self.reached[change] = np.zeros((len(change.steps), len(self.sample)), dtype=bool)
             # a seam does not change the pose of a target, so one size is enough
-            for k, size in enumerate(change.steps[: 1 if change.moves_no_target else None]):
+            for k, size in enumerate(change.steps[: 1 if change.other_targets else None]):
                 window = start.window(change, size)
                 todo.setdefault(window, []).append((change, k, *start.poses(change, size, self.sample)))
         for window, items in todo.items():
             Ts, normal = (np.concatenate([item[i] for item in items]) for i in (2, 3))
             ok = self._solved(Ts, normal, window).reshape(len(items), -1)
             for (change, k, *_), row in zip(items, ok, strict=True):
-                self.reached[change][slice(None) if change.moves_no_target else k] = row
+                self.reached[change][slice(None) if change.other_targets else k] = row
 
     def allowed(self, change: Change, wanted: Ints | None) -> list[float]:
         """Sizes at which the sampled ones of some targets (None: of all) can be reached."""

@@ -26,8 +26,9 @@ from ..job.job import Job
 from ..plain import plain
 from ..progress import Progress, counted
 from ..verdict.check import Result, check
+from .angle_changes import RollFree, RollRange
 from .bead_trial import first_failure
-from .change_kinds import Change, RollFree, RollRange
+from .change import Change
 from .changes import Start, seam_changes, single_changes, table_pose_change
 from .screening import Screening, between
 from .seam_changes import counterparts, seam_places
@@ -211,7 +212,7 @@ class _RemedySearch:
         for n, change in enumerate(choice):
             fails, size = self.screening.border(change, None if entire else wanted)
             if np.isfinite(size):
-                tries = len(change.steps) if change.moves_no_target else TRIES
+                tries = len(change.steps) if change.other_targets else TRIES
                 heapq.heappush(queue, (change.effort(size), n, _ChangeTrial(change, fails, size, left=tries)))
         while queue and not self.spent:
             effort, n, trial = heapq.heappop(queue)
@@ -319,7 +320,7 @@ class _RemedySearch:
 
     def _numbering(self, change: Change, size: float) -> Job:
         """A job whose targets are numbered as those of a changed case."""
-        return self.start.changed(change, size)[0] if change.moves_no_target else self.start.job
+        return self.start.changed(change, size)[0] if change.other_targets else self.start.job
 
     def _probes(self, wanted: Ints) -> list[int]:
         beads = np.unique(self.result.job.targets.path[wanted])
