@@ -126,7 +126,7 @@ def _proved_out(job: Job, placed: Placed) -> dict[int, str]:
     if not len(out):
         return {}
     nodes = _nodes(job, placed, out, roll_steps(job)[0])
-    return {int(i): nodes.why_not(k)[0] for k, i in enumerate(out)}
+    return {int(i): nodes.why_not(k)[0].reason for k, i in enumerate(out)}
 
 
 def _nodes(job: Job, placed: Placed, targets: Ints, roll_step: float) -> Nodes:
@@ -143,7 +143,7 @@ def _blocked(job: Job, placed: Placed, targets: Ints, checker: Checker) -> dict[
         nodes = _nodes(job, placed, targets, roll_step)
         open_ones = [k for k, i in enumerate(targets) if not _free(job, nodes, k, int(i), checker)]
         bare = {k: not np.isfinite(nodes.cost[k]).any() for k in open_ones}
-        reasons = {int(targets[k]): nodes.why_not(k)[0] if bare[k] else "collision" for k in open_ones}
+        reasons = {int(targets[k]): nodes.why_not(k)[0].reason if bare[k] else "collision" for k in open_ones}
         targets = targets[open_ones]
     return reasons
 

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Ints
+from ..failure import Where
 from ..job.job import Job
 from ..plain import plain
 from ..progress import Progress, counted
@@ -150,7 +151,7 @@ class _RemedySearch:
         self.start = Start(result.job, *result.asked)
         self.bad = {i for i, row in enumerate(result.rows) if row.reason is not None}
         slow = any(row.reason == "speed" for row in result.rows)
-        cut = any(row.detail.get("rounded") and not row.detail.get("travel") for row in result.rows)
+        cut = any(f.rounded and f.where is Where.BEAD for f in result.failures.values())
         self.knobs = [*seam_knobs(seam_places(result.job, result.rows)), *knobs(self.start, slower=slow, sharper=cut)]
         good = [i for i in range(len(result.rows)) if i not in self.bad]
         must = [int(i) for group in found for i in group.targets[[0, len(group.targets) // 2, -1]]]
