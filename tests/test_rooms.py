@@ -25,7 +25,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
             "termination",
             "units",
         ),
-        ("streams", "failure"),
+        ("failure", "farthest_points", "streams"),
         ("atomic_files",),
         ("case", "timing"),
         ("mjcf",),

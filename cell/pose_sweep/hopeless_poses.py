@@ -25,6 +25,7 @@ from ik.reachability_proof import certify
 from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.table import table_alone
+from ..farthest_points import farthest_points
 from ..job.job import Job
 from ..planning.configurations import Nodes, evaluate
 from ..planning.context import LEAST_REACH, settings_of
@@ -100,12 +101,7 @@ def spread(position: Floats, normal: Floats, count: int = SPREAD) -> Ints:
         Their numbers, ascending.
     """
     points = np.concatenate([position, NORMAL_MM * normal], axis=1)
-    chosen = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
-    nearest = np.full(len(points), np.inf)
-    while len(chosen) < min(count, len(points)):
-        nearest = np.minimum(nearest, np.linalg.norm(points - points[chosen[-1]], axis=1))
-        chosen.append(int(np.argmax(nearest)))
-    return np.unique(chosen)
+    return np.unique(farthest_points(points, count))
 
 
 def _steep(job: Job, placed: Placed) -> dict[int, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from support.paths import ROOT
@@ -34,7 +35,7 @@ BEAD = Place(Where.BEAD, target=4, from_target=3)
 TRAVEL = Place(Where.TRAVEL, target=4, from_target=3, to_target=4)
 LIMIT = Failure(Kind.JOINT_LIMIT, 2.1, axis="A5")
 HIT = Failure(Kind.COLLISION, -1.0, 5.0, contact=PAIR)
-WRITTEN = [
+WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
     (LIMIT, "joint_limit", {"axis": "A5", "over_deg": 2.1}),
     (Failure(Kind.UNREACHABLE, 3.0, roll_deg=15.0), "unreachable", {"beyond_reach_mm": 3.0, "roll_deg": 15.0}),
     (Failure(Kind.UNREACHABLE, -3.0), "unreachable", {"inside_reach_mm": 3.0}),
@@ -198,7 +199,7 @@ WRITTEN = [
 
 
 @pytest.mark.parametrize(("failure", "reason", "document"), WRITTEN)
-def test_a_failure_is_written_as_the_contract_has_it(failure: Failure, reason: str, document: dict) -> None:
+def test_a_failure_is_written_as_the_contract_has_it(failure: Failure, reason: str, document: dict[str, Any]) -> None:
     rows = failure.where is Where.ROWS
     assert failure.reason == reason
     assert reason in (OF_ROWS if rows else REASONS)

@@ -28,7 +28,7 @@ from cell.planning import blended_check as as_run
 from cell.planning.blended_check import travel_corners, travel_path
 from cell.planning.context import Context, settings_of
 from cell.remedy_search import search as remedies_module
-from cell.remedy_search.changes import knobs
+from cell.remedy_search.changes import single_changes
 from cell.remedy_search.search import remedies
 from cell.report.motion_report import finding_in_words
 from cell.timing.blending import rounded
@@ -154,7 +154,9 @@ def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(
     # less rounding is what would help (a stop in that corner would as well: a seam there)
     monkeypatch.setattr(remedies_module, "seam_places", lambda *_: {})
     monkeypatch.setattr(
-        remedies_module, "knobs", lambda *a, **k: [x for x in knobs(*a, **k) if x.key.startswith("process")]
+        remedies_module,
+        "single_changes",
+        lambda *a, **k: [x for x in single_changes(*a, **k) if x.key.startswith("process")],
     )
     best = next(iter(remedies(cut)))
     assert best.checked == "part"
