@@ -60,10 +60,19 @@ class Follower:
                 q = out[i] = q + wrap(found.q[0] - q)
         return out
 
-    def nearest(self, T_base_tcp: Floats, q: Floats) -> Floats | None:
-        """The configuration of a pose (4, 4) whose axes are nearest to others (n,), or None where there is none."""
+    def nearest(self, T_base_tcp: Floats, q: Floats, turn: int = -1) -> Floats | None:
+        """The configuration of a pose (4, 4) whose axes are nearest to others, or None where there is none.
+
+        Args:
+            T_base_tcp: (4, 4), m.
+            q: the others, (n,), rad.
+            turn: KUKA's T: bit i is set where axis i + 1 is below 0; -1 where it is not given.
+        """
         found = self.solver.candidates(T_base_tcp[None]).q.reshape(-1, len(q))
         found = found[np.isfinite(found[:, 0])]
+        if turn >= 0:
+            below = (turn >> np.arange(len(q))) & 1 == 1
+            found = found[((found < 0) == below).all(axis=1)]
         if not len(found):
             return None
         best: Floats = found[int(np.argmin(np.abs(found - q).max(axis=1)))]

@@ -1,9 +1,9 @@
 """The program of a checked motion: which moves a controller has to make so that it runs that motion.
 
-    written = program_of_motion(job, motion, name="BLADE", thinning=Thinning())
+    written = program_of_motion(job, motion, frames)
     written.program                           # cell.programs.program.Program
     written.row                               # (m,) the motion's row at which each move ends
-    written.kept, written.rows                # of how many rows points were made
+    written.points, written.rows              # points, and of how many rows they were made
 
 Beads are lines of the TCP in the part's frame on the table's flange. Ways between them are lines where the TCP goes
 straight, and moves of all axes where those do: on both the controller's interpolation is what was checked. The first
@@ -13,7 +13,7 @@ move is one of axes to the motion's first row. Metres, radians, seconds.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,19 +21,20 @@ from ik.chain import Floats
 from slicing import Code, Warning
 
 from ..arrays import Ints
+from ..case.sections import Case
 from ..job.job import Job, speeds
 from ..motion.deposition_speed import HELD
 from ..motion.motion import STANDING, Motion
 from ..rigid import inverse
 from ..units import METRES_PER_MM
-from .cell_frames import T_flange_tcp, T_table_part, tables_seen_from_base
+from .cell_controller import ProgramFrames
+from .cell_frames import T_flange_tcp, tables_seen_from_base
 from .interpolation import angles_between, turned_shares
-from .kuka_angles import pose_rows
-from .program import BaseFrame, Event, Happens, MoveKind, Moves, Program, ToolFrame
+from .orientation import pose_of
+from .program import Event, Happens, MoveKind, Moves, Program
 
-POINTS_A_SECOND = 4.0  # more than these a controller may not keep up with: see docs/programs.md
 WINDOW_S = 2.0  # over which points are counted
-LINE_BYTES, MEMORY_BYTES = 100, 4 * 2**20  # of a point's line, and of a controller's memory for programs
+LINE_BYTES = 100  # of a point's line
 SPEED_STEP = 1e-5  # m/s: the digits of a speed
 TRAVEL_STEP = 1e-4  # likewise of ways with the arc off
 FASTEST = 2.0  # m/s of a line: what a controller takes
@@ -43,7 +44,7 @@ WAIT = 1e-4  # s: rows at one place that last longer are a wait
 
 
 @dataclass(frozen=True)
-class Thinning:
+class PointThinning:
     """How far a program's way may be off the motion's rows for having fewer points.
 
     Attributes:
@@ -52,9 +53,16 @@ class Thinning:
         corner: a bead that turns by more than this keeps the point, rad.
     """
 
-    chord: float = 0.02e-3
-    angle: float = float(np.deg2rad(0.02))
+    chord: float
+    angle: float
     corner: float = float(np.deg2rad(10.0))
+
+    @classmethod
+    def of(cls, case: Case) -> PointThinning:
+        """What a case asks for; at most half of what its checks allow off a bead, so that a thinned bead passes them."""
+        asked, checks = case.controller.thinning, case.checks
+        chord = min(asked.chord_mm, checks.off_bead_mm / 2) * METRES_PER_MM
+        return cls(chord, float(np.deg2rad(min(asked.angle_deg, checks.off_wire_deg / 2))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,47 +81,34 @@ class ProgramOfMotion:
     program: Program
     row: Ints
     rows: int
-    thinning: Thinning
+    thinning: PointThinning
     points_a_second: float
     warnings: tuple[Warning, ...]
 
     @property
-    def kept(self) -> int:
+    def points(self) -> int:
         """Points of the program."""
         return len(self.row)
 
 
-def program_of_motion(
-    job: Job,
-    motion: Motion,
-    *,
-    name: str,
-    thinning: Thinning | None = None,
-    tool: ToolFrame | None = None,
-    base: BaseFrame | None = None,
-) -> ProgramOfMotion:
+def program_of_motion(job: Job, motion: Motion, frames: ProgramFrames) -> ProgramOfMotion:
     """Make a program of a motion.
 
     Args:
         job: whose motion it is.
         motion: checked.
-        name: of the program.
-        thinning: how far it may be off the rows.
-        tool: what the controller calls the torch; its frame is the cell's where left out.
-        base: a frame on the table, likewise; the part's where left out.
+        frames: from ``cell.programs.cell_controller.frames_of``: the program's name, tool and base.
 
     Returns:
         The program.
     """
-    thinning = thinning or Thinning()
-    tool = tool or ToolFrame(T_flange_tcp(job.scene))
-    base = base or BaseFrame(T_table_part(job.scene), coupled=True)
-    made = _Made(job, motion, thinning, base)
+    thinning = PointThinning.of(job.case)
+    made = _Made(job, motion, thinning, frames)
     made.all()
-    program = Program(name, made.moves(), tuple(made.events), (tool,), (base,))
+    program = Program(frames.program, made.moves(), tuple(made.events), (frames.tool,), (frames.base,))
     row = np.array(made.row)
     most = _points_a_second(motion.t_s[row[made.in_bead()]])
-    return ProgramOfMotion(program, row, len(motion.t_s), thinning, most, _told(len(row), most))
+    return ProgramOfMotion(program, row, len(motion.t_s), thinning, most, _told(job.case, len(row), most))
 
 
 def _points_a_second(t: Floats) -> float:
@@ -123,16 +118,16 @@ def _points_a_second(t: Floats) -> float:
     return float(count.max() / WINDOW_S)
 
 
-def _told(points: int, most: float) -> tuple[Warning, ...]:
-    found = []
-    if most > POINTS_A_SECOND:
-        text = f"program: up to {most:.1f} points a second inside beads; above {POINTS_A_SECOND:g} a controller may slow "
-        text += "down: a coarser sampling or wider thinning makes fewer"
+def _told(case: Case, points: int, most: float) -> tuple[Warning, ...]:
+    limits, found = case.controller, []
+    if most > limits.points_a_second:
+        text = f"program: up to {most:.1f} points a second inside beads; above {limits.points_a_second:g} "
+        text += "(controller.points_a_second) a controller may slow down: a coarser sampling or wider thinning makes fewer"
         found.append(Warning(Code.PROGRAM_DENSE, text))
-    needed = points * LINE_BYTES
-    if needed > MEMORY_BYTES:
-        text = f"program: {points} points take about {needed / 2**20:.1f} MB; a controller has about "
-        found.append(Warning(Code.PROGRAM_MEMORY, f"{text}{MEMORY_BYTES / 2**20:g} MB for programs"))
+    needed = points * LINE_BYTES / 2**20
+    if needed > limits.memory_mb:
+        text = f"program: {points} points take about {needed:.1f} MB; the controller has {limits.memory_mb:g} MB for "
+        found.append(Warning(Code.PROGRAM_MEMORY, f"{text}programs (controller.memory_mb)"))
     return tuple(found)
 
 
@@ -142,8 +137,8 @@ class _Made:
 
     job: Job
     motion: Motion
-    thinning: Thinning
-    base: BaseFrame
+    thinning: PointThinning
+    frames: ProgramFrames
     events: list[Event] = field(default_factory=list)
     row: list[int] = field(default_factory=list)
     kind: list[int] = field(default_factory=list)
@@ -154,7 +149,8 @@ class _Made:
     def __post_init__(self) -> None:
         motion, scene = self.motion, self.job.scene
         tables = tables_seen_from_base(scene, motion.table)
-        self.T = inverse(tables @ self.base.T) @ scene.chain.forward(motion.q)
+        to_tool = inverse(T_flange_tcp(scene)) @ self.frames.tool.T_flange_tcp
+        self.T = inverse(tables @ self.frames.base.T) @ scene.chain.forward(motion.q) @ to_tool
         self.axes = np.concatenate([motion.q, motion.table], axis=1)
         self.dt = np.diff(motion.t_s)
         self.still = np.abs(np.diff(self.axes, axis=0)).max(axis=1) <= STANDING
@@ -162,6 +158,8 @@ class _Made:
         limit = np.where(np.isfinite(self.job.drives.speed), self.job.drives.speed, np.inf)
         self.axis_use = (np.abs(np.diff(self.axes, axis=0)) / self.dt[:, None] / limit).max(axis=1)
         self.bead_speed = self._bead_speeds()
+        own = self.job.case.controller.blend_mm
+        self.blend_mm = self.job.case.process.blend_mm if own is None else own
 
     def _bead_speeds(self) -> Floats:
         """Speed that each step is written with inside a bead, (m - 1,), m/s.
@@ -181,7 +179,7 @@ class _Made:
 
     def all(self) -> None:
         """Everything, in order."""
-        self._move(0, MoveKind.AXES, share=FIRST_SHARE)
+        self._move(0, MoveKind.AXES, share=min(FIRST_SHARE, self.job.case.controller.axis_speed_percent / 100))
         arc = self.motion.arc
         at, layer = 0, None
         if not arc[0]:
@@ -255,7 +253,8 @@ class _Made:
                 self._move(straight, MoveKind.LINEAR, speed=max(round(speed / TRAVEL_STEP), 1) * TRAVEL_STEP)
                 at = straight
             else:
-                share = float(np.clip(np.ceil(self.axis_use[at:joint].max() * 100 - 1e-6) / 100, 0.01, 1.0))
+                most = self.job.case.controller.axis_speed_percent / 100
+                share = float(np.clip(np.ceil(self.axis_use[at:joint].max() * 100 - 1e-6) / 100, 0.01, most))
                 self._move(joint, MoveKind.AXES, share=share)
                 at = joint
 
@@ -276,7 +275,7 @@ class _Made:
             while at < stop:
                 to = _farthest(self._on_line, at, stop)
                 done = bool(self.still[to:last].all())  # nothing but a wait comes after
-                blend = 0.0 if done else self.job.case.process.blend_mm * METRES_PER_MM
+                blend = 0.0 if done else self.blend_mm * METRES_PER_MM
                 self._move(to, MoveKind.LINEAR, speed=float(self.bead_speed[at]), blend=blend)
                 at = to
         self._event(Happens.ARC_OFF, last)
@@ -332,27 +331,26 @@ class _Made:
     def moves(self) -> Moves:
         """As columns."""
         row, kind = np.array(self.row), np.array(self.kind, dtype=np.int64)
-        m, n = len(row), self.motion.q.shape[1]
+        m, section = len(row), self.job.case.controller
         linear = kind == MoveKind.LINEAR
         joints = np.where(linear[:, None], np.nan, self.motion.q[row])
         pose = np.full((m, 6), np.nan)
-        pose[linear] = pose_rows(self.T[row[linear]])
-        nothing = np.full(m, np.nan)
-        return Moves(
+        pose[linear] = pose_of(self.T[row[linear]])
+        return replace(
+            Moves.empty(m, self.motion.q.shape[1]),
             kind=kind,
-            joints=joints.reshape(m, n),
+            joints=joints,
             pose=pose,
-            via=np.full((m, 6), np.nan),
             external=self.motion.table[row],
             tool=np.zeros(m, dtype=np.int64),
             base=np.zeros(m, dtype=np.int64),
             speed=np.array(self.speed),
+            turn_speed=np.where(linear, np.deg2rad(section.turn_speed_deg_s), np.nan),
+            acceleration=np.where(linear, section.acceleration_mm_s2 * METRES_PER_MM, np.nan),
             axis_share=np.array(self.share),
-            acceleration=nothing,
+            axis_acceleration=np.where(linear, np.nan, section.axis_acceleration_percent / 100),
+            external_share=np.full(m, section.external_speed_percent / 100),
             blend=np.array(self.blend),
-            blend_share=np.zeros(m),
-            file=np.full(m, -1, dtype=np.int64),
-            line=np.zeros(m, dtype=np.int64),
         )
 
 

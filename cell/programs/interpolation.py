@@ -97,6 +97,13 @@ class Circles:
         angle = np.arctan2((out * y).sum(axis=1), (out * x).sum(axis=1))
         return cls(start + to_centre, x, y, np.where(flat, 0.0, np.where(angle <= 0, angle + 2 * np.pi, angle)), start, end)
 
+    def turned(self, k: int, angle: float) -> Circles:
+        """The same with arc k over another angle, rad; below 0 the other way round."""
+        y, angles, end = self.y.copy(), self.angle.copy(), self.end.copy()
+        y[k], angles[k] = self.y[k] * np.sign(angle), abs(angle)
+        end[k] = self.centre[k] + np.cos(angle) * self.x[k] + np.sin(angle) * self.y[k]
+        return Circles(self.centre, self.x, y, angles, self.start, end)
+
     @property
     def length(self) -> Floats:
         """Of the arcs, (m,), m."""

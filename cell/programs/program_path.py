@@ -25,7 +25,7 @@ from ..rigid import inverse
 from .cell_frames import T_flange_tcp, tables_seen_from_base
 from .configurations_followed import Follower
 from .interpolation import Circles, angles_between, on_lines
-from .kuka_angles import pose_matrices
+from .orientation import frame_of
 from .program import MoveKind, Program
 
 OFF, TURNED = 4e-6, np.deg2rad(0.004)  # m and rad that a straight line of the axes is off the programmed way at most
@@ -126,8 +126,8 @@ class _Walk:
         if np.isfinite(joints).all():
             return joints
         self._needs_frames(i)
-        T = self._in_arm_base(np.array([i]), self.external[[i]], pose_matrices(self.moves.pose[[i]]))
-        return self.follow.nearest(T[0], q)
+        T = self._in_arm_base(np.array([i]), self.external[[i]], frame_of(self.moves.pose[[i]]))
+        return self.follow.nearest(T[0], q, int(self.moves.turn[i]))
 
     def _needs_frames(self, i: int) -> None:
         for name, index in (("tool", self.moves.tool[i]), ("base", self.moves.base[i])):
@@ -190,7 +190,7 @@ class _Lines:
     def __init__(self, walk: _Walk, move: Ints, q: Floats) -> None:
         self.walk, self.move, self.q = walk, move, q
         moves, n = walk.moves, walk.n
-        self.T_end = pose_matrices(moves.pose[move])
+        self.T_end = frame_of(moves.pose[move])
         self.ext_start, self.ext_end = walk.external[move - 1], walk.external[move]
         own = walk.job.scene.chain.forward(q[None])
         own = np.concatenate([own, walk._in_arm_base(move, self.ext_end, self.T_end)[:-1]])
@@ -198,13 +198,33 @@ class _Lines:
         tool = np.stack(walk.to_tool)[moves.tool[move]]
         self.T_start = inverse(walk._frames(move, self.ext_start)) @ own @ tool
         self.circle = moves.kind[move] == MoveKind.CIRCULAR
-        via = np.where(self.circle[:, None], moves.via[move, :3], self.T_start[:, :3, 3])
-        self.arcs = Circles.through(self.T_start[:, :3, 3], via, self.T_end[:, :3, 3])
+        self.arcs = self._arcs()
         straight = np.linalg.norm(self.T_end[:, :3, 3] - self.T_start[:, :3, 3], axis=1)
         self.length = np.where(self.circle, self.arcs.length, straight)
         turn = angles_between(self.T_start[:, :3, :3], self.T_end[:, :3, :3])
         self.turn = np.maximum(turn, np.abs(self.ext_end - self.ext_start).max(axis=1))
         self.n = n
+
+    def _arcs(self) -> Circles:
+        """The circles of the circular moves; those that end at an angle of their own end there, and the next begin there."""
+        moves, start = self.walk.moves, self.T_start
+        via = np.where(self.circle[:, None], moves.via[self.move, :3], start[:, :3, 3])
+        arcs = Circles.through(start[:, :3, 3], via, self.T_end[:, :3, 3])
+        for k in np.flatnonzero(self.circle & np.isfinite(moves.arc_angle[self.move])).tolist():
+            arcs = Circles.through(start[:, :3, 3], via, self.T_end[:, :3, 3]).turned(k, moves.arc_angle[self.move[k]])
+            self.T_end[k, :3, 3] = arcs.end[k]
+            if k + 1 < len(start):
+                if (moves.base[self.move[k]], moves.tool[self.move[k]]) != (
+                    moves.base[self.move[k + 1]],
+                    moves.tool[self.move[k + 1]],
+                ):
+                    raise InputError(
+                        f"{place(self.walk.program, int(self.move[k + 1]))}: another tool or base right after a circle "
+                        "that ends at an angle (CA) is not followed; a point in between is needed"
+                    )
+                start[k + 1, :3, 3] = arcs.end[k]
+                via[k + 1] = via[k + 1] if self.circle[k + 1] else arcs.end[k]
+        return arcs
 
     def poses(self, at: Ints, share: Floats) -> Floats:
         """Poses in the moves' bases, (m, 4, 4)."""

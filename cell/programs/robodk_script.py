@@ -2,7 +2,7 @@
 
 Use:
 
-    text = robodk_script(program)             # F.py, to be run in a station with the arm and its table
+    text = robodk_script(program, "BLADE")    # F.py, to be run in a station with the arm and its table
 
 The script makes a tool, a frame on the table, a target for every point, with the table's axes, and a program that moves
 through them with the speeds, roundings, waits and events. What it needs of the station are names, which stand at its top.
@@ -98,11 +98,12 @@ if __name__ == "__main__":
 '''
 
 
-def robodk_script(program: Program, table: str = "Table", joint_speed_deg_s: float = 100.0) -> str:
+def robodk_script(program: Program, name: str, table: str = "Table", joint_speed_deg_s: float = 100.0) -> str:
     """Write the script.
 
     Args:
         program: the program.
+        name: of it in the station.
         table: name of the frame on the table's flange in the station.
         joint_speed_deg_s: full speed of the axes, of which moves of axes take their share.
 
@@ -110,8 +111,8 @@ def robodk_script(program: Program, table: str = "Table", joint_speed_deg_s: flo
         The text; ASCII.
     """
     moves = program.moves
-    lines = [HEADER.format(name=program.name, table=table if any(b.coupled for b in program.bases) else "")]
-    lines.append(f"NAME = {program.name!r}\nAXES = {moves.joints.shape[1]}\nJOINT_SPEED = {joint_speed_deg_s!r}  # deg/s")
+    lines = [HEADER.format(name=name, table=table if any(b.coupled for b in program.bases) else "")]
+    lines.append(f"NAME = {name!r}\nAXES = {moves.joints.shape[1]}\nJOINT_SPEED = {joint_speed_deg_s!r}  # deg/s")
     lines.append(f"TOOLS = {[(t.name or f'tool {k}', _pose(pose_of(t.T_flange_tcp))) for k, t in enumerate(program.tools)]!r}")
     lines.append(f"BASES = {[(b.name or f'base {k}', _pose(pose_of(b.T)), b.coupled) for k, b in enumerate(program.bases)]!r}")
     lines.append(

@@ -20,7 +20,7 @@ from ..job.job import Job
 from ..motion.motion import Motion
 from ..rigid import inverse
 from .cell_frames import T_table_part, tables_seen_from_base
-from .from_motion import ProgramOfMotion, Thinning
+from .from_motion import PointThinning, ProgramOfMotion
 from .interpolation import angles_between
 from .program import Happens, Program
 from .simulate import ProgramRun
@@ -48,7 +48,7 @@ class Gap:
     row: int
     seconds: float
 
-    def share(self, thinning: Thinning) -> float:
+    def share(self, thinning: PointThinning) -> float:
         """Of what is allowed: above 1 the program is not the motion."""
         return max(self.position / (OFF + thinning.chord), self.angle / (TURNED + thinning.angle))
 

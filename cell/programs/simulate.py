@@ -181,8 +181,7 @@ class _Clock:
 
     def _axes_times(self, axes: Floats, move: Ints) -> tuple[Floats, Floats, float]:
         """Seconds of the steps, joint way to every row, rad, and the zone of rounding in it."""
-        share = self.moves.axis_share[move]
-        share = float(np.nanmin(np.where(np.isfinite(share), share, 1.0)))
+        speed, acceleration = self._limits(move)
         way = np.linalg.norm(np.diff(axes, axis=0), axis=1)
         s = np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))])
         ends = np.flatnonzero(np.append(np.diff(move) != 0, True))
@@ -196,12 +195,24 @@ class _Clock:
                 near = np.interp([gone[k + 1] - blend, gone[k + 1] + blend], gone, s)
                 zones.append(max(s[k + 1] - near[0], near[1] - s[k + 1]))
             zone = min(max(zones), s[-1] / 2)
-        speed = self.limits[0] * share
         if zone > 0:
-            dt = time_travel(axes, speed, self.limits[1], zone=zone)
-        else:
-            dt = time_travel(axes, speed, self.limits[1])
-        return dt, s, zone
+            return time_travel(axes, speed, acceleration, zone=zone), s, zone
+        return time_travel(axes, speed, acceleration), s, zone
+
+    def _limits(self, move: Ints) -> tuple[Floats, Floats]:
+        """Speeds and accelerations that the axes may have on some moves, (j + 2,): the least shares that are set."""
+        n = self.job.scene.chain.n
+
+        def least(share: Floats) -> float:
+            set_ = share[move][np.isfinite(share[move])]
+            return float(min(set_.min(initial=1.0), 1.0))
+
+        speed, acceleration = (limit.copy() for limit in self.limits)
+        if self.moves.kind[move[0]] == MoveKind.AXES:
+            speed[:n] *= least(self.moves.axis_share)
+            acceleration *= least(self.moves.axis_acceleration)
+        speed[n:] *= least(self.moves.external_share)
+        return speed, acceleration
 
     def _line_times(self, axes: Floats, move: Ints, rows: Ints, moving: Floats) -> tuple[Floats, Floats, float]:
         """Seconds of the steps, way of the TCP in the base to every row, m, and the zone of rounding in it."""
@@ -214,7 +225,8 @@ class _Clock:
         cap = np.where(np.isfinite(asked), asked, DEFAULT_SPEED)
         turn = np.abs(np.diff(axes, axis=0)).max(axis=1)
         # where the TCP hardly gets on, the turn of the tool sets the pace
-        cap = np.where(way < turn * 1e-6, step * TURN_SPEED / np.maximum(turn, STANDING), cap)
+        turns = np.nan_to_num(self.moves.turn_speed[move], nan=TURN_SPEED)
+        cap = np.where(way < turn * 1e-6, step * turns / np.maximum(turn, STANDING), cap)
         s = np.concatenate([[0.0], np.cumsum(step)])
         zone = self._zone(move, s)
         law = self._law(axes[np.append(True, moving)], s, cap, move, moving, zone)
@@ -239,12 +251,17 @@ class _Clock:
         if not moving.any():
             return dt
         short = np.concatenate([[0.0], np.cumsum(step)])
+        speed, acceleration = self._limits(move)
+        set_ = self.moves.acceleration[move][np.isfinite(self.moves.acceleration[move])]
+        # the TCP's own acceleration is that of one more axis, which is the way itself
+        axes = np.concatenate([axes, short[:, None]], axis=1)
+        limits = np.append(speed, np.inf), np.append(acceleration, set_.min(initial=BRAKES))
         law: TimeLaw
         if zone > EXACT:
-            law = time_path(axes, short, *self.limits, cap=cap[moving], zone=zone)
+            law = time_path(axes, short, *limits, cap=cap[moving], zone=zone)
         else:
             ends = np.flatnonzero(np.diff(move[moving], append=-1) != 0) + 1
-            law = time_stops(axes, short, *self.limits, cap=cap[moving], stops=np.concatenate([[0], ends]))
+            law = time_stops(axes, short, *limits, cap=cap[moving], stops=np.concatenate([[0], ends]))
         dt[moving] = np.diff(law.t)
         return dt
 
