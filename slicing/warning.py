@@ -51,6 +51,7 @@ class Code(StrEnum):
     PROGRAM_DENSE = "program_dense"
     PROGRAM_FRAME = "program_frame"
     PROGRAM_MEMORY = "program_memory"
+    PROGRAM_PASSED_OVER = "program_passed_over"
     PROGRAM_TABLE = "program_table"
     SHORT_RETRACT = "short_retract"
     SLIVERS = "slivers"

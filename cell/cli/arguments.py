@@ -101,8 +101,12 @@ def build_parser() -> argparse.ArgumentParser:
     export = command("export", "write the checked motion as a robot program", EXPORT_TEXT)
     _case_arguments(export)
     export.add_argument("--krl", metavar="DIR", help="write it in KRL: NAME.src, what it calls, and NAME.json")
-    export.add_argument("--csv", metavar="F.csv", help="write every point: poses in base and part, axes, speed, arc, line")
-    export.add_argument("--robodk", metavar="F.py", help="write a script that makes the program in RoboDK, for any brand")
+    export.add_argument(
+        "--csv", metavar="F.csv", help="write every point: poses in base and part, axes, speed, arc, line"
+    )
+    export.add_argument(
+        "--robodk", metavar="F.py", help="write a script that makes the program in RoboDK, for any brand"
+    )
 
     cut = command("slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
     cut.add_argument("input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)")

@@ -1,7 +1,7 @@
 """What ``rbam export`` does, and ``rbam check --program``: programs out of the house, and into it.
 
-    code = export(args, case)
-    code = check_program_file(args, case)
+code = export(args, case)
+code = check_program_file(args, case)
 """
 
 from __future__ import annotations
@@ -110,7 +110,9 @@ def _contents(args: argparse.Namespace, job: Job, made: Exported, folder: Path |
     if args.robodk:
         from ..programs.robodk_script import robodk_script
 
-        out[Path(args.robodk)] = robodk_script(made.result.program, made.written.program.name).encode("ascii", "replace")
+        out[Path(args.robodk)] = robodk_script(made.result.program, made.written.program.name).encode(
+            "ascii", "replace"
+        )
     return out
 
 
@@ -144,9 +146,9 @@ def _told(made: Exported, contents: dict[Path, bytes]) -> None:
     assert made.result is not None
     written, gap = made.written, made.gap
     sys.stdout.write(
-        f"{written.program.name}: {written.points} points of {written.rows} rows, in {len(made.files)} file(s); read back, "
-        f"run and judged: feasible, within {gap.position / METRES_PER_MM:.4f} mm and {np.rad2deg(gap.angle):.4f} deg of the "
-        f"checked motion, {np.ptp(made.result.run.motion.t_s):.0f} s\n"
+        f"{written.program.name}: {written.points} points of {written.rows} rows, in {len(made.files)} file(s), "
+        f"{np.ptp(made.result.run.motion.t_s):.0f} s; read back, run and judged: feasible, within "
+        f"{gap.position / METRES_PER_MM:.4f} mm and {np.rad2deg(gap.angle):.4f} deg of the checked motion\n"
     )
     for path in contents:
         sys.stdout.write(f"  {path}\n")

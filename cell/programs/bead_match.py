@@ -21,7 +21,7 @@ from ..rigid import inverse
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import along_beads
 from .cell_frames import T_table_part, tables_seen_from_base
-from .simulate import ProgramRun, with_beads
+from .running.simulate import ProgramRun, with_beads
 
 LOOKED_AT = 40  # points of a stretch by which its bead is known
 NEIGHBOURS = 6  # targets next to each of them, whose beads come into question
@@ -35,7 +35,7 @@ def on_beads(job: Job, run: ProgramRun) -> ProgramRun:
 
     Args:
         job: has the targets.
-        run: from ``cell.programs.simulate.run_program``.
+        run: from ``cell.programs.running.simulate.run_program``.
 
     Returns:
         The same with bead, layer and target of every row.

@@ -30,7 +30,6 @@ from .program_check import ProgramResult, check_program
 from .round_trip import OFF, TURNED, Gap, compared, difference_of
 
 
-
 @dataclass(frozen=True, eq=False)
 class Exported:
     """A program with what was found of it.

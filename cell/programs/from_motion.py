@@ -29,9 +29,9 @@ from ..rigid import inverse
 from ..units import METRES_PER_MM
 from .cell_controller import ProgramFrames
 from .cell_frames import T_flange_tcp, tables_seen_from_base
-from .interpolation import angles_between, turned_shares
 from .orientation import pose_of
 from .program import Event, Happens, MoveKind, Moves, Program
+from .running.interpolation import angles_between, turned_shares
 
 WINDOW_S = 2.0  # over which points are counted
 LINE_BYTES = 100  # of a point's line
@@ -59,7 +59,7 @@ class PointThinning:
 
     @classmethod
     def of(cls, case: Case) -> PointThinning:
-        """What a case asks for; at most half of what its checks allow off a bead, so that a thinned bead passes them."""
+        """What a case asks for, at most half of what its checks allow: a thinned bead is to pass them."""
         asked, checks = case.controller.thinning, case.checks
         chord = min(asked.chord_mm, checks.off_bead_mm / 2) * METRES_PER_MM
         return cls(chord, float(np.deg2rad(min(asked.angle_deg, checks.off_wire_deg / 2))))
@@ -122,7 +122,9 @@ def _told(case: Case, points: int, most: float) -> tuple[Warning, ...]:
     limits, found = case.controller, []
     if most > limits.points_a_second:
         text = f"program: up to {most:.1f} points a second inside beads; above {limits.points_a_second:g} "
-        text += "(controller.points_a_second) a controller may slow down: a coarser sampling or wider thinning makes fewer"
+        text += (
+            "(controller.points_a_second) a controller may slow down: a coarser sampling or wider thinning makes fewer"
+        )
         found.append(Warning(Code.PROGRAM_DENSE, text))
     needed = points * LINE_BYTES / 2**20
     if needed > limits.memory_mb:
@@ -212,7 +214,9 @@ class _Made:
         fields = {} if kind == Happens.WAIT else {**self._fields(row), **more}
         self.events.append(Event(kind, len(self.row), seconds, fields))
 
-    def _move(self, row: int, kind: MoveKind, *, speed: float = np.nan, share: float = np.nan, blend: float = 0.0) -> None:
+    def _move(
+        self, row: int, kind: MoveKind, *, speed: float = np.nan, share: float = np.nan, blend: float = 0.0
+    ) -> None:
         self.row.append(row)
         self.kind.append(kind)
         self.speed.append(speed)
@@ -306,7 +310,8 @@ class _Made:
         if (np.diff(share) < 0).any():
             return False
         off = np.linalg.norm(p - start[:3, 3] - share[:, None] * way, axis=1)
-        R = turned_shares(*(np.broadcast_to(T[:3, :3], (len(share), 3, 3)) for T in (start, end)), share)
+        R_start, R_end = (np.broadcast_to(T[:3, :3], (len(share), 3, 3)) for T in (start, end))
+        R = turned_shares(R_start, R_end, share)
         turned = angles_between(R, self.T[inner, :3, :3])
         table = self.motion.table
         external = np.abs(table[a] + share[:, None] * (table[b] - table[a]) - table[inner]).max(axis=1)

@@ -27,10 +27,10 @@ from ..units import METRES_PER_MM
 from ..verification.motion_check import MotionResult, check_motion
 from .bead_match import on_beads
 from .cell_frames import T_flange_tcp
-from .interpolation import angles_between
 from .program import MoveKind, Program, SourceLine
-from .program_path import place
-from .simulate import ProgramRun, run_program
+from .running.interpolation import angles_between
+from .running.program_path import place
+from .running.simulate import ProgramRun, run_program
 
 PROGRAM_REASONS = ("unreachable", "tool", "base", "external", "blend", "arc")
 TOOL_OFF, TOOL_TURNED = 5e-5, np.deg2rad(0.05)  # m and rad that a program's tool may differ from the torch
@@ -120,14 +120,15 @@ def _of_rows(run: ProgramRun, reason: str, rows: tuple[int, int], detail: dict[s
     step = 0 if reason == "joint_limit" else 1
     at = np.minimum(np.array(rows) - 1 + step, len(run.move) - 1)
     moves = int(run.move[at[0]]), int(run.move[at[1]])
-    return ProgramFinding(reason, *moves, *rows, *(run.program.line_of(k) for k in moves), plain(detail))
+    lines = run.program.line_of(moves[0]), run.program.line_of(moves[1])
+    return ProgramFinding(reason, *moves, *rows, *lines, plain(detail))
 
 
 def _of_moves(run: ProgramRun, reason: str, first: int, last: int, detail: dict[str, Any]) -> ProgramFinding:
-    rows = np.searchsorted(run.move, [first, last + 1]) + [1, 0]
-    a = int(min(rows[0], len(run.move)))
-    lines = (run.program.line_of(k) for k in (first, last))
-    return ProgramFinding(reason, first, last, a, int(max(rows[1], a)), *lines, plain(detail))
+    begins, ends = np.searchsorted(run.move, [first, last + 1]).tolist()
+    a = min(begins + 1, len(run.move))
+    lines = run.program.line_of(first), run.program.line_of(last)
+    return ProgramFinding(reason, first, last, a, max(ends, a), *lines, plain(detail))
 
 
 Found = tuple[str, int, int, dict[str, Any]]
@@ -144,7 +145,9 @@ def _program_findings(run: ProgramRun, job: Job) -> Iterator[Found]:
     yield from _bases(run)
     yield from _externals(run.program, job)
     yield from _welding_moves(run, job)
-    yield from _stretches("speed", run.program.moves.speed, FASTEST, lambda v: {"by": "path", "speed_m_s": v, "limit_m_s": FASTEST})
+    yield from _stretches(
+        "speed", run.program.moves.speed, FASTEST, lambda v: {"by": "path", "speed_m_s": v, "limit_m_s": FASTEST}
+    )
 
 
 def _tools(run: ProgramRun, job: Job) -> Iterator[Found]:
@@ -214,9 +217,14 @@ def _warnings(run: ProgramRun, job: Job) -> Iterator[Warning]:
     for k, base in enumerate(program.bases):
         used = np.flatnonzero((moves.base == k) & np.isfinite(moves.pose[:, 0]))
         if len(used) and not base.coupled and bool(job.scene.has_axis.any()):
-            text = f"{place(program, int(used[0]))}: its base stands in the world and not on the table: taken in the arm's base"
-            yield Warning(Code.PROGRAM_FRAME, f"{text} ($WORLD = $ROBROOT)")
+            text = f"{place(program, int(used[0]))}: its base stands in the world and not on the table: "
+            yield Warning(Code.PROGRAM_FRAME, f"{text}taken in the arm's base ($WORLD = $ROBROOT)")
     yield from _table_warnings(run, job)
+    for kind, count in program.passed_over.items():
+        if "taken as" in kind:
+            yield Warning(
+                Code.PROGRAM_PASSED_OVER, f"{program.name}: {count} {kind}: the controller may run them otherwise"
+            )
 
 
 def _table_warnings(run: ProgramRun, job: Job) -> Iterator[Warning]:

@@ -1,12 +1,12 @@
-'''A program as a script for RoboDK's own API: any brand's post-processor can make a program of it there.
+"""A program as a script for RoboDK's own API: any brand's post-processor can make a program of it there.
 
 Use:
 
     text = robodk_script(program, "BLADE")    # F.py, to be run in a station with the arm and its table
 
-The script makes a tool, a frame on the table, a target for every point, with the table's axes, and a program that moves
-through them with the speeds, roundings, waits and events. What it needs of the station are names, which stand at its top.
-'''
+The script makes a tool, a frame on the table, a target for every point, with the table's axes, and a program that
+moves through them with the speeds, roundings, waits and events. Names that the station has to have stand at its top.
+"""
 
 from __future__ import annotations
 
@@ -113,10 +113,14 @@ def robodk_script(program: Program, name: str, table: str = "Table", joint_speed
     moves = program.moves
     lines = [HEADER.format(name=name, table=table if any(b.coupled for b in program.bases) else "")]
     lines.append(f"NAME = {name!r}\nAXES = {moves.joints.shape[1]}\nJOINT_SPEED = {joint_speed_deg_s!r}  # deg/s")
-    lines.append(f"TOOLS = {[(t.name or f'tool {k}', _pose(pose_of(t.T_flange_tcp))) for k, t in enumerate(program.tools)]!r}")
-    lines.append(f"BASES = {[(b.name or f'base {k}', _pose(pose_of(b.T)), b.coupled) for k, b in enumerate(program.bases)]!r}")
     lines.append(
-        "# (number, kind, tool, base, pose, auxiliary pose, axes, [E1, E2], mm/s, share of the axes' speed, rounding in mm)"
+        f"TOOLS = {[(t.name or f'tool {k}', _pose(pose_of(t.T_flange_tcp))) for k, t in enumerate(program.tools)]!r}"
+    )
+    lines.append(
+        f"BASES = {[(b.name or f'base {k}', _pose(pose_of(b.T)), b.coupled) for k, b in enumerate(program.bases)]!r}"
+    )
+    lines.append(
+        "# (number, kind, tool, base, pose, auxiliary pose, axes, [E1, E2], mm/s, axes' share of speed, rounding in mm)"
     )
     lines.append("STEPS = [")
     lines += [f"    {step!r}," for step in _steps(program)]

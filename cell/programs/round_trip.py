@@ -21,9 +21,9 @@ from ..motion.motion import Motion
 from ..rigid import inverse
 from .cell_frames import T_table_part, tables_seen_from_base
 from .from_motion import PointThinning, ProgramOfMotion
-from .interpolation import angles_between
 from .program import Happens, Program
-from .simulate import ProgramRun
+from .running.interpolation import angles_between
+from .running.simulate import ProgramRun
 
 OFF, TURNED = 0.05e-3, float(np.deg2rad(0.05))  # m and rad beyond what thinning was allowed
 SAME_PLACE = 1e-6  # m and rad: digits that a text leaves out
@@ -159,7 +159,9 @@ def difference_of(one: Program, other: Program) -> tuple[int, str] | None:
     mine, theirs = (_happens(program) for program in (one, other))
     for k, pair in enumerate(zip(mine, theirs, strict=False)):
         if pair[0][:2] != pair[1][:2] or abs(pair[0][2] - pair[1][2]) > 1e-3:
-            return mine[k][1], f"{theirs[k][0]} before move {theirs[k][1]}, written was {mine[k][0]} before {mine[k][1]}"
+            return mine[k][
+                1
+            ], f"{theirs[k][0]} before move {theirs[k][1]}, written was {mine[k][0]} before {mine[k][1]}"
     if len(mine) != len(theirs):
         return len(a) - 1, f"{len(theirs)} events were read back, {len(mine)} were written"
     return None

@@ -207,9 +207,12 @@ def program_finding_in_words(f: ProgramFinding) -> str:
     if f.reason == "arc":
         if "move" in d:
             return "a PTP with the arc on: its speed is not that of the TCP"
-        return {"left_on": "the arc is left on", "on_again": "the arc is on already"}.get(next(iter(d)), "the arc is off")
+        words = {"left_on": "the arc is left on", "on_again": "the arc is on already"}
+        return words.get(next(iter(d)), "the arc is off already")
     if f.reason == "speed" and d.get("by") == "path":
         return f"{d['speed_m_s']:g} m/s asked of the TCP, at most {d['limit_m_s']:g} is any arm's"
+    if f.reason == "no_path" and d.get("on_the_way") == "jump" and f.row == f.to_row:
+        return f"the arm jumps by {d['turns_deg']:g} deg: its configuration does not go on"
     return finding_in_words(Finding(f.reason, f.row, f.to_row, d))
 
 

@@ -9,7 +9,7 @@ on a line E1 and E2 run in proportion to the way; $VEL.CP is the TCP's speed in 
 along; every axis keeps its own speed and acceleration, which slow the whole move down; C_DIS rounds a corner within its
 distance, at most from half of the longer move at it; without it the arm stops in the point, as it does where the arc
 goes on or off, where it waits, and between a PTP and a line. C_VEL rounds within the way on which a controller of
-``BRAKES`` slows to its share. Metres, radians, seconds.
+``BRAKES`` slows to its share, C_PTP within its share of half the longer way. Metres, radians, seconds.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..arrays import Ints
-from ..job.job import Job
-from ..motion.motion import STANDING, Motion
-from ..motion.motion_file import BlendedRows
-from ..timing.time_law import TimeLaw, time_path, time_stops, time_travel
-from .program import Happens, MoveKind, Program, SourceLine
+from ...arrays import Ints
+from ...job.job import Job
+from ...motion.motion import STANDING, Motion
+from ...motion.motion_file import BlendedRows
+from ...timing.time_law import TimeLaw, time_path, time_stops, time_travel
+from ..program import Happens, MoveKind, Program, SourceLine
 from .program_path import ProgramPath, path_of
 
 DEFAULT_SPEED = 2.0  # m/s: of a line for which none is set (KUKA: DEF_VEL_CP)
@@ -190,10 +190,13 @@ class _Clock:
             p = self.job.scene.chain.forward(axes[:, :-2])[:, :3, 3]
             gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
             zones = []
-            for k in ends[:-1].tolist():
+            begins = np.concatenate([[0.0], s[ends + 1]])
+            for n, k in enumerate(ends[:-1].tolist()):
                 blend = float(self.moves.blend[move[k]])
                 near = np.interp([gone[k + 1] - blend, gone[k + 1] + blend], gone, s)
-                zones.append(max(s[k + 1] - near[0], near[1] - s[k + 1]))
+                longer = max(begins[n + 1] - begins[n], begins[n + 2] - begins[n + 1])
+                by_share = float(self.moves.blend_share[move[k]]) * longer / 2
+                zones.append(max(s[k + 1] - near[0], near[1] - s[k + 1], by_share))
             zone = min(max(zones), s[-1] / 2)
         if zone > 0:
             return time_travel(axes, speed, acceleration, zone=zone), s, zone
@@ -274,9 +277,7 @@ class _Clock:
         arc = (weld >= 0).astype(np.int64)
         motion = Motion(t, axes[:, :n], axes[:, n:], arc, none, none, none, self.job.scene.chain.names)
         path = self.path
-        return ProgramRun(
-            self.program, motion, move, tuple(self.runs), weld, path.lost, self.arc_words, path.turned
-        )
+        return ProgramRun(self.program, motion, move, tuple(self.runs), weld, path.lost, self.arc_words, path.turned)
 
 
 def with_beads(run: ProgramRun, bead: Ints, layer: Ints, target: Ints) -> ProgramRun:

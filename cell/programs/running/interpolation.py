@@ -95,7 +95,9 @@ class Circles:
         y = np.cross(n, x)
         out = end - start - to_centre
         angle = np.arctan2((out * y).sum(axis=1), (out * x).sum(axis=1))
-        return cls(start + to_centre, x, y, np.where(flat, 0.0, np.where(angle <= 0, angle + 2 * np.pi, angle)), start, end)
+        return cls(
+            start + to_centre, x, y, np.where(flat, 0.0, np.where(angle <= 0, angle + 2 * np.pi, angle)), start, end
+        )
 
     def turned(self, k: int, angle: float) -> Circles:
         """The same with arc k over another angle, rad; below 0 the other way round."""

@@ -17,16 +17,16 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..arrays import Ints
-from ..errors import InputError
-from ..job.job import Job
-from ..motion.motion import JUMP
-from ..rigid import inverse
-from .cell_frames import T_flange_tcp, tables_seen_from_base
+from ...arrays import Ints
+from ...errors import InputError
+from ...job.job import Job
+from ...motion.motion import JUMP
+from ...rigid import inverse
+from ..cell_frames import T_flange_tcp, tables_seen_from_base
+from ..orientation import frame_of
+from ..program import MoveKind, Program
 from .configurations_followed import Follower
 from .interpolation import Circles, angles_between, on_lines
-from .orientation import frame_of
-from .program import MoveKind, Program
 
 OFF, TURNED = 4e-6, np.deg2rad(0.004)  # m and rad that a straight line of the axes is off the programmed way at most
 STEP, TURN = 2e-3, np.deg2rad(1.0)  # between the samples that are begun with
@@ -114,7 +114,9 @@ class _Walk:
         moves, scene = self.moves, self.job.scene
         where = place(self.program, 0)
         if moves.kind[0] != MoveKind.AXES:
-            raise InputError(f"{where}: the first move is a line; a program begins with a PTP, from wherever the arm is")
+            raise InputError(
+                f"{where}: the first move is a line; a program begins with a PTP, from wherever the arm is"
+            )
         q = self._target(0, scene.home)
         if q is None:
             raise InputError(f"{where}: the first move leads to a pose that the arm does not reach")
@@ -206,7 +208,7 @@ class _Lines:
         self.n = n
 
     def _arcs(self) -> Circles:
-        """The circles of the circular moves; those that end at an angle of their own end there, and the next begin there."""
+        """The circles of the circular moves; one that ends at an angle of its own ends there, and the next move begins there."""
         moves, start = self.walk.moves, self.T_start
         via = np.where(self.circle[:, None], moves.via[self.move, :3], start[:, :3, 3])
         arcs = Circles.through(start[:, :3, 3], via, self.T_end[:, :3, 3])
