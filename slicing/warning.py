@@ -52,6 +52,8 @@ class Code(StrEnum):
     SLIVERS = "slivers"
     SUB_VOLUME_ABSENT = "sub_volume_absent"
     TABLE_WITHOUT_SHAPE = "table_without_shape"
+    TOOLPATH_COLUMNS = "toolpath_columns"
+    TOOLPATH_NOT_SLICED = "toolpath_not_sliced"
 
 
 WRONG_LAYER = frozenset(

@@ -82,6 +82,19 @@ class Part(Section):
     """The part: its sub-volumes, its body, and where it stands on the table."""
 
     mesh: FileName | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
+    toolpath: FileName | None = Field(
+        None,
+        description="beads of another slicer, a table of targets (docs/formats.md), on the body below; instead of "
+        "meshes to slice",
+    )
+    toolpath_normal: Literal["up", "radial"] | None = Field(
+        None,
+        description="deposition direction where the toolpath has none: along the part's z, or off that axis",
+    )
+    toolpath_metal: Literal["above", "below"] = Field(
+        "above",
+        description="where a bead's metal lies: above its targets (on what it is laid on) or below them (on its top)",
+    )
     sub_volumes: list[FileName] = Field(default_factory=list, description="one closed mesh each, on the body below")
     take: list[Name] = Field(
         default_factory=list,
