@@ -5,9 +5,9 @@ Use:
     program = read_krl(Path("BLADE.src"), controller)
     program.moves.kind, program.line_of(3)
 
-What is known is run: declarations, frames, motions, loops and conditions on the program's own numbers, sub-programs in the
-same file or beside it. What is not known and could move the arm or change a frame is refused with file and line; what
-moves nothing is passed over and counted.
+What is known is run: declarations, frames, motions, loops and conditions on the program's own numbers, sub-programs in
+the same file or beside it. What is not known and could move the arm or change a frame is refused with file and line;
+what moves nothing is passed over and counted.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@ Use:
 
     files = write_krl(program, controller)    # {"BLADE.src": "&ACCESS RVP..", "BLADE_L000.src": ..}
 
-The main module holds what lies between the layers and calls one module a layer; a layer of more moves than a module may
-have is split. Every point has X Y Z A B C E1 E2. No module needs a .dat: all frames and points stand in it. Lines end in
-CR LF, as other programs' for this controller do. What is written is ASCII, and all numbers have the digits that 0.05 mm and
-0.05 degrees at the part need: 0.0001 mm and 0.00001 degrees, of which 1 m makes 0.0002 mm.
+The main module holds what lies between the layers and calls one module a layer; a layer of more moves than a module
+may have is split. Every point has X Y Z A B C E1 E2. No module needs a .dat: all frames and points stand in it. Lines
+end in CR LF, as other programs' for this controller do. What is written is ASCII, and all numbers have the digits that
+0.05 mm and 0.05 degrees at the part need: 0.0001 mm and 0.00001 degrees, of which 1 m makes 0.0002 mm.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ FRAME_MM, FRAME_DEG = 5, 6  # of frames, which move every point
 
 
 @dataclass(frozen=True)
-class Piece:
+class ModuleContent:
     """What one module holds, or the main module between two calls.
 
     Attributes:
@@ -122,11 +122,11 @@ def _check(program: Program) -> None:
             raise ValueError(f"{event.kind.value} stands where a corner is rounded: before move {event.before}")
 
 
-def _pieces(program: Program) -> Iterator[Piece]:
+def _pieces(program: Program) -> Iterator[ModuleContent]:
     """The program cut into layers and what lies between them; a layer that is not closed is none."""
     events, place, layer = program.events, 0, 0
     last_end = max((i for i, event in enumerate(events) if event.kind == Happens.LAYER_END), default=-1)
-    piece = Piece(-1)
+    piece = ModuleContent(-1)
     for move in range(len(program.moves) + 1):
         while place < len(events) and events[place].before == move:
             event = events[place]
@@ -134,18 +134,18 @@ def _pieces(program: Program) -> Iterator[Piece]:
             if event.kind == Happens.LAYER_START and piece.layer < 0 and place <= last_end:
                 if piece.items:
                     yield piece
-                piece, layer = Piece(layer), layer + 1
+                piece, layer = ModuleContent(layer), layer + 1
             piece.items.append(event)
             if event.kind == Happens.LAYER_END and piece.layer >= 0:
                 yield piece
-                piece = Piece(-1)
+                piece = ModuleContent(-1)
         if move < len(program.moves):
             piece.items.append(move)
     if piece.items:
         yield piece
 
 
-def _split(program: Program, piece: Piece, most: int) -> list[list[int | Event]]:
+def _split(program: Program, piece: ModuleContent, most: int) -> list[list[int | Event]]:
     """The items of a piece in modules of at most so many moves, cut after exact stops where there are any."""
     blended = (program.moves.blend > 0) | (program.moves.blend_share > 0)
     parts: list[list[int | Event]] = []

@@ -10,7 +10,7 @@ Its text is not public; what its words do is put together from programs that use
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol
 
 from ..program import BaseFrame, ToolFrame
 from .lexing import quoted, refuse
@@ -18,11 +18,10 @@ from .setting import assign
 from .state import ControllerState, Speeds
 from .values import ListedFrame, Scope, UnknownValue, integer, matrix, number, shown
 
-NOTHING = frozenset("#PTP_DAT_CHECK #ACC_GLUE #VEL_GLUE #OUT_SAFE #GLUE #MEAN_VEL #TQM".split())
 EXTERNAL = 6  # external axes that shares are set for
 
 
-class BasScope(Scope):
+class BasScope(Scope, Protocol):
     """What BAS asks for beside."""
 
     def listed(self, name: str, place: int) -> Any:
@@ -55,7 +54,7 @@ def run_bas(state: ControllerState, word: str, values: tuple[Any, ...], scope: B
         _frames(state, scope)
     elif word in ("#PTP_DAT", "#PTP_PARAMS", "#CP_DAT", "#CP_PARAMS"):
         _parameters(state, word, values, scope)
-    elif word not in NOTHING:
+    else:
         raise refuse(scope.where, f"BAS ({quoted(word)}, ..) is not known")
 
 

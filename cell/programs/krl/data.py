@@ -6,22 +6,24 @@ Use:
     data.variable("I")                        # 3
     data.variable("$POS_ACT")                 # {"X": .., ..}, as far as it is known
 
-A name is looked for among the part's own variables, then in the .dat of its file, then among what .dat files give all, in
-``$config.dat`` too, and last in the case: TOOL_DATA, BASE_DATA, MACHINE_DEF and HOME.
+A name is looked for among the part's own variables, then in the .dat of its file, then among what .dat files give all,
+in ``$config.dat`` too, and last in the case: TOOL_DATA, BASE_DATA, MACHINE_DEF and HOME.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
-
+from ..controller import Controller
 from ..program import SourceLine
 from .bas import null_frame, run_bas
 from .expressions import Component, Element, Expression, Variable
 from .lexing import quoted, refuse
 from .moving import EXTERNAL, position_now
-from .sources import SHARED
+from .sources import SHARED, Sources
+from .state import ControllerState
 from .statements import Declaration, ParsedFile
 from .values import (
     CARTESIAN,
@@ -38,9 +40,6 @@ from .values import (
     shown,
 )
 
-if TYPE_CHECKING:
-    from .execution import Execution
-
 Accessors = tuple[str | tuple[int, ...], ...]
 DEFAULTS: dict[str, Any] = {
     "PDEFAULT": {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0},
@@ -48,6 +47,41 @@ DEFAULTS: dict[str, Any] = {
 }
 MOST_ELEMENTS = 100_000  # of all arrays together
 HOMES = ("HOME", "XHOME")
+
+
+class RunningCall(Protocol):
+    """A call that is running: its file and its own variables."""
+
+    file: ParsedFile
+    variables: VariableScope
+
+
+class ProgramRun(Protocol):
+    """What variables ask of the run they belong to."""
+
+    sources: Sources
+    controller: Controller
+    state: ControllerState
+    where: SourceLine
+
+    @property
+    def calls(self) -> Sequence[RunningCall]:
+        """Calls that are running, the last of them now."""
+
+    def step(self) -> None:
+        """Count a statement."""
+
+    def calls_known(self, name: str) -> bool:
+        """Whether a sub-program or function is among the files."""
+
+    def call(self, name: str, arguments: tuple[Expression | None, ...]) -> Any:
+        """Call it."""
+
+    def variable(self, name: str) -> Any:
+        """The value of a variable."""
+
+    def function(self, name: str, arguments: tuple[Expression | None, ...]) -> Any:
+        """The value of a function that is not built in."""
 
 
 class VariableScope(dict[str, Any]):
@@ -66,7 +100,7 @@ class VariableScope(dict[str, Any]):
 class Data:
     """The variables of a run."""
 
-    def __init__(self, execution: Execution) -> None:
+    def __init__(self, execution: ProgramRun) -> None:
         self._run = execution
         self._of_files: dict[int, VariableScope] = {}
         self._everywhere = VariableScope()
@@ -269,7 +303,7 @@ class Data:
         """The value of EK, or of a function of the program's own."""
         if name == "EK":
             return self._coupled([evaluate(one, self._run) for one in arguments if one is not None])
-        if self._run._part(name) is None:
+        if not self._run.calls_known(name):
             return UnknownValue(f"function {quoted(name)} is not among the files")
         return self._run.call(name, arguments)
 

@@ -25,10 +25,12 @@ from .moving import move
 from .setting import HARMLESS, assign
 from .sources import Sources
 from .state import ControllerState
-from .statements import Declaration, Happening, ModulePart, Motion, ParsedFile, Statement
+from .statements import Declaration, Happening, ModulePart, MotionStatement, ParsedFile, Statement
 from .values import UnknownValue, evaluate, integer, number, truth
 
-HARMLESS_CALLS = frozenset("MSGNOTIFY MSGQUIT MSGSTATE CLEARMSG CWRITE SREAD SWRITE STRCLEAR STRCOPY STRADD".split())
+HARMLESS_CALLS = frozenset(
+    ("MSGNOTIFY", "MSGQUIT", "MSGSTATE", "CLEARMSG", "CWRITE", "SREAD", "SWRITE", "STRCLEAR", "STRCOPY", "STRADD")
+)
 NO_SUBPROGRAM = frozenset(("IR_STOPM", "USERSPOC"))
 MOST_DEPTH = 120  # blocks that run in each other, over all calls
 
@@ -43,7 +45,7 @@ class CallFrame:
     result: Any = None
 
 
-class _Left(Exception):  # noqa: N818
+class _Left(Exception):
     """A loop or a part is left."""
 
     def __init__(self, what: str) -> None:
@@ -131,8 +133,8 @@ class Execution:
                 return UnknownValue(f"{name} is not among the files")
             raise refuse(
                 self.where,
-                f"sub-program {quoted(name)} is missing: neither in this file nor as {quoted(name)}.src beside it; if it "
-                "moves nothing, controller.read.harmless of the case may say so",
+                f"sub-program {quoted(name)} is missing: neither in this file nor as {quoted(name)}.src beside it; "
+                "if it moves nothing, controller.read.harmless of the case may say so",
             )
         file, part = found
         if len(arguments) > len(part.parameters):
@@ -150,6 +152,10 @@ class Execution:
             if parameter.out and isinstance(argument, (Variable, Component, Element)):
                 self._assign(argument, variables[parameter.name])
         return result
+
+    def calls_known(self, name: str) -> bool:
+        """Whether a sub-program or function is among the files."""
+        return self._part(name) is not None
 
     def _part(self, name: str) -> tuple[ParsedFile, ModulePart] | None:
         here = self.calls[-1].file
@@ -199,7 +205,7 @@ class Execution:
                 self.where, f"more than {self.controller.limits.statements} statements have run: a loop without end?"
             )
 
-    def _move(self, motion: Motion, where: tuple[int, int]) -> None:
+    def _move(self, motion: MotionStatement, where: tuple[int, int]) -> None:
         if len(self.state) >= self.controller.limits.moves:
             raise refuse(self.where, f"is more than move {self.controller.limits.moves}")
         if motion.spline or motion.word == "SPL":

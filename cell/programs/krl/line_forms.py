@@ -2,7 +2,7 @@
 
 Use:
 
-    constant_move("LIN {X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0,E1 0.0} C_DIS")      # Motion("LIN", ({"X": 1.0, ..},), ..)
+    constant_move("LIN {X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0,E1 0.0} C_DIS")      # MotionStatement("LIN", ..)
     LineForms(()).statements("WAIT SEC 0.5", "WAIT SEC 0.5", where, events, False)   # [Statement("wait", ..)]
 """
 
@@ -27,12 +27,14 @@ from .expressions import (
     expression,
 )
 from .lexing import quoted, refuse, tokens
-from .statements import Declaration, Motion, Statement
+from .statements import Declaration, MotionStatement, Statement
 
-MOTIONS = frozenset("PTP LIN CIRC PTP_REL LIN_REL CIRC_REL SPTP SLIN SCIRC SPTP_REL SLIN_REL SCIRC_REL SPL".split())
-CIRCLES = frozenset("CIRC CIRC_REL SCIRC SCIRC_REL".split())
-BLENDS = frozenset("C_PTP C_DIS C_VEL C_ORI C_SPL".split())
-TYPES = frozenset("INT REAL BOOL CHAR FRAME POS E6POS AXIS E6AXIS LOAD FDAT PDAT LDAT ADAT INERTIA EX_KIN ESYS".split())
+CIRCLES = frozenset(("CIRC", "CIRC_REL", "SCIRC", "SCIRC_REL"))
+LINES = frozenset(("LIN", "LIN_REL", "SLIN", "SLIN_REL", "SPL"))
+MOTIONS = CIRCLES | LINES | {"PTP", "PTP_REL", "SPTP", "SPTP_REL"}
+BLENDS = frozenset(("C_PTP", "C_DIS", "C_VEL", "C_ORI", "C_SPL"))
+_TYPES = "INT REAL BOOL CHAR FRAME POS E6POS AXIS E6AXIS LOAD FDAT PDAT LDAT ADAT INERTIA EX_KIN ESYS"
+TYPES = frozenset(_TYPES.split())
 PASSED = {  # what moves nothing, by its first word
     "INTERRUPT": "interrupts",
     "EXT": "declarations of other modules",
@@ -58,7 +60,7 @@ _REAL = re.compile(r"[-+]?(?:\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:[eE][-+]?\d{1
 _KINDS = ("FRAME", "POS", "E6POS", "AXIS", "E6AXIS")
 
 
-def constant_move(line: str) -> Motion | None:
+def constant_move(line: str) -> MotionStatement | None:
     """A motion whose numbers stand in it, as nearly all lines are; None where the line is another."""
     match = _MOVE.fullmatch(line)
     if match is None:
@@ -79,7 +81,7 @@ def constant_move(line: str) -> Motion | None:
             return None
         point[name] = value
     words = frozenset(blends.upper().split())
-    return Motion(word.upper(), (point,), _NONE if not words else words) if words <= BLENDS else None
+    return MotionStatement(word.upper(), (point,), words or _NONE) if words <= BLENDS else None
 
 
 _NONE: frozenset[str] = frozenset()
@@ -207,7 +209,7 @@ def _target(cursor: Cursor) -> Expression:
     return found
 
 
-def _motion(word: str, cursor: Cursor, spline: bool) -> Motion:
+def _motion(word: str, cursor: Cursor, spline: bool) -> MotionStatement:
     cursor.next()
     points = [expression(cursor)]
     if word in CIRCLES:
@@ -230,7 +232,7 @@ def _motion(word: str, cursor: Cursor, spline: bool) -> Motion:
             frame = cursor.next().text
         else:
             raise refuse(cursor.where, f"{word} is followed by {quoted(cursor.token.text)}, which is not known")
-    return Motion(word, tuple(points), frozenset(blends), frame, angle, settings, spline)
+    return MotionStatement(word, tuple(points), frozenset(blends), frame, angle, settings, spline)
 
 
 def _wait(cursor: Cursor, number: int) -> Statement:

@@ -4,8 +4,8 @@ Use:
 
     move(state, motion, scope)                # adds one move to the state, or refuses it
 
-What a point leaves out stays as it is. A relative motion, or one that leaves X Y Z A B C out, after a motion of axes needs
-to know where that has put the TCP: ``Controller.forward`` says it, or else it is refused.
+What a point leaves out stays as it is. A relative motion, or one that leaves X Y Z A B C out, after a motion of axes
+needs to know where that has put the TCP: ``Controller.forward`` says it, or else it is refused.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .lexing import quoted, refuse
 from .line_forms import CIRCLES
 from .setting import check_modes
 from .state import NAN, ControllerState, Destination
-from .statements import Motion
+from .statements import MotionStatement
 from .values import CARTESIAN, Scope, UnknownValue, evaluate, integer, number, shown
 
 EXTERNAL = ("E1", "E2", "E3", "E4", "E5", "E6")
@@ -30,7 +30,7 @@ FURTHEST, MOST_TURN = 1e6, 1e5  # mm, degrees: beyond them nothing is a robot's
 STATUSES, TURNS = 64, 4096  # values that S and T can have
 
 
-def move(state: ControllerState, motion: Motion, where: tuple[int, int], scope: Scope) -> None:
+def move(state: ControllerState, motion: MotionStatement, where: tuple[int, int], scope: Scope) -> None:
     """Add a motion.
 
     Args:
@@ -92,10 +92,9 @@ def _point(point: Any, state: ControllerState, scope: Scope) -> dict[str, float]
     if not isinstance(value, Mapping):
         raise refuse(scope.where, f"goes to a point or to axes, not to {shown(value)}")
     axes = state.controller.axes
+    known = {*CARTESIAN, *EXTERNAL, "S", "T", *(f"A{i}" for i in range(1, axes + 1))}
     for name, given in value.items():
-        if name in CARTESIAN or name in EXTERNAL or name in ("S", "T"):
-            _in_reach(name, number(given, scope), scope)
-        elif name[:1] == "A" and name[1:].isdigit() and 1 <= int(name[1:][:3]) <= axes:
+        if name in known:
             _in_reach(name, number(given, scope), scope)
         else:
             raise refuse(
@@ -163,7 +162,9 @@ def _pose(state: ControllerState, end: dict[str, float], scope: Scope) -> list[f
     return pose
 
 
-def _cartesian(state: ControllerState, motion: Motion, points: list[dict[str, float]], scope: Scope) -> Destination:
+def _cartesian(
+    state: ControllerState, motion: MotionStatement, points: list[dict[str, float]], scope: Scope
+) -> Destination:
     """Where a LIN or CIRC goes."""
     end = points[-1]
     if any(f"A{i}" in end for i in range(1, state.controller.axes + 1)):
@@ -181,7 +182,9 @@ def _cartesian(state: ControllerState, motion: Motion, points: list[dict[str, fl
     return Destination(pose=pose, via=via, angle=angle)
 
 
-def _relative(state: ControllerState, motion: Motion, points: list[dict[str, float]], scope: Scope) -> Destination:
+def _relative(
+    state: ControllerState, motion: MotionStatement, points: list[dict[str, float]], scope: Scope
+) -> Destination:
     """Where a relative motion goes."""
     end, word = points[-1], motion.word
     if word in ("PTP_REL", "SPTP_REL"):

@@ -18,12 +18,13 @@ from .lexing import quoted, refuse
 from .state import ControllerState, Speeds
 from .values import CoupledFrame, ListedFrame, Scope, frame_dict, integer, matrix, number, shown
 
-OUTPUTS = frozenset("$OUT $OUT_C $ANOUT $PULSE".split())
-HARMLESS = OUTPUTS | frozenset(
+OUTPUTS = frozenset(("$OUT", "$OUT_C", "$ANOUT", "$PULSE"))
+_HARMLESS = (
     "$FLAG $CYCFLAG $TIMER $TIMER_STOP $TIMER_FLAG $LOAD $LOAD_A1 $LOAD_A2 $LOAD_A3 $BWDSTART $ACT_TOOL $ACT_BASE "
     "$ACT_EX_AX $ASYNC_AXIS $LOOP_MSG $LOOP_CONT $MSG_T $GEAR_JERK $JERK $ECO_LEVEL $CP_STATMON $SINGUL_POS $TSYS "
-    "$RED_VEL $CYC_DEF $INTERRUPT $MOVE_BCO $TOOL_DIRECTION $TORQUE_AXIS $COMPLETE".split()
+    "$RED_VEL $CYC_DEF $INTERRUPT $MOVE_BCO $TOOL_DIRECTION $TORQUE_AXIS $COMPLETE"
 )
+HARMLESS = OUTPUTS | frozenset(_HARMLESS.split())
 MODES = {  # how moves are interpolated, with what is known here
     "$IPO_MODE": "#BASE",
     "$ORI_TYPE": "#VAR",

@@ -14,10 +14,9 @@ from __future__ import annotations
 
 from array import array
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-
-from ik.chain import Floats
 
 from ..controller import Controller
 from ..program import BaseFrame, Event, Happens, MoveKind, Moves, SourceLine, ToolFrame
@@ -120,7 +119,7 @@ class ControllerState:
         self._waiting: list[Event] = []  # of the end of the next move
         self._tool, self._base = -1, -1
         self._known: dict[tuple[object, ...], int] = {}
-        self._columns = {name: array("d") for name in ("joints", *WIDTHS, *REALS)}
+        self._columns: dict[str, array[Any]] = {name: array("d") for name in ("joints", *WIDTHS, *REALS)}
         self._columns |= {name: array("q") for name in WHOLE}
 
     def __len__(self) -> int:
@@ -250,8 +249,8 @@ class ControllerState:
         """All moves."""
         axes = self.controller.axes
         widths = {"joints": axes, **WIDTHS}
-        columns: dict[str, Floats] = {}
+        columns: dict[str, Any] = {}
         for name, values in self._columns.items():
             column = np.array(values, dtype=np.int64 if name in WHOLE else np.float64)
             columns[name] = column.reshape(-1, widths[name]) if name in widths else column
-        return Moves(**columns)  # type: ignore[arg-type]
+        return Moves(**columns)

@@ -20,7 +20,7 @@ Point = Expression | dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class MotionStatement:
     """A motion as it is written.
 
     Attributes:
@@ -81,10 +81,10 @@ class Statement:
     """A statement.
 
     Attributes:
-        op: move (Motion), assign (target, value), call (FunctionCall, whether it may be missing), event (Happening),
-            declare (Declarations), if (condition), for (variable, from, to, step), while, repeat (condition), loop,
-            switch (value, cases), exit, return (value or None), wait (seconds), stop (a word that ends the advance
-            run), continue, spline (settings), refused (a text), pass (a kind).
+        op: move (MotionStatement), assign (target, value), call (FunctionCall, whether it may be missing), event
+            (Happening), declare (Declarations), if (condition), for (variable, from, to, step), while, repeat
+            (condition), loop, switch (value, cases), exit, return (value or None), wait (seconds), stop (a word
+            that ends the advance run), continue, spline (settings), refused (a text), pass (a kind).
         line: from 1.
         value: see op.
         body: of blocks.

@@ -4,9 +4,9 @@ Use:
 
     evaluate(expression, scope)               # 3.0, True, "#BASE", {"X": 1.0, ..}, CoupledFrame(..)
 
-Words of enumerations are texts with their sign (``#BASE``), structures are mappings by their components. What depends on
-inputs or on what is not among the files is ``UnknownValue``: it may be assigned and passed on, and is refused where it
-would move the arm. Nothing of Python's own evaluation is used.
+Words of enumerations are texts with their sign (``#BASE``), structures are mappings by their components. What depends
+on inputs or on what is not among the files is ``UnknownValue``: it may be assigned and passed on, and is refused where
+it would move the arm. Nothing of Python's own evaluation is used.
 """
 
 from __future__ import annotations
