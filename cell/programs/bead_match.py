@@ -21,7 +21,7 @@ from ..rigid import inverse
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import along_beads
 from .cell_frames import T_table_part, tables_seen_from_base
-from .running.simulate import ProgramRun, with_beads
+from .running.simulate import SimulatedProgram, with_beads
 
 LOOKED_AT = 40  # points of a stretch by which its bead is known
 NEIGHBOURS = 6  # targets next to each of them, whose beads come into question
@@ -30,7 +30,7 @@ WINDOW = 3e-3  # m along a bead beyond the way gone since the last point
 BACK = 5e-4  # m along a bead before the last point
 
 
-def on_beads(job: Job, run: ProgramRun) -> ProgramRun:
+def on_beads(job: Job, run: SimulatedProgram) -> SimulatedProgram:
     """A run whose rows say what they weld.
 
     Args:

@@ -23,13 +23,13 @@ from ..units import METRES_PER_MM
 from .cell_frames import T_flange_tcp, T_table_part, tables_seen_from_base
 from .orientation import pose_of
 from .program import MoveKind
-from .running.simulate import ProgramRun
+from .running.simulate import SimulatedProgram
 
 KINDS = {MoveKind.AXES: "PTP", MoveKind.LINEAR: "LIN", MoveKind.CIRCULAR: "CIRC"}
 POSE = ("X_mm", "Y_mm", "Z_mm", "A_deg", "B_deg", "C_deg", "qw", "qx", "qy", "qz")
 
 
-def pose_table(job: Job, run: ProgramRun) -> tuple[list[str], list[list[Any]]]:
+def pose_table(job: Job, run: SimulatedProgram) -> tuple[list[str], list[list[Any]]]:
     """The points of a program that is run.
 
     Args:
@@ -67,7 +67,7 @@ def pose_table(job: Job, run: ProgramRun) -> tuple[list[str], list[list[Any]]]:
     return header, rows
 
 
-def _poses(job: Job, run: ProgramRun, rows: Ints) -> tuple[Floats, Floats]:
+def _poses(job: Job, run: SimulatedProgram, rows: Ints) -> tuple[Floats, Floats]:
     """The programmed TCP in the moves' bases, and the torch's in the part, (m, 4, 4) each."""
     scene, motion, moves = job.scene, run.motion, run.program.moves
     T_base_tcp = scene.chain.forward(motion.q[rows])

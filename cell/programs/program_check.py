@@ -30,7 +30,7 @@ from .cell_frames import T_flange_tcp
 from .program import MoveKind, Program, SourceLine
 from .running.interpolation import angles_between
 from .running.program_path import place
-from .running.simulate import ProgramRun, run_program
+from .running.simulate import SimulatedProgram, run_program
 
 PROGRAM_REASONS = ("unreachable", "tool", "base", "external", "blend", "arc")
 TOOL_OFF, TOOL_TURNED = 5e-5, np.deg2rad(0.05)  # m and rad that a program's tool may differ from the torch
@@ -75,7 +75,7 @@ class ProgramResult:
         warnings: one line each, the motion's first.
     """
 
-    run: ProgramRun
+    run: SimulatedProgram
     found: MotionResult
     findings: tuple[ProgramFinding, ...]
     warnings: tuple[str, ...]
@@ -115,7 +115,7 @@ def check_program(program: Program, job: Job) -> ProgramResult:
     return ProgramResult(run, found, tuple(findings), (*found.warnings, *_warnings(run, job)))
 
 
-def _of_rows(run: ProgramRun, reason: str, rows: tuple[int, int], detail: dict[str, Any]) -> ProgramFinding:
+def _of_rows(run: SimulatedProgram, reason: str, rows: tuple[int, int], detail: dict[str, Any]) -> ProgramFinding:
     """Of rows of the motion: what is between a row and the next is on the next one's move."""
     step = 0 if reason == "joint_limit" else 1
     at = np.minimum(np.array(rows) - 1 + step, len(run.move) - 1)
@@ -124,7 +124,7 @@ def _of_rows(run: ProgramRun, reason: str, rows: tuple[int, int], detail: dict[s
     return ProgramFinding(reason, *moves, *rows, *lines, plain(detail))
 
 
-def _of_moves(run: ProgramRun, reason: str, first: int, last: int, detail: dict[str, Any]) -> ProgramFinding:
+def _of_moves(run: SimulatedProgram, reason: str, first: int, last: int, detail: dict[str, Any]) -> ProgramFinding:
     begins, ends = np.searchsorted(run.move, [first, last + 1]).tolist()
     a = min(begins + 1, len(run.move))
     lines = run.program.line_of(first), run.program.line_of(last)
@@ -134,7 +134,7 @@ def _of_moves(run: ProgramRun, reason: str, first: int, last: int, detail: dict[
 Found = tuple[str, int, int, dict[str, Any]]
 
 
-def _program_findings(run: ProgramRun, job: Job) -> Iterator[Found]:
+def _program_findings(run: SimulatedProgram, job: Job) -> Iterator[Found]:
     """Reason, first and last move, measure."""
     for move, what in run.lost.items():
         detail = {key: value for key, value in what.items() if key != "reason"}
@@ -150,7 +150,7 @@ def _program_findings(run: ProgramRun, job: Job) -> Iterator[Found]:
     )
 
 
-def _tools(run: ProgramRun, job: Job) -> Iterator[Found]:
+def _tools(run: SimulatedProgram, job: Job) -> Iterator[Found]:
     """Tools that are not the cell's torch."""
     moves, own = run.program.moves, T_flange_tcp(job.scene)
     for k, tool in enumerate(run.program.tools):
@@ -162,7 +162,7 @@ def _tools(run: ProgramRun, job: Job) -> Iterator[Found]:
             yield "tool", int(used[0]), int(used[-1]), {"number": tool.number, "name": tool.name or None, **measure}
 
 
-def _bases(run: ProgramRun) -> Iterator[Found]:
+def _bases(run: SimulatedProgram) -> Iterator[Found]:
     """Bases that stay where they are while the table moves under the work."""
     moves = run.program.moves
     for k, base in enumerate(run.program.bases):
@@ -185,7 +185,7 @@ def _externals(program: Program, job: Job) -> Iterator[Found]:
             yield "external", int(rows[0]), int(rows[-1]), {"axis": name, "given": False}
 
 
-def _welding_moves(run: ProgramRun, job: Job) -> Iterator[Found]:
+def _welding_moves(run: SimulatedProgram, job: Job) -> Iterator[Found]:
     """Corners inside beads that are rounded too far, and moves of axes with the arc on."""
     moves, limit = run.program.moves, job.case.process.blend_mm * METRES_PER_MM
     welding = np.zeros(len(moves), dtype=bool)
@@ -211,7 +211,7 @@ def _stretches(reason: str, value: Floats, limit: float, detail: Any) -> Iterato
         yield reason, int(group[0]), int(group[-1]), detail(round(float(value[group].max()), 6))
 
 
-def _warnings(run: ProgramRun, job: Job) -> Iterator[Warning]:
+def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     """What is no fault by itself, and may be another's mistake."""
     program, moves = run.program, run.program.moves
     for k, base in enumerate(program.bases):
@@ -227,7 +227,7 @@ def _warnings(run: ProgramRun, job: Job) -> Iterator[Warning]:
             )
 
 
-def _table_warnings(run: ProgramRun, job: Job) -> Iterator[Warning]:
+def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     """A table that moves inside a bead, or stands elsewhere than the case has it."""
     welding = np.flatnonzero((run.weld[1:] >= 0) & (run.weld[1:] == run.weld[:-1])) + 1
     if not len(welding):

@@ -23,7 +23,7 @@ from .cell_frames import T_table_part, tables_seen_from_base
 from .from_motion import PointThinning, ProgramOfMotion
 from .program import Happens, Program
 from .running.interpolation import angles_between
-from .running.simulate import ProgramRun
+from .running.simulate import SimulatedProgram
 
 OFF, TURNED = 0.05e-3, float(np.deg2rad(0.05))  # m and rad beyond what thinning was allowed
 SAME_PLACE = 1e-6  # m and rad: digits that a text leaves out
@@ -53,7 +53,7 @@ class Gap:
         return max(self.position / (OFF + thinning.chord), self.angle / (TURNED + thinning.angle))
 
 
-def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: ProgramRun) -> Gap:
+def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: SimulatedProgram) -> Gap:
     """Lay a program that was read back over the motion that it was made of.
 
     Args:

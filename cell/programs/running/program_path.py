@@ -208,7 +208,7 @@ class _Lines:
         self.n = n
 
     def _arcs(self) -> Circles:
-        """The circles of the circular moves; one that ends at an angle of its own ends there, and the next move begins there."""
+        """The circles; one that ends at an angle of its own (CA) ends there, and the next move begins there."""
         moves, start = self.walk.moves, self.T_start
         via = np.where(self.circle[:, None], moves.via[self.move, :3], start[:, :3, 3])
         arcs = Circles.through(start[:, :3, 3], via, self.T_end[:, :3, 3])

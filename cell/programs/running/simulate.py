@@ -38,7 +38,7 @@ STOPS = (Happens.ARC_ON, Happens.ARC_OFF, Happens.WAIT)
 
 
 @dataclass(frozen=True, eq=False)
-class ProgramRun:
+class SimulatedProgram:
     """A program as it is run.
 
     Attributes:
@@ -66,7 +66,7 @@ class ProgramRun:
         return self.program.line_of(int(self.move[row]))
 
 
-def run_program(program: Program, job: Job) -> ProgramRun:
+def run_program(program: Program, job: Job) -> SimulatedProgram:
     """Run a program as the controller would.
 
     Args:
@@ -268,7 +268,7 @@ class _Clock:
         dt[moving] = np.diff(law.t)
         return dt
 
-    def result(self) -> ProgramRun:
+    def result(self) -> SimulatedProgram:
         """All rows."""
         axes, dt, move = (np.concatenate(some) for some in zip(*self.rows, strict=True))
         weld = np.concatenate(self.arc)
@@ -277,9 +277,11 @@ class _Clock:
         arc = (weld >= 0).astype(np.int64)
         motion = Motion(t, axes[:, :n], axes[:, n:], arc, none, none, none, self.job.scene.chain.names)
         path = self.path
-        return ProgramRun(self.program, motion, move, tuple(self.runs), weld, path.lost, self.arc_words, path.turned)
+        return SimulatedProgram(
+            self.program, motion, move, tuple(self.runs), weld, path.lost, self.arc_words, path.turned
+        )
 
 
-def with_beads(run: ProgramRun, bead: Ints, layer: Ints, target: Ints) -> ProgramRun:
+def with_beads(run: SimulatedProgram, bead: Ints, layer: Ints, target: Ints) -> SimulatedProgram:
     """A run whose rows say which bead, layer and target they belong to, (m,) each."""
     return replace(run, motion=replace(run.motion, bead=bead, layer=layer, target=target))
