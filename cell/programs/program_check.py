@@ -214,6 +214,9 @@ def _stretches(reason: str, value: Floats, limit: float, detail: Any) -> Iterato
 def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     """What is no fault by itself, and may be another's mistake."""
     program, moves = run.program, run.program.moves
+    for move in run.lost:
+        text = f"{place(program, move)}: the arm does not get on: nothing after it is run or looked at"
+        yield Warning(Code.PROGRAM_CUT, text)
     for k, base in enumerate(program.bases):
         used = np.flatnonzero((moves.base == k) & np.isfinite(moves.pose[:, 0]))
         if len(used) and not base.coupled and bool(job.scene.has_axis.any()):

@@ -43,7 +43,7 @@ class ProgramPath:
         move: number of the move each sample is on, (m,).
         share: of its way, (m,), 0 to 1; the last sample of every move has 1.
         Ts_frame_tcp: the programmed TCP in the move's base, (m, 4, 4), m; NaN on moves of axes.
-        lost: what the arm cannot do, by the number of the move.
+        lost: what the arm cannot do, by the number of the move: the way ends there, as the controller would.
         turned: greatest turn of the TCP from one end of a Cartesian move to the other, rad.
         begins: the programmed TCP in the move's base where the move begins, (k, 4, 4), m; NaN of moves of axes.
     """
@@ -94,7 +94,7 @@ class _Walk:
         q = self._first()
         self._put(np.append(q, self.external[0])[None], 0, np.ones(1))
         i = 1
-        while i < len(moves):
+        while i < len(moves) and not self.lost:
             j = i + 1
             if moves.kind[i] == MoveKind.AXES:
                 q = self._axes(i, q)
@@ -172,16 +172,15 @@ class _Walk:
         at = np.repeat(np.arange(j - i), count)
         share = (np.arange(len(at)) - np.repeat(np.cumsum(count) - count, count) + 1) / count[at]
         at, share, axes = line.refined(at, share)
-        there = np.isfinite(axes).all(axis=1)
-        for k in np.unique(at[~there]).tolist():
-            self.lost[i + k] = {"reason": "unreachable"}
-        if not there.any():
-            return q
-        at, share, axes = at[there], share[there], axes[there]
         turn = np.abs(np.diff(np.concatenate([q[None], axes[:, : self.n]]), axis=0)).max(axis=1)
-        for k in np.flatnonzero(turn > JUMP).tolist():
-            what = {"reason": "no_path", "on_the_way": "jump", "turns_deg": round(float(np.rad2deg(turn[k])), 3)}
-            self.lost.setdefault(i + int(at[k]), what)
+        ends = np.flatnonzero(~(turn <= JUMP))  # or where it is not known
+        if len(ends):
+            k = int(ends[0])
+            jump = {"reason": "no_path", "on_the_way": "jump", "turns_deg": round(float(np.rad2deg(turn[k])), 3)}
+            self.lost[i + int(at[k])] = jump if np.isfinite(turn[k]) else {"reason": "unreachable"}
+            at, share, axes = at[:k], share[:k], axes[:k]
+            if not k:
+                return q
         self.parts.append((axes, i + at, share, line.poses(at, share)))
         return axes[-1, : self.n]
 

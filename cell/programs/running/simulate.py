@@ -47,7 +47,7 @@ class SimulatedProgram:
         move: number of the move that each row is on, (m,).
         runs: rows between stops, and how their corners are rounded.
         weld: number of the stretch with the arc on that each row belongs to, (m,), -1 with the arc off.
-        lost: what the arm cannot do, by the number of the move.
+        lost: what the arm cannot do, by the number of the move; the motion ends there.
         arc_words: what is wrong with the order of arc on and arc off, by the number of the move.
         turned: greatest turn of the TCP from one end of a line to the other, rad.
     """
@@ -105,12 +105,14 @@ class _Clock:
     def all(self) -> None:
         """Every move and event, in order."""
         self._put(self.path.axes[:1], np.zeros(1), np.zeros(1, dtype=np.int64))
-        i = 1
-        while i < len(self.moves):
+        i, end = 1, min([len(self.moves), *(k + 1 for k in self.path.lost)])
+        while i < end:
             self._happen(i)
-            j = self._run_end(i)
+            j = min(self._run_end(i), end)
             self._run(i, j)
             i = j
+        if self.path.lost:
+            return
         self._happen(len(self.moves))
         if self.on:
             self.arc_words[len(self.moves) - 1] = {"left_on": True}
