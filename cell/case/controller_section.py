@@ -133,7 +133,9 @@ class ReadSection(Section):
     )
     layer_start: Patterns = Field([r"^;\s*layer[ :_]*(start[ :_]*)?(?P<layer>\d+)\s*$"], description="a layer begins")
     layer_end: Patterns = Field([r"^;\s*layer[ :_]*end[ :_]*(?P<layer>\d+)\s*$"], description="it ends")
-    harmless: Patterns = Field([], description="statements that move nothing, though nobody else can know")
+    harmless: Patterns = Field(
+        [r"^ArcMainNG\s*\("], description="statements that move nothing, though nobody else can know"
+    )
     tool_data: dict[Number, FrameSection] = Field(default_factory=dict, description="TOOL_DATA[n], in the flange")
     base_data: dict[Number, BaseSection] = Field(default_factory=dict, description="BASE_DATA[n]")
     machines: dict[Number, FrameSection] = Field(

@@ -72,6 +72,7 @@ class ReadLimits:
 
     Attributes:
         file_bytes: of all files together. A controller's program memory is 4 to 8 MB.
+        lines: of a file.
         line: characters of a line.
         statements: executed, beside moves.
         moves: of the program.
@@ -80,10 +81,11 @@ class ReadLimits:
         files: of the program.
     """
 
-    file_bytes: int = 32 * 2**20
+    file_bytes: int = 16 * 2**20
+    lines: int = 1_000_000
     line: int = 2000
-    statements: int = 1_000_000
-    moves: int = 1_000_000
+    statements: int = 500_000
+    moves: int = 300_000
     depth: int = 40
     calls: int = 40
     files: int = 5000

@@ -83,7 +83,7 @@ def write_krl(program: Program, controller: Controller) -> dict[str, str]:
     names = _Names(controller.program)
     main = _Writer(program, controller)
     main.add(*INI, f"$ADVANCE = {controller.advance}", "$IPO_MODE = #BASE", "$ORI_TYPE = #VAR")
-    if any(base.coupled for base in program.bases):
+    if np.isfinite(program.moves.external).any():
         main.add("$ASYNC_AXIS = $ASYNC_AXIS B_AND 'B111100'")
     files = {f"{names.main}.src": ""}
     for piece in _pieces(program):
@@ -95,6 +95,7 @@ def write_krl(program: Program, controller: Controller) -> dict[str, str]:
             name = names.module(piece.layer, number, len(parts))
             main.add(f"{name} ( )")
             module = _Writer(program, controller, main.state.fresh())
+            module.hold(main.state.tool, main.state.base)
             module.write(items)
             main.state = module.state
             files[f"{name}.src"] = module.text(name)
@@ -243,9 +244,8 @@ class _Writer:
             self.state.values[name] = text
             self.add(f"{name} = {text}")
 
-    def _frames(self, move: int) -> None:
-        moves = self.program.moves
-        tool, base = int(moves.tool[move]), int(moves.base[move])
+    def hold(self, tool: int, base: int) -> None:
+        """Set frames that do not hold yet; -1 leaves what holds."""
         if tool >= 0 and tool != self.state.tool:
             self.add(f"$TOOL = {_tool_text(self.program.tools[tool])}")
             self.state.tool = tool
@@ -287,7 +287,7 @@ class _Writer:
 
     def _move(self, move: int) -> None:
         moves, kind = self.program.moves, MoveKind(int(self.program.moves.kind[move]))
-        self._frames(move)
+        self.hold(int(moves.tool[move]), int(moves.base[move]))
         self._speeds(move)
         words = self._blend(move)
         if kind == MoveKind.AXES and not np.isnan(moves.joints[move]).all():

@@ -17,7 +17,7 @@ import numpy as np
 from ik.chain import Floats
 
 DEGENERATE = 2e-7  # rad from B = +-90 degrees, within which A and C turn about one axis
-KEPT = 4e-7  # rad: angles that share a turn are left as they are where they differ by rounding alone
+KEPT = 4e-7  # rad: angles are left as they are given where others are not nearer by more than rounding
 
 
 def rotation_of(abc: Floats) -> Floats:
@@ -92,8 +92,8 @@ def run_on(abc: tuple[float, float, float], before: tuple[float, float, float]) 
     """
     if abs(cos(abc[1])) < DEGENERATE:
         return _shared(abc, before)
-    found = [_nearest(angles, before) for angles in (abc, (abc[0] + pi, pi - abc[1], abc[2] + pi))]
-    return min(found, key=lambda angles: max(abs(x - y) for x, y in zip(angles, before, strict=True)))
+    given, other = (_nearest(angles, before) for angles in (abc, (abc[0] + pi, pi - abc[1], abc[2] + pi)))
+    return other if _apart(other, before) < _apart(given, before) - KEPT else given
 
 
 def _shared(abc: tuple[float, float, float], before: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -112,6 +112,11 @@ def _shared(abc: tuple[float, float, float], before: tuple[float, float, float])
     if abs(as_given[0] - a) < KEPT and abs(as_given[2] - c) < KEPT:
         return as_given
     return a, b, c
+
+
+def _apart(abc: tuple[float, float, float], before: tuple[float, float, float]) -> float:
+    """The largest difference of two angles."""
+    return max(abs(x - y) for x, y in zip(abc, before, strict=True))
 
 
 def _nearest(abc: tuple[float, float, float], before: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -152,6 +152,9 @@ class Data:
     def declare(self, one: Declaration, into: VariableScope) -> None:
         """Declare a variable among others, with its first value."""
         into.kinds[one.name] = one.kind
+        if one.value is None and one.name in into:  # a parameter, whose type stands in the body
+            into[one.name] = self._typed(one.kind, into[one.name])
+            return
         if one.value is None:
             into[one.name] = {} if one.array else UnknownValue(f"{one.name} has no value yet")
             return

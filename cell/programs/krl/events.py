@@ -26,17 +26,19 @@ class EventReader:
 
     def __init__(self, controller: Controller) -> None:
         self._patterns = controller.patterns
-        self._open: tuple[HookPattern, int] | None = None
+        self._open: tuple[HookPattern, int, Happening] | None = None
 
     def follows(self, line: str) -> bool:
         """Whether a line is the next one of a hook that has begun."""
         if self._open is None:
             return False
-        pattern, place = self._open
-        if pattern.match(line, place) is None:
+        pattern, place, happening = self._open
+        fields = pattern.match(line, place)
+        if fields is None:
             self._open = None
             return False
-        self._open = (pattern, place + 1) if place + 1 < len(pattern.lines) else None
+        happening.fields.update(fields)
+        self._open = (pattern, place + 1, happening) if place + 1 < len(pattern.lines) else None
         return True
 
     def of_comment(self, line: str) -> Happening | None:
@@ -60,8 +62,9 @@ class EventReader:
         for pattern in self._patterns:
             fields = pattern.match(line)
             if fields is not None:
-                self._open = (pattern, 1) if len(pattern.lines) > 1 else None
-                return Happening(pattern.happens, fields, at)
+                found = Happening(pattern.happens, fields, at)
+                self._open = (pattern, 1, found) if len(pattern.lines) > 1 else None
+                return found
         return None
 
 

@@ -19,13 +19,13 @@ from typing import Any
 from ..controller import Controller
 from ..program import SourceLine
 from .data import Data, VariableScope
-from .expressions import Component, Constant, Element, Expression, FunctionCall, Variable
+from .expressions import Component, Element, Expression, FunctionCall, Variable
 from .lexing import quoted, refuse
 from .moving import move
 from .setting import HARMLESS, assign
 from .sources import Sources
 from .state import ControllerState
-from .statements import Declaration, Happening, ModulePart, MotionStatement, ParsedFile, Statement
+from .statements import Declaration, Happening, ModulePart, MotionStatement, ParsedFile, Statement, set_in
 from .values import UnknownValue, evaluate, integer, number, truth
 
 HARMLESS_CALLS = frozenset(
@@ -164,7 +164,8 @@ class Execution:
         file = self.sources.beside(name)
         if file is not None and name in file.parts and file.parts[name].kind != "DEFDAT":
             return file, file.parts[name]
-        return None
+        file = self.sources.with_global(name) if name not in HARMLESS_CALLS else None
+        return None if file is None or name not in file.parts else (file, file.parts[name])
 
     # -- the scope of expressions --------------------------------------------------------------------------------
 
@@ -308,7 +309,7 @@ class Execution:
             raise refuse(self.where, f"what runs depends on what is not known here, and may move the arm: {value.why}")
         line = self.where.number
         self.passing("conditions that are not known, on what moves nothing")
-        for root in _set_in(body):
+        for root in set_in(body):
             self.data.set(root, (), UnknownValue(f"{root} is set where line {line} says so"))
         self.state.stop()
 
@@ -387,17 +388,3 @@ class Execution:
                 return
         rounds = max(0, math.floor((end - start) / stride) + 1)
         self.data.set(name, (), start + rounds * stride)
-
-
-def _set_in(body: tuple[Statement, ...]) -> set[str]:
-    """Names of variables of the program's own that statements set."""
-    found: set[str] = set()
-    for one in body:
-        if one.op == "assign":
-            target = one.value[0]
-            while not isinstance(target, (Variable, Constant)):
-                target = target.of
-            if isinstance(target, Variable) and not target.name.startswith("$"):
-                found.add(target.name)
-        found |= _set_in(one.body) | _set_in(one.other)
-    return found

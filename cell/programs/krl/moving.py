@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -92,7 +93,7 @@ def _point(point: Any, state: ControllerState, scope: Scope) -> dict[str, float]
     if not isinstance(value, Mapping):
         raise refuse(scope.where, f"goes to a point or to axes, not to {shown(value)}")
     axes = state.controller.axes
-    known = {*CARTESIAN, *EXTERNAL, "S", "T", *(f"A{i}" for i in range(1, axes + 1))}
+    known, names = _known(axes)
     for name, given in value.items():
         if name in known:
             _in_reach(name, number(given, scope), scope)
@@ -100,9 +101,16 @@ def _point(point: Any, state: ControllerState, scope: Scope) -> dict[str, float]
             raise refuse(
                 scope.where, f"{quoted(name)} is no axis of this arm: it has A1 .. A{axes}, X Y Z A B C S T, E1 .. E6"
             )
-    if any(name in value for name in CARTESIAN) and any(f"A{i}" in value for i in range(1, axes + 1)):
+    if not names.isdisjoint(value) and any(name in value for name in CARTESIAN):
         raise refuse(scope.where, "goes to a point and to axes at once")
     return dict(value)
+
+
+@cache
+def _known(axes: int) -> tuple[frozenset[str], frozenset[str]]:
+    """Components that a point can have, and those of them that are axes of the arm."""
+    names = frozenset(f"A{i}" for i in range(1, axes + 1))
+    return names | {*CARTESIAN, *EXTERNAL, "S", "T"}, names
 
 
 def _in_reach(name: str, value: float, scope: Scope) -> None:
@@ -167,7 +175,7 @@ def _cartesian(
 ) -> Destination:
     """Where a LIN or CIRC goes."""
     end = points[-1]
-    if any(f"A{i}" in end for i in range(1, state.controller.axes + 1)):
+    if not _known(state.controller.axes)[1].isdisjoint(end):
         raise refuse(scope.where, f"{motion.word} goes to axes; here it needs a point with X Y Z A B C")
     pose = _pose(state, end, scope)
     if motion.word not in CIRCLES:

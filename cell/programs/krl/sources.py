@@ -40,7 +40,8 @@ class Sources:
         self._controller = controller
         self._left = controller.limits.file_bytes
         self._read: dict[Path, ParsedFile] = {}
-        self._texts: dict[Path, str] | None = None
+        self._texts: dict[str, dict[Path, str]] = {}
+        self._found: dict[tuple[str, str], Path | None] = {}
         self.files: list[str] = []
         self._folder = path.parent
         self._names: dict[str, Path] | None = None
@@ -73,14 +74,34 @@ class Sources:
 
     def with_variable(self, name: str) -> ParsedFile | None:
         """A .dat beside that declares a variable for all (GLOBAL), None where there is none."""
-        if self._texts is None:
-            paths = [path for shown, path in sorted(self._beside().items()) if shown.endswith(".DAT")]
-            self._texts = {path: self._text(path).upper() for path in paths[: self._controller.limits.files]}
         word = re.compile(rf"\bGLOBAL\b[^\n;]*(?<![\w$]){re.escape(name)}(?![\w$])", re.ASCII)
-        for path, text in self._texts.items():
-            if path not in self._read and name in text and word.search(text):
-                return self._file(path)
-        return None
+        return self._holding(".DAT", name, word)
+
+    def with_global(self, name: str) -> ParsedFile | None:
+        """A .src beside that holds a sub-program or function for all (GLOBAL), None where there is none."""
+        word = re.compile(rf"^\s*GLOBAL\s+DEF(?:FCT\s+\w+)?\s+{re.escape(name)}\s*\(", re.ASCII | re.MULTILINE)
+        return self._holding(".SRC", name, word)
+
+    def _holding(self, suffix: str, name: str, word: re.Pattern[str]) -> ParsedFile | None:
+        """The file beside in whose capitals a pattern is found."""
+        if suffix not in self._texts:
+            paths = [path for shown, path in sorted(self._beside().items()) if shown.endswith(suffix)]
+            self._texts[suffix] = self._searched(paths[: self._controller.limits.files])
+        if (suffix, name) not in self._found:
+            texts = self._texts[suffix].items()
+            self._found[suffix, name] = next((path for path, text in texts if name in text and word.search(text)), None)
+        path = self._found[suffix, name]
+        return None if path is None else self._file(path)
+
+    def _searched(self, paths: list[Path]) -> dict[Path, str]:
+        """Texts to search in, in capitals, as many as the bound allows; what is not a text holds nothing."""
+        found, left = {}, self._controller.limits.file_bytes
+        for path in paths:
+            if path.stat().st_size <= left:
+                raw = path.read_bytes()[:left]
+                left -= len(raw)
+                found[path] = raw.decode("latin-1").upper()
+        return found
 
     def _beside(self) -> dict[str, Path]:
         if self._names is None:

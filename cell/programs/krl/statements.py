@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ..program import Happens
-from .expressions import Expression
+from .expressions import Component, Element, Expression, Variable
 
 Point = Expression | dict[str, float]
 
@@ -136,7 +136,6 @@ class ParsedFile:
         index: into the program's files.
         parts: by their names.
         passed: lines that were passed over, by kind.
-        first: name of its first part, empty where it has none.
     """
 
     path: Path
@@ -149,3 +148,17 @@ class ParsedFile:
         """The part that carries the file's name, or else its first."""
         stem = self.path.stem.upper()
         return stem if stem in self.parts else next(iter(self.parts), "")
+
+
+def set_in(body: tuple[Statement, ...]) -> set[str]:
+    """Names of variables of the program's own that statements set."""
+    found: set[str] = set()
+    for one in body:
+        if one.op == "assign":
+            target = one.value[0]
+            while isinstance(target, (Component, Element)):
+                target = target.of
+            if isinstance(target, Variable) and not target.name.startswith("$"):
+                found.add(target.name)
+        found |= set_in(one.body) | set_in(one.other)
+    return found

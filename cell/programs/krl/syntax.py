@@ -82,9 +82,10 @@ class _FileParser:
         self.forms = LineForms(controller.harmless)
 
     def parse(self, text: str) -> ParsedFile:
-        lines = text.split("\n")
-        number, last = 0, len(lines)
-        for number, raw in enumerate(lines, start=1):
+        last, most = text.count("\n") + 1, self.controller.limits.lines
+        if last > most:
+            raise refuse(self._where(most), f"the file has more than {most} lines")
+        for number, raw in enumerate(text.split("\n"), start=1):
             line = raw.strip()
             if not line:
                 continue
@@ -93,7 +94,7 @@ class _FileParser:
             if self.part is not None and (move := constant_move(line)) is not None:
                 self._append(Statement("move", number, replace(move, spline=True) if self._in_spline() else move))
                 continue
-            self._line(line, number, lines)
+            self._line(line, number)
         if self.part is not None:
             name, _, start = self.part[:3]
             raise refuse(self._where(last), f"the file ends within {name}, which starts in line {start}")
@@ -110,7 +111,7 @@ class _FileParser:
     def _append(self, statement: Statement) -> None:
         self.blocks[-1].body.append(statement)
 
-    def _line(self, line: str, number: int, lines: list[str]) -> None:
+    def _line(self, line: str, number: int) -> None:
         if line.startswith("&"):
             return
         statement, comment = without_comment(line)

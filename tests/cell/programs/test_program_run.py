@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
-from support.programs import boss_program
+from support.boss_program import boss_program
 
 from cell.programs.program import Event, Happens, MoveKind
 from cell.programs.running.interpolation import Circles, on_lines
@@ -69,7 +70,7 @@ def test_the_tcp_runs_on_the_line_in_the_base_while_the_table_turns() -> None:
     start_pose, end_pose = moved.moves.pose[k - 1], moved.moves.pose[k]
     base, checked = moved.bases[0], 0
     rows = np.append(rows[0] - 1, rows)
-    for a, b in zip(rows[:-1], rows[1:], strict=True):
+    for a, b in pairwise(rows):
         for share in (0.25, 0.5, 1.0):
             axes = path.axes[a] + share * (path.axes[b] - path.axes[a])
             place, R = in_mujoco(axes[:6], axes[6:], "table")
@@ -165,16 +166,16 @@ def test_the_configuration_of_the_ptp_before_a_line_is_kept() -> None:
     first = int(np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[0])
     path = path_of(program, boss.job)
     q = path.axes[np.flatnonzero(path.move == first - 1)[-1], :6]
-    other = q + [0, 0, 0, np.pi if q[3] < 0 else -np.pi, -2 * q[4], np.pi if q[5] < 0 else -np.pi]
+    half = np.where(q < 0, np.pi, -np.pi)
+    other = np.append(q[:3], [q[3] + half[3], -q[4], q[5] + half[5]])
     joints = program.moves.joints.copy()
     joints[first - 1] = other
     turned = path_of(replace(program, moves=replace(program.moves, joints=joints)), boss.job)
     rows = np.flatnonzero(turned.move == first)
     assert np.sign(turned.axes[rows, 4]).tolist() == [np.sign(-q[4])] * len(rows)
     T = boss.job.scene.chain.forward(turned.axes[rows[-1:], :6])
-    assert np.allclose(
-        T, boss.job.scene.chain.forward(path.axes[np.flatnonzero(path.move == first)[-1:], :6]), atol=1e-8
-    )
+    end = path.axes[np.flatnonzero(path.move == first)[-1:], :6]
+    assert np.allclose(T, boss.job.scene.chain.forward(end), atol=1e-8)
 
 
 def test_a_pose_out_of_reach_is_a_finding_on_its_move_and_no_exception() -> None:
