@@ -20,10 +20,12 @@ from ik.chain import Floats
 from slicing import Code, Warning
 
 from ..arrays import Ints
+from ..failure import Failure
 from ..job.job import Job
 from ..motion.motion_file import ReadMotion
 from ..plain import plain
 from ..units import METRES_PER_MM
+from ..verification.bead_order import Finding
 from ..verification.motion_check import MotionResult, check_motion
 from .bead_match import on_beads
 from .cell_frames import T_flange_tcp
@@ -51,7 +53,8 @@ class ProgramFinding:
         to_row: last.
         line: where the first move stands, None where the program is not read from text.
         to_line: where the last stands.
-        detail: the worst measure.
+        detail: the worst measure, as reports have it.
+        failure: of a finding of the judge.
     """
 
     reason: str
@@ -62,6 +65,7 @@ class ProgramFinding:
     line: SourceLine | None
     to_line: SourceLine | None
     detail: dict[str, Any]
+    failure: Failure | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,19 +113,19 @@ def check_program(program: Program, job: Job) -> ProgramResult:
     found = check_motion(job, read)
     findings = [
         *(_of_moves(run, *one) for one in _program_findings(run, job)),
-        *(_of_rows(run, f.reason, (f.row, f.to_row), f.detail) for f in found.findings),
+        *(_of_rows(run, f) for f in found.findings),
     ]
     findings.sort(key=lambda f: (f.row, f.move, f.reason))
     return ProgramResult(run, found, tuple(findings), (*found.warnings, *_warnings(run, job)))
 
 
-def _of_rows(run: SimulatedProgram, reason: str, rows: tuple[int, int], detail: dict[str, Any]) -> ProgramFinding:
+def _of_rows(run: SimulatedProgram, f: Finding) -> ProgramFinding:
     """Of rows of the motion: what is between a row and the next is on the next one's move."""
-    step = 0 if reason == "joint_limit" else 1
-    at = np.minimum(np.array(rows) - 1 + step, len(run.move) - 1)
+    step = 0 if f.reason == "joint_limit" else 1
+    at = np.minimum(np.array([f.row, f.to_row]) - 1 + step, len(run.move) - 1)
     moves = int(run.move[at[0]]), int(run.move[at[1]])
     lines = run.program.line_of(moves[0]), run.program.line_of(moves[1])
-    return ProgramFinding(reason, *moves, *rows, *lines, plain(detail))
+    return ProgramFinding(f.reason, *moves, f.row, f.to_row, *lines, f.detail, f.failure)
 
 
 def _of_moves(run: SimulatedProgram, reason: str, first: int, last: int, detail: dict[str, Any]) -> ProgramFinding:

@@ -25,9 +25,10 @@ from ..programs.program import BaseFrame, MoveKind, Program, SourceLine, ToolFra
 from ..programs.program_check import PROGRAM_REASONS, ProgramFinding, ProgramResult
 from ..programs.round_trip import OFF, TURNED
 from ..units import METRES_PER_MM
-from ..verification.bead_order import REASONS, Finding
+from ..verdict.failure_words import failure_in_words
+from ..verification.bead_order import REASONS
 from .facts import facts_table
-from .motion_report import SHOWN, finding_in_words, motion_document, motion_facts
+from .motion_report import SHOWN, motion_document, motion_facts
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -192,6 +193,8 @@ def _finding(f: ProgramFinding, t: Floats) -> dict[str, Any]:
 
 def program_finding_in_words(f: ProgramFinding) -> str:
     """A finding's measure in a few words."""
+    if f.failure is not None:
+        return failure_in_words(f.failure)
     d = f.detail
     if f.reason == "unreachable":
         return "the arm does not reach it in the configuration that it is in"
@@ -211,9 +214,7 @@ def program_finding_in_words(f: ProgramFinding) -> str:
         return words.get(next(iter(d)), "the arc is off already")
     if f.reason == "speed" and d.get("by") == "path":
         return f"{d['speed_m_s']:g} m/s asked of the TCP, at most {d['limit_m_s']:g} is any arm's"
-    if f.reason == "no_path" and d.get("on_the_way") == "jump" and f.row == f.to_row:
-        return f"the arm jumps by {d['turns_deg']:g} deg: its configuration does not go on"
-    return finding_in_words(Finding(f.reason, f.row, f.to_row, d))
+    return f"the arm jumps by {d['turns_deg']:g} deg: its configuration does not go on"
 
 
 def lines_in_words(f: ProgramFinding) -> str:
