@@ -255,6 +255,7 @@ def test_a_piece_that_touches_nothing_is_told():
     line = next(w for w in parts.warnings if isinstance(w, Warning) and w.code is Code.FLOATING_PIECE)
     assert "touches nothing" in line
     assert "4800 mm³" in line
+    assert " 4.000 mm off" in line  # its near face, not its corners, which are sqrt(44² + 10²) - 40 = 5.122 mm off
     assert not any("ends or steps" in w for w in parts.warnings)
 
 
