@@ -29,6 +29,7 @@ REFINED = 8  # candidates worth a least-squares fit
 WORTH = 0.15  # of the best candidate's score
 ROUNDS = 16
 ROUGH = 1e-3  # of the part's extent: a quarter of what corners may stray by about an axis that is not fitted yet
+ROUGH_HALF_FACET_RAD = np.deg2rad(18.0)  # 5 more than of an axis that is fitted
 SHRINK = 0.5
 STARTING_TURN = 0.1  # share of the directions in which a surface must be seen before the axis is fitted
 SEARCHED = 12  # bands looked at on the way
@@ -178,7 +179,8 @@ def _corners_of(skin: PartFaces, axis: Axis, least_turn: float) -> _FacetCorners
 def _refined(skin: PartFaces, axis: Axis, least_turn: float) -> Axis:
     """Robust least squares on the corners of the largest bands, over place, tilt, radii and slopes."""
     best = replace(axis, spread_mm=np.inf)
-    rough = replace(skin, noise_mm=max(ROUGH * skin.extent, skin.noise_mm))
+    # about an axis that is not fitted yet, facets of a coarse polygon stand askew as well
+    rough = replace(skin, noise_mm=max(ROUGH * skin.extent, skin.noise_mm), half_facet_rad=ROUGH_HALF_FACET_RAD)
     for seen, turn in ((rough, STARTING_TURN), (skin, least_turn)):
         corners = _corners_of(seen, best, turn)
         if corners is None:

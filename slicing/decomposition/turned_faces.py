@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..mesh.edge_table import edge_table
+from ..mesh.edge_table import neighbours
 from ..mesh.solid import Bools, Floats, Ints
 from .robust_line import Line, fit_line
 
@@ -99,6 +99,7 @@ class FoundBand:
         turn: share of 24 directions about the axis in which it is there.
         within_mm: how close its corners lie to it.
         share: of the faces first taken for it, how much lies that close.
+        half_facet_rad: half the angle of the coarsest polygon that passes for round.
     """
 
     band: Band
@@ -109,6 +110,7 @@ class FoundBand:
     turn: float
     within_mm: float = 0.0
     share: float = 1.0
+    half_facet_rad: float = HALF_FACET_RAD
 
     def is_round(self, least_turn: float = LEAST_TURN) -> bool:
         """A cylinder that goes far enough round the axis to be a body's surface."""
@@ -119,7 +121,7 @@ class FoundBand:
         band = self.band
         if self.coverage(band.low, band.high) < 0.5 * LEAST_COVERAGE:
             return False
-        sided = band.flat_mm <= (1.0 - np.cos(HALF_FACET_RAD)) * band.radius_low
+        sided = band.flat_mm <= (1.0 - np.cos(self.half_facet_rad)) * band.radius_low
         return not band.is_cylinder or bool(self.turn >= least_turn and sided)
 
     def is_body(self, least_turn: float = LEAST_TURN, least_share: float = LEAST_SHARE_ON) -> bool:
@@ -131,7 +133,7 @@ class FoundBand:
             return self.is_round(least_turn)
         least = min(band.radius_low, band.radius_high)
         rise = abs(band.radius_high - band.radius_low)
-        sided = band.flat_mm <= (1.0 - np.cos(HALF_FACET_RAD)) * band.middle_radius
+        sided = band.flat_mm <= (1.0 - np.cos(self.half_facet_rad)) * band.middle_radius
         long = np.hypot(band.length, rise) >= LONG_CONE * band.middle_radius and rise <= STEEP_CONE * band.length
         return bool(self.goes_round(least_turn) and self.turn >= least_turn and sided and long and least > 0)
 
@@ -154,12 +156,14 @@ class PartFaces:
         faces: (m, 3), outward.
         plane: (m,) one number for all neighbours of one plane.
         noise_mm: rounding of the coordinates.
+        half_facet_rad: half the angle of the coarsest polygon that passes for round.
     """
 
     vertices: Floats
     faces: Ints
     plane: Ints
     noise_mm: float
+    half_facet_rad: float = HALF_FACET_RAD
 
     @staticmethod
     def of(vertices: Floats, faces: Ints, noise_mm: float) -> PartFaces:
@@ -189,23 +193,6 @@ class PartFaces:
     def extent(self) -> float:
         """Greatest extent, mm."""
         return float(np.ptp(self.vertices, axis=0).max())
-
-
-def neighbours(count: int, faces: Ints) -> tuple[Ints, Ints]:
-    """Numbers (e,), (e,) of the faces on either side of each edge that has two.
-
-    Args:
-        count: of vertices.
-        faces: (m, 3).
-
-    Returns:
-        The one, and the other.
-    """
-    side = edge_table(count, faces)[1].ravel()
-    order = np.argsort(side, kind="stable")
-    first = np.flatnonzero(np.append(True, np.diff(side[order]) > 0))
-    first = first[np.diff(np.append(first, len(order))) == 2]
-    return order[first] // 3, order[first + 1] // 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,7 +235,7 @@ def turned_faces(skin: PartFaces, facets: Facets) -> Bools:
     corners = skin.vertices[skin.faces][:, :, :2]
     ahead = (corners * facets.outward[:, None]).sum(axis=2)
     aside = corners[:, :, 1] * facets.outward[:, None, 0] - corners[:, :, 0] * facets.outward[:, None, 1]
-    square = (np.abs(aside) <= np.tan(HALF_FACET_RAD) * ahead).all(axis=1)
+    square = (np.abs(aside) <= np.tan(skin.half_facet_rad) * ahead).all(axis=1)
     turned = square & (np.cos(facets.slope) > STEEPEST) & (facets.distance > 0) & (facets.area > 0)
     total = np.bincount(skin.plane, facets.area)
     failing = np.bincount(skin.plane, facets.area * ~turned)
@@ -348,9 +335,8 @@ def fit_band(skin: PartFaces, members: Ints) -> FoundBand | None:
     order = np.argsort(depth)
     flat = float(depth[order][np.searchsorted(np.cumsum(area[order]), 0.5 * area.sum()).clip(max=len(order) - 1)])
     band = Band(low, high, first, last, max(flat, 0.0), float(area.sum()), over if over > 2 * line.width else 0.0)
-    return FoundBand(
-        band, members[on], heights.min(axis=1), heights.max(axis=1), area, _turn(corners[on]), line.width, line.share
-    )
+    ends, turn = (heights.min(axis=1), heights.max(axis=1)), _turn(corners[on])
+    return FoundBand(band, members[on], *ends, area, turn, line.width, line.share, skin.half_facet_rad)
 
 
 def ridge_weights(triangles: Ints, plane: Ints, area: Floats) -> tuple[Ints, Floats]:

@@ -15,7 +15,8 @@ from support.cad_parts import FORMATS, arrays, boss_fillet, cad_part, filleted_b
 from support.part_truth import judged
 
 from slicing.beads.overhang import overhangs
-from slicing.decomposition.decompose import BodyHint, Decomposition, decompose
+from slicing.decomposition.body_hint import BodyHint
+from slicing.decomposition.decompose import Decomposition, decompose
 from slicing.layers.body_ends import body_ends
 from slicing.layers.layer import SlicingParameters
 from slicing.mesh.load import load_mesh
