@@ -123,6 +123,23 @@ def find_axis(
     return replace(best, rival=max(rivals, key=lambda a: a.area_mm2, default=None))
 
 
+def parallel_axis(skin: PartFaces, axis: Axis) -> Axis | None:
+    """An axis beside another one and parallel to it, as a shaft's beside its eccentric disc's.
+
+    Args:
+        skin: of the part, about the origin.
+        axis: the other one, found in it.
+
+    Returns:
+        The axis with the largest cylinders and cones of the faces that are not turned about the other one.
+    """
+    turned = [f.faces for f in axis.bands if f.is_body()]
+    if not turned:
+        return None
+    left = np.delete(np.arange(len(skin.faces)), np.concatenate(turned))
+    return find_axis(replace(skin, faces=skin.faces[left], plane=skin.plane[left]), None, axis.direction)
+
+
 def _same(a: Axis, b: Axis, reach: float) -> bool:
     """Two axes are one as far as a search goes."""
     if np.linalg.norm(np.cross(a.direction, b.direction)) > np.sin(SAME_AXIS_RAD):

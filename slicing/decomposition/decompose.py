@@ -33,6 +33,7 @@ from ..mesh.face_measures import face_normals
 from ..mesh.solid import Floats, Ints, Mesh, PartError, mesh_from_arrays
 from ..surfaces.bodies import Body, ConicalBody, RevolvedBody, RoundBody
 from ..warning import Code, Warning
+from .axis import Axis, parallel_axis
 from .body_hint import LEAST_SIDES, BodyHint, hinted_axis, part_frame
 from .cut import Cut, CutPiece, arrays_of, carried_through, clearance, cut_off, solid_of
 from .doubts import (
@@ -40,6 +41,7 @@ from .doubts import (
     Evidence,
     coarse_bodies,
     conical,
+    domed_body,
     doubtful_radius,
     evidence_of,
     full_volume,
@@ -58,6 +60,10 @@ HINT_MM = 0.01  # how far a hint's radius may
 LEAST_SEEN, SMALL_SEEN = 0.5, 0.9  # of a body's length: with less it is no body; of one that is small against the part
 CARRIES = 0.1  # share of a root that makes a step count as what it stands on
 DRAFT_MM = 0.5  # a cone so near its mean cylinder where a sub-volume stands: cylindrical layers begin on it
+
+
+class _BareBodyError(PartError):
+    """Nothing stands on the body."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +148,10 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     outline = carried_through(solid, bare)
     if hint.radius_mm is None:
         _require_seen(mesh, bare, outline, float(solid.volume()))
-    outline, cut, told = _cut(mesh, solid, outline, radius, alone)
+    try:
+        outline, cut, told = _cut(mesh, solid, outline, radius, alone)
+    except _BareBodyError as error:
+        return _about_another(mesh, hint, axis, (skin, middle, error))
     extent = skin.extent
     pieces = [cut.pieces[k] for k in (_order([piece.centroid for piece in cut.pieces], extent) if cut.pieces else [])]
     outline = outline.lifted(up)
@@ -153,6 +162,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     warnings = [
         *mesh.warnings,
         *doubtful_radius(mesh.name, evidence),
+        *domed_body(mesh.name, outline, radius),
         *rival_axis(mesh.name, axis),
         *told,
         *coarse_bodies(mesh.name, outline, {radius, *(root.radius for root in roots)}),
@@ -224,10 +234,31 @@ def _cut(mesh: Mesh, solid: Any, outline: Outline, radius: float, alone: bool) -
         if len(radii) > 1
         else ""
     )
-    raise PartError(
+    raise _BareBodyError(
         f"{mesh.name}: nothing stands on its round body (radius {radius:.6g} mm); sub-volumes on the outside of"
         f" a cylinder are needed{steps}"
     )
+
+
+def _about_another(
+    mesh: Mesh, hint: BodyHint, axis: Axis, of: tuple[PartFaces, Floats, _BareBodyError]
+) -> Decomposition:
+    """A part taken apart about another axis, nothing standing on the body about the one with most about it."""
+    skin, middle, bare = of
+    rival = None if hint != BodyHint() else axis.rival or parallel_axis(skin, axis)
+    if rival is None:
+        raise bare
+    x, y, z = (rival.point + middle).tolist()
+    a, b, c = rival.direction.tolist()
+    try:
+        found = decompose(mesh, BodyHint((x, y, z), (a, b, c)))
+    except PartError:
+        raise bare from None
+    line = (
+        f"{mesh.name}: nothing stands on the largest round body, with {axis.area_mm2:.0f} mm² turned about its axis;"
+        f" the next one, of radius {found.body.radius_mm:.6g} mm, is taken (part.body.radius_mm says which)"
+    )
+    return replace(found, warnings=(*found.warnings, Warning(Code.BODY_RIVAL, line)))
 
 
 def _mesh(name: str, piece: CutPiece, shift: Floats, source: Mesh) -> Mesh:

@@ -47,7 +47,7 @@ class Band:
         high: its upper end, mm.
         radius_low: radius at the lower end, through the corners of the mesh, mm.
         radius_high: radius at the upper end, mm.
-        flat_mm: how far the middles of its facets lie inside it.
+        flat_mm: how far the middles of its facets lie inside it, at its mean radius.
         area_mm2: of the faces that belong to it.
         over_mm: how far corners of the mesh stand outside it.
     """
@@ -69,6 +69,11 @@ class Band:
     def length(self) -> float:
         """Along z, mm."""
         return self.high - self.low
+
+    @property
+    def slant(self) -> float:
+        """Along its meridian, mm."""
+        return float(np.hypot(self.length, self.radius_high - self.radius_low))
 
     @property
     def middle_radius(self) -> float:
@@ -142,8 +147,7 @@ class FoundBand:
         overlap = np.minimum(self.face_high, high) - np.maximum(self.face_low, low)
         height = np.maximum(self.face_high - self.face_low, 1e-12)
         part = self.band.between(low, high)
-        slant = float(np.hypot(part.length, part.radius_high - part.radius_low))
-        whole = 2 * np.pi * part.middle_radius * slant
+        whole = 2 * np.pi * part.middle_radius * part.slant
         return float((self.face_area * np.clip(overlap / height, 0.0, 1.0)).sum() / max(whole, 1e-12))
 
 
@@ -331,9 +335,11 @@ def fit_band(skin: PartFaces, members: Ints) -> FoundBand | None:
     low, high = float(heights.min()), float(heights.max())
     over = max(float(off.max()), 0.0)
     first, last = line.level + line.slope * low, line.level + line.slope * high
-    depth = (line.level + line.slope * facets.centroid[on, 2]) - facets.distance[on]
+    # as a share of the radius there: a cone's facets are flat by more where it is wider
+    depth = 1.0 - facets.distance[on] / (line.level + line.slope * facets.centroid[on, 2])
     order = np.argsort(depth)
     flat = float(depth[order][np.searchsorted(np.cumsum(area[order]), 0.5 * area.sum()).clip(max=len(order) - 1)])
+    flat *= 0.5 * (first + last)
     band = Band(low, high, first, last, max(flat, 0.0), float(area.sum()), over if over > 2 * line.width else 0.0)
     ends, turn = (heights.min(axis=1), heights.max(axis=1)), _turn(corners[on])
     return FoundBand(band, members[on], *ends, area, turn, line.width, line.share, skin.half_facet_rad)

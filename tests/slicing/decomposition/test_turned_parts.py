@@ -70,7 +70,8 @@ def wedge(half: float, radius: float, height: float) -> float:
 # a sample of the generator; bench/parts_truth.py runs it by the thousand
 
 
-@pytest.mark.parametrize("seed", [*range(300, 312)])
+# 30004: 14 sides far from the origin; 40241: a cone of 14 sides
+@pytest.mark.parametrize("seed", [*range(300, 312), 30004, 40241])
 def test_parts_of_known_truth_are_found(seed, tmp_path):
     part = cad_part(seed)
     found = judged(part, load_mesh(part.save(tmp_path, FORMATS[seed % len(FORMATS)])))
@@ -326,6 +327,43 @@ def test_the_file_format_changes_nothing(kind, tmp_path):
     want = decompose(mesh_from_arrays("part", part.vertices, part.faces))
     assert volumes(parts) == pytest.approx(volumes(want), rel=1e-4)
     assert parts.body.radius_mm == pytest.approx(want.body.radius_mm, rel=1e-5)
+
+
+# what else is turned
+
+
+def test_lands_between_grooves_are_body_and_discs_are_not():
+    block = box((0, -5, 10), (35, 5, 30))
+    grooves = [revolved([(16, z), (21, z), (21, z + 2), (16, z + 2)], 64) for z in (50, 54, 58)]
+    bar = cylinder(20, 0, 80) - grooves[0] - grooves[1] - grooves[2]  # 4 deep, the lands 2 long
+    assert len(decompose(mesh_of(bar + block)).sub_volumes) == 1
+    wide = cylinder(20, 0, 80) - grooves[0] - grooves[0].translate((0, 0, 20))  # the land between them 18 long
+    assert len(decompose(mesh_of(wide + block)).sub_volumes) == 1
+    # on a narrower stretch of the bar a disc of its diameter is a flange: no groove is so wide
+    shaft = cylinder(20, 0, 40) + cylinder(12, 40, 100) + cylinder(20, 80, 84)
+    parts = decompose(mesh_of(shaft + block))
+    assert sorted(volumes(parts))[0] == pytest.approx(math.pi * (20**2 - 12**2) * 4, rel=5e-3)
+    assert len(parts.sub_volumes) == 2
+
+
+def test_a_shaft_under_a_larger_eccentric_disc_is_the_body():
+    disc = cylinder(32, 15, 45).translate((6, 0, 0))
+    parts = decompose(mesh_of(cylinder(20, 0, 60) + disc, turned(40, (1, 2, -1))))
+    assert parts.body.radius_mm == pytest.approx(20.0, abs=1e-3)
+    assert volumes(parts) == pytest.approx([math.pi * 30 * (32**2 - 20**2)], rel=5e-3)
+    assert Code.BODY_RIVAL in codes(parts)
+
+
+def test_the_equator_of_a_ball_is_doubted_as_a_body():
+    points = [
+        (0.0, -30.0),
+        *((30 * math.cos(a), 30 * math.sin(a)) for a in np.deg2rad(np.arange(-84, 85, 6.0))),
+        (0.0, 30.0),
+    ]
+    ball = revolved(points, 60) + cylinder(3, 10, 40) + box((20, -5, -1), (50, 5, 1))
+    assert Code.BODY_RADIUS in codes(decompose(mesh_of(ball)))
+    crowned = revolved([(0, -20), (29, -20), (30, -3), (30, 3), (29, 20), (0, 20)], 60) + box((20, -5, -1), (50, 5, 1))
+    assert Code.BODY_RADIUS not in codes(decompose(mesh_of(crowned)))
 
 
 # what is said
