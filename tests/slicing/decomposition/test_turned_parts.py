@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,11 @@ from support.part_truth import judged
 
 from slicing.beads.overhang import overhangs
 from slicing.decomposition.body_hint import BodyHint
+from slicing.decomposition.cut import Cut, CutPiece, Sliver
 from slicing.decomposition.decompose import Decomposition, decompose
+from slicing.decomposition.doubts import domed_body, what_is_left
+from slicing.decomposition.outline import Outline
+from slicing.decomposition.turned_faces import Band
 from slicing.layers.body_ends import body_ends
 from slicing.layers.layer import SlicingParameters
 from slicing.mesh.load import load_mesh
@@ -342,7 +347,7 @@ def test_lands_between_grooves_are_body_and_discs_are_not():
     # on a narrower stretch of the bar a disc of its diameter is a flange: no groove is so wide
     shaft = cylinder(20, 0, 40) + cylinder(12, 40, 100) + cylinder(20, 80, 84)
     parts = decompose(mesh_of(shaft + block))
-    assert sorted(volumes(parts))[0] == pytest.approx(math.pi * (20**2 - 12**2) * 4, rel=5e-3)
+    assert max(volumes(parts)) == pytest.approx(math.pi * (20**2 - 12**2) * 4, rel=5e-3)
     assert len(parts.sub_volumes) == 2
 
 
@@ -354,16 +359,28 @@ def test_a_shaft_under_a_larger_eccentric_disc_is_the_body():
     assert Code.BODY_RIVAL in codes(parts)
 
 
+def outline_of(points) -> Outline:
+    """Cones and cylinders through (r, z) points, all of them seen."""
+    return Outline(tuple(Band(z, top, r, above, area_mm2=1.0) for (r, z), (above, top) in pairwise(points)))
+
+
 def test_the_equator_of_a_ball_is_doubted_as_a_body():
-    points = [
-        (0.0, -30.0),
-        *((30 * math.cos(a), 30 * math.sin(a)) for a in np.deg2rad(np.arange(-84, 85, 6.0))),
-        (0.0, 30.0),
-    ]
-    ball = revolved(points, 60) + cylinder(3, 10, 40) + box((20, -5, -1), (50, 5, 1))
-    assert Code.BODY_RADIUS in codes(decompose(mesh_of(ball)))
-    crowned = revolved([(0, -20), (29, -20), (30, -3), (30, 3), (29, 20), (0, 20)], 60) + box((20, -5, -1), (50, 5, 1))
-    assert Code.BODY_RADIUS not in codes(decompose(mesh_of(crowned)))
+    angles = np.deg2rad(np.arange(-81.0, 82.0, 6.0))  # a flat about the equator
+    ball = outline_of([(round(30 * math.cos(a), 6), 30 * math.sin(a)) for a in angles])
+    radius = max(s.radius_low for s in ball.sections if s.is_cylinder)
+    (line,) = domed_body("part", ball, radius)
+    assert line.code is Code.BODY_RADIUS
+    assert "a stretch of 3.14 mm of a ball" in line  # 2 * 30 * sin(3 degrees)
+    crowned = outline_of([(29, -20), (30, -3), (30, 3), (29, 20)])
+    chamfered = outline_of([(25, -8), (30, -3), (30, 3), (25, 8)])
+    assert domed_body("part", crowned, 30.0) == domed_body("part", chamfered, 30.0) == []
+
+
+@pytest.mark.parametrize(("count", "doubted"), [(11, False), (12, True)])
+def test_many_slivers_are_a_doubt_about_the_body(count, doubted):
+    nothing = CutPiece(np.zeros((0, 3)), *(np.zeros((0, 3), dtype=np.int64),) * 3)
+    lines = what_is_left("part", Cut([], nothing, [], [], [Sliver(0.02, 1e-3)] * count))
+    assert [line.code for line in lines] == [Code.BODY_RADIUS] * doubted + [Code.SLIVERS]
 
 
 # what is said
