@@ -8,7 +8,8 @@ import trimesh
 from cell.errors import InputError
 from cell.mjcf.asset_files import settle_files
 
-CHILD = """<mujoco><compiler meshdir="meshes"/><asset><mesh name="m" file="hull.stl" scale="2 1 1" refpos="0.1 0 0"/></asset>
+CHILD = """<mujoco><compiler meshdir="meshes"/><asset>
+<mesh name="m" file="hull.stl" scale="2 1 1" refpos="0.1 0 0"/></asset>
 <worldbody><body name="b"><geom name="theirs" type="mesh" mesh="m"/></body></worldbody></mujoco>"""
 PARENT = """<mujoco><compiler meshdir="meshes"/><asset><mesh name="m" file="hull.stl"/>{more}</asset>
 <worldbody><geom name="ours" type="mesh" mesh="m"/>{body}</worldbody></mujoco>"""
