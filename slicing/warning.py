@@ -27,6 +27,7 @@ class Code(StrEnum):
     CALIBRATION_FAR = "calibration_far"
     CONCAVE_FIXTURE = "concave_fixture"
     DEPOSIT_SHARE = "deposit_share"
+    FIXTURE_SUNK = "fixture_sunk"
     FLOATING_PIECE = "floating_piece"
     HOME_UNKNOWN = "home_unknown"
     JOINT_HELD = "joint_held"
