@@ -11,8 +11,10 @@ along the axis by `slicing.decomposition.outline`. The solid outside of that out
 sub-volume with a cap on the body.
 
 What counts as body: cylinders and cones about the axis, bores or not, with their steps. A ring that stands out
-farther than it is long is a flange, hence a sub-volume; a lower one is a step of the body. `BodyHint.radius_mm` says
-otherwise: whatever is wider stands on the body. What stands on an end of the body alone stays with the body.
+farther than it is long is a flange, hence a sub-volume; a lower one is a step of the body, and so is a land of the
+body's own diameter between narrow grooves. `BodyHint.radius_mm` says otherwise: whatever is wider stands on the body.
+What stands on an end of the body alone stays with the body. Where nothing stands on the largest round body, the next
+axis is tried.
 
 Order and names. SV1, SV2, .. by height of the centroid along the axis (heights closer than a thousandth of the part's
 extent are one), then by its azimuth about the axis from +x counter-clockwise, rings first. The order depends on the
