@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -26,6 +27,7 @@ def main() -> int:
     from support.programs import controller, written
 
     from cell.errors import InputError
+    from cell.programs.controller import ReadLimits
     from cell.programs.krl_read import read_krl
     from cell.programs.krl_write import write_krl
 
@@ -36,7 +38,7 @@ def main() -> int:
     args = parser.parse_args()
     found: Counter[str] = Counter()
     slowest = (0.0, -1)
-    its = controller()
+    its = replace(controller(), limits=ReadLimits(moves=20_000, statements=50_000))
     for seed in range(args.seed, args.seed + (50 if args.smoke else args.n)):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)

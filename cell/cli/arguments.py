@@ -245,7 +245,7 @@ Opens MuJoCo's viewer; without a display there are --web, --picture and --video.
 pauses, left and right step by target, up and down by bead, + and - change the speed, n goes to the
 next infeasible target, t shows targets, o normals, c changes what colours mean, v the view. An
 infeasible case shows its infeasible targets with what went wrong. --motion plays a motion file as
-it is, feasible or not, with what a check of it finds.
+it is, feasible or not, with what a check of it finds; --program a robot program, with its lines.
 
 examples:
   rbam replay --picture torch.png --view torch --target 40
@@ -274,6 +274,7 @@ def _replay_arguments(replay: argparse.ArgumentParser) -> None:
         "--speed", type=float, metavar="X", help="seconds of motion per second (default 5; of a film 10)"
     )
     replay.add_argument("--motion", metavar="F", help="show the motion of a .csv or .npz file, feasible or not")
+    replay.add_argument("--program", metavar="F.src", help="show a robot program as it is run, feasible or not")
     replay.add_argument("--loop", action="store_true", help="start again at the end")
     replay.add_argument(
         "--colour", choices=("layer", "thickness", "verdict"), default="layer", help="what the beads' colours mean"

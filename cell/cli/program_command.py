@@ -193,8 +193,8 @@ def check_program_file(args: argparse.Namespace, case: Case) -> int:
         put_json(args.json, program_report(result, args.program))
     if args.html:
         from ..html.check_page import html_report
-        from ..view.shown_motion import played
+        from ..view.shown_motion import played_program
 
-        write_text(args.html, html_report(played(job, result.found)))
+        write_text(args.html, html_report(played_program(job, result)))
     say(program_lines(result, args.program), sys.stderr if args.json == STDOUT else sys.stdout)
     return DONE if result.feasible else NOT_DONE

@@ -11,7 +11,7 @@ poses that the arm does not reach. Every finding has the line of the move that i
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,10 +20,9 @@ from ik.chain import Floats
 from slicing import Code, Warning
 
 from ..arrays import Ints
-from ..failure import Failure
+from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
 from ..motion.motion_file import ReadMotion
-from ..plain import plain
 from ..units import METRES_PER_MM
 from ..verification.bead_order import Finding
 from ..verification.motion_check import MotionResult, check_motion
@@ -38,7 +37,7 @@ PROGRAM_REASONS = ("unreachable", "tool", "base", "external", "blend", "arc")
 TOOL_OFF, TOOL_TURNED = 5e-5, np.deg2rad(0.05)  # m and rad that a program's tool may differ from the torch
 STILL = np.deg2rad(0.001)  # of the table
 FASTEST = 3.0  # m/s: no arm's TCP is led faster
-WIDER = 1e-6  # m
+WIDER = 1e-9  # beyond a limit: rounding alone
 
 
 @dataclass(frozen=True)
@@ -46,26 +45,33 @@ class ProgramFinding:
     """Something that is wrong with a program.
 
     Attributes:
-        reason: one of ``cell.verification.bead_order.REASONS`` or ``PROGRAM_REASONS``.
+        failure: the worst of it; its reason is one of ``cell.verification.bead_order.REASONS`` or
+            ``PROGRAM_REASONS``.
         move: first move concerned.
         to_move: last.
         row: first row of the motion concerned, from 1.
         to_row: last.
         line: where the first move stands, None where the program is not read from text.
         to_line: where the last stands.
-        detail: the worst measure, as reports have it.
-        failure: of a finding of the judge.
     """
 
-    reason: str
+    failure: Failure
     move: int
     to_move: int
     row: int
     to_row: int
     line: SourceLine | None
     to_line: SourceLine | None
-    detail: dict[str, Any]
-    failure: Failure | None = None
+
+    @property
+    def reason(self) -> str:
+        """Of the failure."""
+        return self.failure.reason
+
+    @property
+    def detail(self) -> dict[str, Any]:
+        """The failure as reports have it."""
+        return self.failure.document()
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,33 +131,28 @@ def _of_rows(run: SimulatedProgram, f: Finding) -> ProgramFinding:
     at = np.minimum(np.array([f.row, f.to_row]) - 1 + step, len(run.move) - 1)
     moves = int(run.move[at[0]]), int(run.move[at[1]])
     lines = run.program.line_of(moves[0]), run.program.line_of(moves[1])
-    return ProgramFinding(f.reason, *moves, f.row, f.to_row, *lines, f.detail, f.failure)
+    return ProgramFinding(f.failure, *moves, f.row, f.to_row, *lines)
 
 
-def _of_moves(run: SimulatedProgram, reason: str, first: int, last: int, detail: dict[str, Any]) -> ProgramFinding:
+def _of_moves(run: SimulatedProgram, failure: Failure, first: int, last: int) -> ProgramFinding:
     begins, ends = np.searchsorted(run.move, [first, last + 1]).tolist()
     a = min(begins + 1, len(run.move))
     lines = run.program.line_of(first), run.program.line_of(last)
-    return ProgramFinding(reason, first, last, a, max(ends, a), *lines, plain(detail))
+    return ProgramFinding(failure, first, last, a, max(ends, a), *lines)
 
 
-Found = tuple[str, int, int, dict[str, Any]]
+Found = tuple[Failure, int, int]
 
 
 def _program_findings(run: SimulatedProgram, job: Job) -> Iterator[Found]:
-    """Reason, first and last move, measure."""
-    for move, what in run.lost.items():
-        detail = {key: value for key, value in what.items() if key != "reason"}
-        yield what["reason"], move, move, detail
-    for move, what in run.arc_words.items():
-        yield "arc", move, move, what
+    """What is wrong, and the first and last move that it is wrong with."""
+    for move, failure in (*run.lost.items(), *run.arc_faults.items()):
+        yield failure, move, move
     yield from _tools(run, job)
     yield from _bases(run)
     yield from _externals(run.program, job)
     yield from _welding_moves(run, job)
-    yield from _stretches(
-        "speed", run.program.moves.speed, FASTEST, lambda v: {"by": "path", "speed_m_s": v, "limit_m_s": FASTEST}
-    )
+    yield from _stretches(Failure(Kind.PATH_SPEED, limit=FASTEST, place=IN_ROWS), run.program.moves.speed)
 
 
 def _tools(run: SimulatedProgram, job: Job) -> Iterator[Found]:
@@ -161,9 +162,12 @@ def _tools(run: SimulatedProgram, job: Job) -> Iterator[Found]:
         used = np.flatnonzero((moves.tool == k) & np.isfinite(moves.pose[:, 0]))
         off = float(np.linalg.norm(tool.T_flange_tcp[:3, 3] - own[:3, 3]))
         turned = float(angles_between(tool.T_flange_tcp[:3, :3], own[:3, :3]))
-        if len(used) and (off > TOOL_OFF or turned > TOOL_TURNED):
-            measure = {"off_mm": round(off / METRES_PER_MM, 3), "off_deg": round(float(np.rad2deg(turned)), 3)}
-            yield "tool", int(used[0]), int(used[-1]), {"number": tool.number, "name": tool.name or None, **measure}
+        if len(used) and off > TOOL_OFF:
+            measures = round(off / METRES_PER_MM, 3), TOOL_OFF / METRES_PER_MM
+            yield Failure(Kind.TOOL_OFF, *measures, place=IN_ROWS), int(used[0]), int(used[-1])
+        if len(used) and turned > TOOL_TURNED:
+            measures = round(float(np.rad2deg(turned)), 3), round(float(np.rad2deg(TOOL_TURNED)), 6)
+            yield Failure(Kind.TOOL_TURNED, *measures, place=IN_ROWS), int(used[0]), int(used[-1])
 
 
 def _bases(run: SimulatedProgram) -> Iterator[Found]:
@@ -176,8 +180,8 @@ def _bases(run: SimulatedProgram) -> Iterator[Found]:
         table = run.motion.table[np.isin(run.move, used)]
         turned = float(np.ptp(table, axis=0).max()) if len(table) else 0.0
         if turned > STILL:
-            what = {"number": base.number, "coupled": False, "table_moves_deg": round(float(np.rad2deg(turned)), 3)}
-            yield "base", int(used[0]), int(used[-1]), what
+            measure = round(float(np.rad2deg(turned)), 3)
+            yield Failure(Kind.BASE_STANDS, measure, place=IN_ROWS), int(used[0]), int(used[-1])
 
 
 def _externals(program: Program, job: Job) -> Iterator[Found]:
@@ -186,33 +190,30 @@ def _externals(program: Program, job: Job) -> Iterator[Found]:
     for k, name in enumerate(("E1", "E2")):
         rows = np.flatnonzero(missing[:, k])
         if len(rows):
-            yield "external", int(rows[0]), int(rows[-1]), {"axis": name, "given": False}
+            yield Failure(Kind.NOT_GIVEN, axis=name, place=IN_ROWS), int(rows[0]), int(rows[-1])
 
 
 def _welding_moves(run: SimulatedProgram, job: Job) -> Iterator[Found]:
     """Corners inside beads that are rounded too far, and moves of axes with the arc on."""
-    moves, limit = run.program.moves, job.case.process.blend_mm * METRES_PER_MM
+    moves, limit = run.program.moves, job.case.process.blend_mm
     welding = np.zeros(len(moves), dtype=bool)
     inside = (run.weld[1:] >= 0) & (run.weld[1:] == run.weld[:-1])
     welding[np.unique(run.move[1:][inside])] = True
-    wide = np.where(welding, moves.blend, 0.0)
-    yield from _stretches(
-        "blend",
-        wide,
-        limit + WIDER,
-        lambda v: {"blend_mm": v / METRES_PER_MM, "limit_mm": limit / METRES_PER_MM},
-    )
-    axes = np.where(welding & (moves.kind == MoveKind.AXES), 1.0, 0.0)
-    yield from _stretches("arc", axes, 0.5, lambda _: {"move": "PTP"})
+    wide = np.where(welding, moves.blend, 0.0) / METRES_PER_MM
+    yield from _stretches(Failure(Kind.BLEND, limit=limit, place=IN_ROWS), wide)
+    axes = np.where(welding & (moves.kind == MoveKind.AXES), np.inf, 0.0)
+    yield from _stretches(Failure(Kind.PTP_WITH_ARC, place=IN_ROWS), axes)
 
 
-def _stretches(reason: str, value: Floats, limit: float, detail: Any) -> Iterator[Found]:
-    """Stretches of moves on which a value is above a limit, with the greatest of it."""
-    over = np.flatnonzero(np.nan_to_num(value, nan=0.0) > limit)
+def _stretches(failure: Failure, value: Floats) -> Iterator[Found]:
+    """Stretches of moves on which a value is above a failure's limit, with the greatest of it."""
+    limit = failure.limit or 0.0
+    over = np.flatnonzero(np.nan_to_num(value, nan=0.0, posinf=np.inf) > limit + WIDER)
     if not len(over):
         return
     for group in np.split(over, np.flatnonzero(np.diff(over) > 1) + 1):
-        yield reason, int(group[0]), int(group[-1]), detail(round(float(value[group].max()), 6))
+        most = float(value[group].max())
+        yield replace(failure, measure=round(most, 6) if np.isfinite(most) else None), int(group[0]), int(group[-1])
 
 
 def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:

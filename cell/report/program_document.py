@@ -191,32 +191,6 @@ def _finding(f: ProgramFinding, t: Floats) -> dict[str, Any]:
     }
 
 
-def program_finding_in_words(f: ProgramFinding) -> str:
-    """A finding's measure in a few words."""
-    if f.failure is not None:
-        return failure_in_words(f.failure)
-    d = f.detail
-    if f.reason == "unreachable":
-        return "the arm does not reach it in the configuration that it is in"
-    if f.reason == "tool":
-        name = "its tool" if d["number"] is None else f"TOOL_DATA[{d['number']}]"
-        return f"{name} is {d['off_mm']:g} mm and {d['off_deg']:g} deg off the case's torch"
-    if f.reason == "base":
-        return f"its base stands still while the table moves by {d['table_moves_deg']:g} deg"
-    if f.reason == "external":
-        return f"{d['axis']} is given by no point up to here: where the table stands is not known"
-    if f.reason == "blend":
-        return f"corners rounded over {d['blend_mm']:g} mm (C_DIS), checked is {d['limit_mm']:g} (process.blend_mm)"
-    if f.reason == "arc":
-        if "move" in d:
-            return "a PTP with the arc on: its speed is not that of the TCP"
-        words = {"left_on": "the arc is left on", "on_again": "the arc is on already"}
-        return words.get(next(iter(d)), "the arc is off already")
-    if f.reason == "speed" and d.get("by") == "path":
-        return f"{d['speed_m_s']:g} m/s asked of the TCP, at most {d['limit_m_s']:g} is any arm's"
-    return f"the arm jumps by {d['turns_deg']:g} deg: its configuration does not go on"
-
-
 def lines_in_words(f: ProgramFinding) -> str:
     """The lines of a finding."""
     if f.line is None:
@@ -250,7 +224,7 @@ def program_lines(result: ProgramResult, path: str) -> Iterator[RenderableType]:
     table.add_column("reason")
     table.add_column("what is wrong")
     for f in result.findings[:SHOWN]:
-        table.add_row(lines_in_words(f), f.reason, program_finding_in_words(f))
+        table.add_row(lines_in_words(f), f.reason, failure_in_words(f.failure))
     if len(result.findings) > SHOWN:
         table.caption = f"and {len(result.findings) - SHOWN} more; all of them with --json"
         table.caption_justify = "left"

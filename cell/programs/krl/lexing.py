@@ -55,7 +55,8 @@ def refuse(where: SourceLine, text: str) -> InputError:
 
 def quoted(text: str, most: int = 60) -> str:
     """A piece of a program as messages show it."""
-    text = printable(text.strip())
+    text = printable(text.strip()[: 4 * most])
+    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     return text if len(text) <= most else text[: most - 2] + ".."
 
 

@@ -11,7 +11,6 @@ Metres and radians.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from ik.chain import Floats
 
 from ...arrays import Ints
 from ...errors import InputError
+from ...failure import IN_ROWS, Failure, Kind
 from ...job.job import Job
 from ...motion.motion import JUMP
 from ...rigid import inverse
@@ -52,7 +52,7 @@ class ProgramPath:
     move: Ints
     share: Floats
     Ts_frame_tcp: Floats
-    lost: dict[int, dict[str, Any]]
+    lost: dict[int, Failure]
     turned: float
     begins: Floats
 
@@ -82,7 +82,7 @@ class _Walk:
         self.n = job.scene.chain.n
         self.external = _held(self.moves.external, job)
         self.to_tool = [inverse(T_flange_tcp(job.scene)) @ tool.T_flange_tcp for tool in program.tools]
-        self.lost: dict[int, dict[str, Any]] = {}
+        self.lost: dict[int, Failure] = {}
         self.parts: list[tuple[Floats, Ints, Floats, Floats]] = []
         self.turned = 0.0
         self.begins = np.full((len(self.moves), 4, 4), np.nan)
@@ -153,7 +153,7 @@ class _Walk:
     def _axes(self, i: int, q: Floats) -> Floats:
         end = self._target(i, q)
         if end is None:
-            self.lost[i] = {"reason": "unreachable"}
+            self.lost[i] = Failure(Kind.OUT_OF_REACH, place=IN_ROWS)
             return q
         a, b = np.append(q, self.external[i - 1]), np.append(end, self.external[i])
         count = max(int(np.ceil(np.abs(b - a).max() / AXES_STEP)), 1)
@@ -176,8 +176,10 @@ class _Walk:
         ends = np.flatnonzero(~(turn <= JUMP))  # or where it is not known
         if len(ends):
             k = int(ends[0])
-            jump = {"reason": "no_path", "on_the_way": "jump", "turns_deg": round(float(np.rad2deg(turn[k])), 3)}
-            self.lost[i + int(at[k])] = jump if np.isfinite(turn[k]) else {"reason": "unreachable"}
+            why = Failure(Kind.OUT_OF_REACH, place=IN_ROWS)
+            if np.isfinite(turn[k]):
+                why = Failure(Kind.NO_CONFIGURATION, round(float(np.rad2deg(turn[k])), 3), place=IN_ROWS)
+            self.lost[i + int(at[k])] = why
             at, share, axes = at[:k], share[:k], axes[:k]
             if not k:
                 return q

@@ -22,6 +22,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ...arrays import Ints
+from ...failure import IN_ROWS, Failure, Kind
 from ...job.job import Job
 from ...motion.motion import STANDING, Motion
 from ...motion.motion_file import BlendedRows
@@ -48,7 +49,7 @@ class SimulatedProgram:
         runs: rows between stops, and how their corners are rounded.
         weld: number of the stretch with the arc on that each row belongs to, (m,), -1 with the arc off.
         lost: what the arm cannot do, by the number of the move; the motion ends there.
-        arc_words: what is wrong with the order of arc on and arc off, by the number of the move.
+        arc_faults: what is wrong with the order of arc on and arc off, by the number of the move.
         turned: greatest turn of the TCP from one end of a line to the other, rad.
     """
 
@@ -57,8 +58,8 @@ class SimulatedProgram:
     move: Ints
     runs: tuple[BlendedRows, ...]
     weld: Ints
-    lost: dict[int, dict[str, Any]]
-    arc_words: dict[int, dict[str, Any]]
+    lost: dict[int, Failure]
+    arc_faults: dict[int, Failure]
     turned: float
 
     def line(self, row: int) -> SourceLine | None:
@@ -97,7 +98,7 @@ class _Clock:
         self.arc: list[Ints] = []
         self.count, self.on, self.stretch = 0, False, -1
         self.runs: list[BlendedRows] = []
-        self.arc_words: dict[int, dict[str, Any]] = {}
+        self.arc_faults: dict[int, Failure] = {}
         self.events: dict[int, list[Any]] = {}
         for event in program.events:
             self.events.setdefault(event.before, []).append(event)
@@ -115,7 +116,7 @@ class _Clock:
             return
         self._happen(len(self.moves))
         if self.on:
-            self.arc_words[len(self.moves) - 1] = {"left_on": True}
+            self.arc_faults[len(self.moves) - 1] = Failure(Kind.ARC_LEFT_ON, place=IN_ROWS)
 
     def _put(self, axes: Floats, dt: Floats, move: Ints) -> None:
         self.rows.append((axes, dt, move))
@@ -133,7 +134,7 @@ class _Clock:
                 self._still(event.seconds, move)
             elif event.kind == Happens.ARC_ON:
                 if self.on:
-                    self.arc_words.setdefault(move, {"on_again": True})
+                    self.arc_faults.setdefault(move, Failure(Kind.ARC_ON_AGAIN, place=IN_ROWS))
                     continue
                 if self.arc[-1][-1] >= 0:  # a row with the arc off between two stretches at one place
                     self._still(TICK, move)
@@ -142,7 +143,7 @@ class _Clock:
                 self.arc[-1] = np.append(self.arc[-1][:-1], self.stretch)
             elif event.kind == Happens.ARC_OFF:
                 if not self.on:
-                    self.arc_words.setdefault(move, {"off_again": True})
+                    self.arc_faults.setdefault(move, Failure(Kind.ARC_OFF_AGAIN, place=IN_ROWS))
                 self.on = False
 
     def _stops(self, before: int) -> bool:
@@ -280,7 +281,7 @@ class _Clock:
         motion = Motion(t, axes[:, :n], axes[:, n:], arc, none, none, none, self.job.scene.chain.names)
         path = self.path
         return SimulatedProgram(
-            self.program, motion, move, tuple(self.runs), weld, path.lost, self.arc_words, path.turned
+            self.program, motion, move, tuple(self.runs), weld, path.lost, self.arc_faults, path.turned
         )
 
 

@@ -84,7 +84,9 @@ def path_of(abc: np.ndarray, **columns: np.ndarray) -> Program:
     moves = Moves.empty(n)
     pose = np.concatenate((np.zeros((n, 3)), abc), axis=1)
     zero = np.zeros(n, dtype=np.int64)
-    moves = replace(moves, pose=pose, external=np.zeros((n, 2)), tool=zero, base=zero, speed=np.full(n, 0.01), **columns)
+    moves = replace(
+        moves, pose=pose, external=np.zeros((n, 2)), tool=zero, base=zero, speed=np.full(n, 0.01), **columns
+    )
     return Program("PATH", moves, (), (ToolFrame(np.eye(4)),), (BaseFrame(np.eye(4), coupled=True, machine=2),))
 
 

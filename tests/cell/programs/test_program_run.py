@@ -185,4 +185,4 @@ def test_a_pose_out_of_reach_is_a_finding_on_its_move_and_no_exception() -> None
     k = int(np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[3])
     pose[k, 2] += 9.0
     run = run_program(replace(program, moves=replace(program.moves, pose=pose)), boss.job)
-    assert run.lost[k]["reason"] == "unreachable"
+    assert run.lost[k].reason == "unreachable"
