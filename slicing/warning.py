@@ -25,6 +25,7 @@ class Code(StrEnum):
     BODY_UNLIKE = "body_unlike"
     BODY_VOLUME = "body_volume"
     CALIBRATION_FAR = "calibration_far"
+    CONCAVE_BODY = "concave_body"
     CONCAVE_FIXTURE = "concave_fixture"
     DEPOSIT_SHARE = "deposit_share"
     FIXTURE_SUNK = "fixture_sunk"

@@ -127,3 +127,17 @@ def test_a_fixture_within_what_never_moves_against_it_is_said(tmp_path, position
     lines = of_code(job, Code.FIXTURE_SUNK)
     assert len(lines) == (said is not None)
     assert said is None or f"fixtures.block.position_mm: it reaches {said}" in lines[0]
+
+
+@pytest.mark.parametrize("hollow", [False, True])
+def test_a_body_whose_hull_fills_its_hollows_is_said(tmp_path, hollow):
+    body = trimesh.creation.cylinder(9, 40, sections=96).apply_translation((0, 0, 20))
+    if hollow:
+        body = trimesh.boolean.difference([body, trimesh.creation.cylinder(7, 60, sections=96)], engine="manifold")
+    body.export(tmp_path / "body.stl")
+    told = {"radius_mm": 9, "mesh": "body.stl"}
+    job = prepare(load_case(write_case(tmp_path, "body", part={"body": told})))
+    lines = of_code(job, Code.CONCAVE_BODY)
+    assert len(lines) == hollow
+    volume = body.convex_hull.volume / body.volume - 1
+    assert not hollow or f"counts, {100 * volume:.0f} % more" in lines[0]
