@@ -53,8 +53,9 @@ from ..scene.compose import compose
 from ..scene.drives import Drives, drives
 from ..scene.scene import Scene
 from ..units import METRES_PER_MM
+from .build_order import BuildOrder, ordered, ordered_shape
 from .part_input import PartInput, read_part
-from .table_section_check import build_order, check_table
+from .table_section_check import build_runs, check_table
 
 
 def speeds(job: Job) -> Floats:
@@ -79,6 +80,8 @@ class Job:
         beads: the sub-volumes' beads, with their metal and what lies over nothing; empty where they are not known.
         T_part_input: (4, 4) rigid motion from the meshes' frame to the part frame, mm.
         evidence: what the body of a part in one mesh was known by.
+        order: in which layers are built, where it is another one than sub-volume after sub-volume; None where it is
+            not.
     """
 
     case: Case
@@ -90,6 +93,7 @@ class Job:
     beads: tuple[LaidSubVolume, ...] = ()
     T_part_input: Floats = field(default_factory=lambda: np.eye(4))
     evidence: Evidence | None = None
+    order: BuildOrder | None = None
 
     @cached_property
     def solver(self) -> Solver:
@@ -122,7 +126,17 @@ class Job:
     def laid(self) -> Ints:
         """Deposits laid once a target's layer is done, (n,)."""
         t = self.targets
-        return np.array(self.shape.first_deposit)[t.sub_volume_index] + t.layer + 1
+        first = np.array(self.shape.first_deposit)[t.sub_volume_index]
+        return np.asarray(np.concatenate(self.deposits)[first + t.layer] + 1)
+
+    @property
+    def deposits(self) -> tuple[Ints, ...]:
+        """Of each sub-volume the numbers of its layers' deposits, (layers,): they count up as they are laid."""
+        if self.order is not None:
+            return self.order.deposit
+        return tuple(
+            first + np.arange(len(one.layers)) for first, one in zip(self.shape.first_deposit, self.sliced, strict=True)
+        )
 
     @cached_property
     def stage(self) -> Ints:
@@ -296,7 +310,7 @@ def prepare(case: Case) -> Job:
     part = read_part(case)
     sliced = slice_part(case, part)
     _require_right_layers(case, sliced)
-    sliced = tuple(sliced[k] for k in build_order(case, [one.name for one in sliced]))
+    runs = build_runs(case, [one.name for one in sliced], [len(one.layers) for one in sliced])
     laid, targets, told = sample_part(case, sliced)
     if len(targets) == 0:
         raise InputError(
@@ -305,11 +319,15 @@ def prepare(case: Case) -> Job:
     parameters = bead_parameters(case)
     beyond = [beyond_borders(one, parameters) for one in laid]
     shape = part_shape(sliced, part.body_mesh, part.profile, beyond, _built(case, part))
+    order = None
+    if runs is not None:
+        targets, order = ordered(targets, [len(one.layers) for one in sliced], runs)
+        shape = ordered_shape(shape, order.deposit)
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
     scene = compose(case, shape)
-    check_table(case, scene, [one.name for one in sliced], [len(one.layers) for one in sliced])
+    check_table(case, scene)
     warnings = (*warnings, *scene.warnings)
-    job = Job(case, sliced, shape, targets, scene, warnings, laid, part.T_part_input, part.evidence)
+    job = Job(case, sliced, shape, targets, scene, warnings, laid, part.T_part_input, part.evidence, order)
     job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
     _ = job.drives  # what is wrong with them is to be said before any search
     return job
