@@ -42,6 +42,8 @@ def way_in_words(d: dict[str, Any]) -> str:
         return f"the arm at home: {what}"
     if d.get("from") == "home" or d.get("to") == "home":
         return f"{'way from home' if d.get('from') == 'home' else 'way home'}: {what}"
+    if d.get("table_turns"):
+        return f"the table's turn after target {d['from_target']}: {what}"
     if "from_target" not in d:
         return what
     return f"{'travel' if d.get('travel') else 'bead'} from target {d['from_target']}: {what}"
