@@ -209,7 +209,7 @@ class Player:
         result, frame, t = self.result, self.frame(), self.result.job.targets
         i = frame.target
         sub_volume = t.sub_volume_index[i]
-        layers = len(result.job.sliced[sub_volume].layers)
+        layers = result.job.layers[sub_volume]
         lines = [
             (result.job.case.title, self._table_words()),
             (
