@@ -33,6 +33,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("job", "collision"),
         ("motion", "compare"),
         ("planning", "verification"),
+        ("table_poses",),
         ("verdict",),
         ("remedy_search", "pose_sweep", "programs"),
         ("report",),

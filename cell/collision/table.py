@@ -32,6 +32,11 @@ def on_table(scene: Scene) -> NDArray[np.bool_]:
     return _carried(scene, 0) | _carried(scene, 1)
 
 
+def with_table_axes(scene: Scene) -> Scene:
+    """The scene with E1 and E2 among the arm's axes: what a checker of it takes has them behind the arm's joints."""
+    return replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
+
+
 def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
     model = scene.model
     root = int(model.jnt_bodyid[scene.table_joints[axis]])
@@ -45,19 +50,22 @@ def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
 REACH = 5e-3  # m: of a table by itself it is only asked whether it touches anything
 
 
-def table_alone(scene: Scene, table: tuple[float, float]) -> Clearances:
-    """What no arm can help: the table and the whole of what stands on it in the cell around it.
+def table_alone(scene: Scene, table: tuple[float, float], stage: int | None = None) -> Clearances:
+    """What no arm can help: the table and what stands on it in the cell around it.
 
     Every verdict asks this, and whatever screens poses or changes for one: they cannot disagree.
 
     Args:
         scene: the composed cell.
         table: E1, E2, rad.
+        stage: deposits laid so far; all where left out.
 
     Returns:
         Clearances of one row; below 0 the pose is infeasible.
     """
-    return TableChecker(scene, REACH).clearances(np.array([table]), np.array([scene.n_deposits]))
+    return TableChecker(scene, REACH).clearances(
+        np.array([table]), np.array([scene.n_deposits if stage is None else stage])
+    )
 
 
 class TableChecker:

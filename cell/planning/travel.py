@@ -159,8 +159,9 @@ class _Travel:
         """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of."""
         ends = [(self.end, -1), (self.start, 0)]
         legs = iter(_legs(self.context, [(bead, at) for bead, at in ends if bead is not None], retract))
-        home = self.context.checker.scene.home[None]
-        return [_Leg(home) if bead is None else next(legs) for bead, _ in ends]
+        span, rest = self.context.span, self.context.checker.scene.home
+        homes = [rest if home is None else home for home in (span.start, span.end)]
+        return [_Leg(home[None]) if bead is None else next(legs) for (bead, _), home in zip(ends, homes, strict=True)]
 
     def _free(self, legs: list[_Leg], doing: str) -> list[Floats]:
         """Those ways out of a bead that are free themselves; where none is, as much of them as is."""

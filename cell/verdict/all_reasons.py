@@ -56,15 +56,18 @@ def all_reasons(result: Result) -> dict[int, list[Excluded]]:
         squares, which finds some configurations and not others, "unreachable" counts rolls at which nothing was found.
     """
     job = result.job
-    context = Context.of(job, result.table)
-    bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    every = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    tables, which = np.unique(result.tables[every], axis=0, return_inverse=True)
     out = {}
-    for first in range(0, len(bad), BLOCK):
-        block = bad[first : first + BLOCK]
-        here = context.placed.rows(block)
-        nodes = evaluate(job.solver, here, job.window, context.settings.roll_step, context.limits)
-        out.update({i: _of_target(context, nodes, k, int(job.stage[i])) for k, i in enumerate(block)})
-    return out
+    for n, table in enumerate(tables.tolist()):
+        context = Context.of(job, (table[0], table[1]))
+        bad = [i for i, at in zip(every, which.ravel().tolist(), strict=True) if at == n]
+        for first in range(0, len(bad), BLOCK):
+            block = bad[first : first + BLOCK]
+            here = context.placed.rows(block)
+            nodes = evaluate(job.solver, here, job.window, context.settings.roll_step, context.limits)
+            out.update({i: _of_target(context, nodes, k, int(job.stage[i])) for k, i in enumerate(block)})
+    return dict(sorted(out.items()))
 
 
 def _of_target(context: Context, nodes: Nodes, i: int, stage: int) -> list[Excluded]:
