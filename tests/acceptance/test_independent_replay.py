@@ -16,13 +16,15 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
+from support.indexed import three_case
 
 from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.pytest_plugin import differences
 from cell.scene.standalone import standalone_xml
 from cell.shipped import MODELS_DIR
-from cell.verdict.check import Result, check
+from cell.verdict.as_asked import check_as_asked
+from cell.verdict.check import Result
 
 STEP_MM, STEP_DEG = 0.2, 0.2
 OFF_MM, OFF_DEG = 0.05, 0.05
@@ -84,9 +86,15 @@ class Bystander:
         below = np.where(welding, self.layer[k] + self.again[k], begun[row] + 1)
         seen = [self._look(q[i], int(below[i]), bool(welding[i])) for i in range(len(q))]
         found += [f"row {row[i]}: {what}" for i, (_, _, touching, _) in enumerate(seen) for what in touching]
-        speed = np.abs(np.diff(axes[:, :-2], axis=0)) / np.diff(m.t_s)[:, None]
-        fast = speed > np.deg2rad(self.model.numeric("max_speed_deg_s").data) * 1.001
+        speed = np.diff(axes, axis=0) / np.diff(m.t_s)[:, None]
+        most = np.concatenate([self.model.numeric(name + "max_speed_deg_s").data for name in ("", "positioner_")])
+        fast = np.abs(speed) > np.deg2rad(most) * 1.001
         found += [f"row {k}: too fast" for k in np.flatnonzero(fast.any(axis=1))]
+        # the table's second differences; it turns in travels of its own, with rows at which everything stands
+        spent = (m.t_s[2:] - m.t_s[:-2])[:, None] / 2
+        jerked = np.abs(np.diff(speed[:, -2:], axis=0)) / spent
+        limit = np.deg2rad(self.model.numeric("positioner_max_accel_deg_s2").data) * 1.02
+        found += [f"row {k + 1}: the table too suddenly" for k in np.flatnonzero((jerked > limit).any(axis=1))]
         place, wire, side = (np.array([x[j] for x in seen]) for j in (0, 1, 3))
         found += self._dragged(row, q, place, below, welding)
         on = np.flatnonzero(welding)
@@ -190,7 +198,7 @@ class Bystander:
 @pytest.mark.parametrize("path", list(feasible_cases()))
 def test_shipped_cases(path: Path) -> None:
     case = load_case(path)
-    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    result = check_as_asked(prepare(case))
     assert case.expect is not None
     assert list(differences(case.expect, result)) == []
     assert Bystander(result).problems() == []
@@ -198,7 +206,7 @@ def test_shipped_cases(path: Path) -> None:
 
 def test_the_bystander_sees_what_is_wrong(make_case) -> None:
     case = load_case(make_case(slicing={"h_layer_mm": 2.2}))
-    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    result = check_as_asked(prepare(case))
     motion = result.motion
     assert motion is not None
     welding = np.flatnonzero(motion.arc)
@@ -213,7 +221,7 @@ def test_the_bystander_sees_what_is_wrong(make_case) -> None:
 
 def test_the_bystander_sees_a_wire_that_is_dragged_and_an_arm_that_races(make_case) -> None:
     case = load_case(make_case(slicing={"h_layer_mm": 2.2}, process={"retract_mm": 3.5}))
-    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    result = check_as_asked(prepare(case))
     motion = result.motion
     assert motion is not None
     assert Bystander(result).problems() == []
@@ -227,3 +235,19 @@ def test_the_bystander_sees_a_wire_that_is_dragged_and_an_arm_that_races(make_ca
     motion.q[:] = before
     motion.t_s[:] /= 100
     assert any("too fast" in line for line in Bystander(result).problems())
+
+
+@pytest.mark.slow
+def test_the_bystander_sees_a_table_that_is_off_or_too_fast(tmp_path: Path) -> None:
+    result = check_as_asked(prepare(three_case(tmp_path)))
+    motion = result.motion
+    assert motion is not None
+    assert Bystander(result).problems() == []
+    before = motion.table.copy()
+    welding = np.flatnonzero(motion.arc)
+    motion.table[welding[5], 0] += np.deg2rad(0.3)
+    assert any("off its bead" in line for line in Bystander(result).problems())
+    motion.table[:] = before
+    turning = np.flatnonzero(np.diff(motion.table, axis=0).any(axis=1))
+    motion.t_s[turning[0] + 1 :] -= 0.5 * (motion.t_s[turning[0] + 1] - motion.t_s[turning[0]])
+    assert any("the table too suddenly" in line for line in Bystander(result).problems())
