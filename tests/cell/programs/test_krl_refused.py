@@ -72,6 +72,8 @@ def refused(folder: Path, body: str) -> str:
         (FRAMES + LIN + "LIN_REL {A 5}\n", 5, "turn about the base"),
         (FRAMES + LIN + "CIRC {X 1},{X 2}\n", 5, "auxiliary point"),
         (FRAMES + LIN + "CIRC {X 110,Y 10,Z 50},{X 120}, CA 90\nLIN {X 1}\n", 6, "gives no Y Z A B C"),
+        (FRAMES + LIN + "$TOOL={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN {X 1}\n", 6, "gives no Y Z A B C"),
+        (FRAMES + LIN + "$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN {X 1}\n", 6, "gives no Y Z A B C"),
         (FRAMES + LIN + "LIN {X 1} C_FOO\n", 5, "C_FOO"),
         ("IF $IN[1] THEN\n" + PTP + "ENDIF\n" + PTP, 2, "depends on what is not known"),
         (FRAMES + "I=1\nIF $IN[1] THEN\nI=2\nENDIF\n" + LIN.replace("X 100", "X I"), 8, "I is set where line 5"),
