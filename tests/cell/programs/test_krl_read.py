@@ -137,6 +137,7 @@ def test_a_coupled_base_takes_offsets_and_knows_its_root(tmp_path: Path) -> None
         ("I=7/2\nSWITCH I\nCASE 1,2\nHALT\nCASE 3\nLIN {Y 1}\nDEFAULT\nLIN {Y 1}\nLIN {Y 2}\nENDSWITCH\n", 1),
         ("R=7\nIF R/2==3.5 THEN\nLIN {Y 1}\nENDIF\n", 1),
         ("IF NOT (TRUE AND FALSE) AND (2*3+1 == 7) THEN\nLIN {Y 1}\nELSE\nLIN {Y 1}\nLIN {Y 1}\nENDIF\n", 1),
+        ("IF FALSE == TRUE OR TRUE THEN\nLIN {Y 1}\nENDIF\n", 0),  # comparisons bind least
         ("I='B101' B_AND 'H0C'\nFOR J=1 TO I\nLIN {Y 1}\nENDFOR\n", 4),
         ("FOR J=1 TO TWICE(3)\nLIN {Y 1}\nENDFOR\n", 6),
         ("I=1\nBUMP(I)\nFOR J=1 TO I\nLIN {Y 1}\nENDFOR\n", 11),
@@ -208,6 +209,29 @@ def test_speeds(tmp_path: Path) -> None:
     np.testing.assert_allclose(moves.axis_share, [0.1, 0.2, 0.2, np.nan])
     np.testing.assert_allclose(np.degrees(moves.turn_speed[:3]), 50)
     assert moves.acceleration[0] == 1.5
+
+
+def test_what_moves_nothing_is_counted(tmp_path: Path) -> None:
+    body = (
+        "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )\n"
+        "INTERRUPT DECL 4 WHEN $IN[1]==TRUE DO RETRACT ( )\n"
+        'INTERRUPT ON 3\n;a word\n$OUT[1]=TRUE\n$OUT[2]=TRUE\nWAIT FOR $IN[1]\nMsgNotify("hello")\nmine ( )\n'
+    )
+    program = run(tmp_path, FRAMES + body + LIN, read={"harmless": ["^mine"]})
+    assert program.passed_over == {
+        "WAIT FOR": 1,
+        "comments": 1,
+        "interrupts": 2,
+        "interrupts whose sub-programs are not run": 1,
+        "messages": 1,
+        "outputs": 2,
+        "statements that the case calls harmless": 1,
+    }
+
+
+def test_the_largest_values_are_taken(tmp_path: Path) -> None:
+    body = FRAMES + "$VEL.CP=3.0\n$VEL_AXIS[1]=100\n$ADVANCE=5\nWAIT SEC 86400\n" + LIN.replace("X 100", "X 1E6")
+    assert run(tmp_path, body).moves.pose[0, 0] == 1000.0
 
 
 def test_inline_forms(tmp_path: Path) -> None:
