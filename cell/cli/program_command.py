@@ -50,7 +50,7 @@ def export(args: argparse.Namespace, case: Case) -> int:
     from ..programs.export import export_program
 
     job = prepare(case)
-    motion = _checked_motion(args, job)
+    job, motion = _checked_motion(job)
     if motion is None:
         return NOT_DONE
     made = export_program(job, motion)
@@ -73,15 +73,15 @@ def _folder(name: str) -> Path:
     return folder
 
 
-def _checked_motion(args: argparse.Namespace, job: Job) -> Motion | None:
-    """The motion of the case, or None where it has none, which is said."""
+def _checked_motion(job: Job) -> tuple[Job, Motion | None]:
+    """The job as it was checked, and the motion of it, or None where it has none, which is said."""
     from ..verdict.check import check
 
     table = job.case.table
     result = check(job, table.E1_deg, table.E2_deg, Bars(sys.stderr))
     if result.motion is None:
         sys.stderr.write(f"rbam: {job.case.path}: infeasible: no program of it; rbam check says why\n")
-    return result.motion
+    return result.job, result.motion
 
 
 def _contents(args: argparse.Namespace, job: Job, made: Exported, folder: Path | None) -> dict[Path, bytes]:

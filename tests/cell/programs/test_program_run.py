@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -11,10 +12,17 @@ import numpy as np
 import pytest
 from support.boss_program import boss_program
 
+from cell.programs.cell_controller import cell_controller
+from cell.programs.cell_frames import tables_seen_from_base
+from cell.programs.export import export_program
+from cell.programs.krl_read import read_krl
 from cell.programs.program import Event, Happens, MoveKind
+from cell.programs.program_check import check_program
+from cell.programs.running.configurations_followed import Follower
 from cell.programs.running.interpolation import Circles, on_lines
 from cell.programs.running.program_path import OFF, TURNED, path_of
 from cell.programs.running.simulate import run_program
+from cell.rigid import inverse
 
 
 def rotation(a: float, b: float, c: float) -> np.ndarray:
@@ -186,3 +194,40 @@ def test_a_pose_out_of_reach_is_a_finding_on_its_move_and_no_exception() -> None
     pose[k, 2] += 9.0
     run = run_program(replace(program, moves=replace(program.moves, pose=pose)), boss.job)
     assert run.lost[k].reason == "unreachable"
+
+
+def moving(boss, turn: np.ndarray):
+    """The boss' motion with a table that is turned further from row to row, the torch on the part as before."""
+    motion, scene, solver = boss.motion, boss.job.scene, boss.job.solver
+    before = tables_seen_from_base(scene, motion.table)
+    table = motion.table + turn
+    T = tables_seen_from_base(scene, table) @ inverse(before) @ scene.chain.forward(motion.q)
+    q = Follower(solver).along(T, motion.q[0])
+    assert np.isfinite(q).all()
+    return replace(motion, q=q, table=table)
+
+
+def test_a_table_that_moves_along_a_bead_goes_there_and_back(tmp_path: Path) -> None:
+    boss = boss_program()
+    # home, where all stands still, is left out: from the first row off it on the table turns by 6 and 10 degrees
+    m = len(boss.motion.t_s)
+    share = np.clip((np.arange(m) - 5) / (m - 10), 0, 1)
+    motion = moving(boss, share[:, None] * np.deg2rad([6.0, -10.0]))
+    made = export_program(boss.job, motion)
+    assert made.gap is not None
+    assert made.gap.share(made.written.thinning) < 1
+    assert made.result is not None
+    moves = made.result.program.moves
+    linear = moves.kind == MoveKind.LINEAR
+    assert (np.ptp(moves.external[linear], axis=0) > np.deg2rad([2.5, 4.5])).all()
+    # what is welded is where it was, and the table is told to move
+    assert made.result.found.welded == len(boss.job.targets)
+    assert not [f for f in made.result.findings if f.reason in ("off_bead", "order", "not_welded")]
+    assert [line.code for line in made.result.warnings if getattr(line, "code", "") == "program_table"]
+    # the same text with the base in the world follows nothing
+    name = "boss_L001.src"
+    text = re.sub(r"^\$BASE = EK\(.*?(\{.*\})\)", r"$BASE = \1", made.files[name], flags=re.MULTILINE)
+    for other, content in {**made.files, name: text}.items():
+        (tmp_path / other).write_bytes(content.encode())
+    found = check_program(read_krl(tmp_path / "boss.src", cell_controller(boss.job)), boss.job)
+    assert not found.feasible
