@@ -117,6 +117,8 @@ def _check(program: Program) -> None:
         raise ValueError("a circular move has no auxiliary point")
     if ((moves.tool < 0) | (moves.base < 0))[~axes | to_pose].any():
         raise ValueError("a Cartesian move has no tool or no base")
+    if (axes & (moves.blend > 0) & (moves.blend_share <= 0)).any():
+        raise ValueError("a move of axes is rounded by a share of its way (C_PTP), and may have a distance beside it")
     for event in program.events:
         stops = event.kind in (Happens.ARC_ON, Happens.ARC_OFF, Happens.WAIT)
         if stops and event.before and (moves.blend[event.before - 1] > 0 or moves.blend_share[event.before - 1] > 0):

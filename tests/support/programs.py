@@ -81,7 +81,7 @@ def programs(draw: st.DrawFn) -> Program:
         axis_acceleration=np.full(n, 0.5),
         external_share=np.full(n, 1.0),
         blend=np.where(blended & ~by_speed, rng.choice([0.001, 0.0125], n), 0.0),
-        blend_share=np.where(blended & by_speed, rng.choice([0.3, 1.0], n), 0.0),
+        blend_share=np.where(blended & (by_speed | (kind == MoveKind.AXES)), rng.choice([0.3, 1.0], n), 0.0),
     )
     return Program("RANDOM", moves, events, tools, bases)
 

@@ -210,6 +210,11 @@ def test_speeds(tmp_path: Path) -> None:
     assert moves.acceleration[0] == 1.5
 
 
+def test_the_largest_values_are_taken(tmp_path: Path) -> None:
+    body = FRAMES + "$VEL.CP=3.0\n$VEL_AXIS[1]=100\n$ADVANCE=5\nWAIT SEC 86400\n" + LIN.replace("X 100", "X 1E6")
+    assert run(tmp_path, body).moves.pose[0, 0] == 1000.0
+
+
 def test_inline_forms(tmp_path: Path) -> None:
     (tmp_path / "T.dat").write_text(
         "DEFDAT T\nDECL E6POS XP1={X 100,Y 0,Z 50,A 0,B 90,C 0,S 6,T 27,E1 0,E2 0,E3 0}\n"

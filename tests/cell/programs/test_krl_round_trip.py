@@ -120,6 +120,9 @@ def test_angles_do_not_jump_by_a_whole_turn(tmp_path: Path) -> None:
         ({"pose": np.full((3, 6), np.nan)}, "not finite"),
         ({"tool": np.full(3, -1)}, "no tool or no base"),
         ({"base": np.full(3, -1)}, "no tool or no base"),
+        ({"pose": np.array([[np.inf, 0, 0, 0, 0, 0]] * 3)}, "not finite"),
+        ({"pose": np.array([[1e7, 0, 0, 0, 0, 0]] * 3)}, "cannot be written"),
+        ({"kind": np.zeros(3, dtype=np.int64), "blend": np.full(3, 0.001)}, "C_PTP"),
     ],
 )
 def test_what_cannot_run_is_not_written(change: dict[str, np.ndarray], message: str) -> None:
