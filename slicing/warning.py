@@ -51,6 +51,7 @@ class Code(StrEnum):
     POLYGON_NOT_FLAT = "polygon_not_flat"
     PROGRAM_CUT = "program_cut"
     PROGRAM_DENSE = "program_dense"
+    PROGRAM_DOUBT = "program_doubt"
     PROGRAM_FRAME = "program_frame"
     PROGRAM_MEMORY = "program_memory"
     PROGRAM_PASSED_OVER = "program_passed_over"

@@ -228,6 +228,9 @@ def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
             text = f"{place(program, int(used[0]))}: its base stands in the world and not on the table: "
             yield Warning(Code.PROGRAM_FRAME, f"{text}taken in the arm's base ($WORLD = $ROBROOT)")
     yield from _table_warnings(run, job)
+    for doubt in program.doubts:
+        of = f" ({doubt.count} points)" if doubt.count > 1 else ""
+        yield Warning(Code.PROGRAM_DOUBT, f"{place(program, doubt.move)}: {doubt.kind}{of}")
     for kind, count in program.passed_over.items():
         if "taken as" in kind:
             yield Warning(
