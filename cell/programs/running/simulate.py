@@ -8,8 +8,9 @@ Assumed of the controller, beside what ``interpolation`` says: a PTP moves all a
 on a line E1 and E2 run in proportion to the way; $VEL.CP is the TCP's speed in the base, which a coupled table carries
 along; every axis keeps its own speed and acceleration, which slow the whole move down; C_DIS rounds a corner within its
 distance, at most from half of the longer move at it; without it the arm stops in the point, as it does where the arc
-goes on or off, where it waits, and between a PTP and a line. C_VEL rounds within the way on which a controller of
-``BRAKES`` slows to its share, C_PTP within its share of half the longer way. Metres, radians, seconds.
+goes on or off, where it waits, and between a PTP and a line (the corner that is left there is looked at too). C_VEL
+rounds within the way on which a controller of ``BRAKES`` slows to its share, C_PTP within its share of half the longer
+way. Metres, radians, seconds.
 """
 
 from __future__ import annotations
@@ -271,6 +272,32 @@ class _Clock:
         dt[moving] = np.diff(law.t)
         return dt
 
+    def _mixed_corners(self, axes: Floats, move: Ints) -> list[BlendedRows]:
+        """Rounded corners between moves that are timed apart: a PTP and a line, or another tool or base.
+
+        The arm is taken to stop there; where it does not, it leaves the corner, and that way is looked at as well.
+        """
+        m = self.moves
+        other = (m.kind[1:] == MoveKind.AXES) != (m.kind[:-1] == MoveKind.AXES)
+        other |= (m.kind[1:] != MoveKind.AXES) & ((m.tool[1:] != m.tool[:-1]) | (m.base[1:] != m.base[:-1]))
+        p = self.job.scene.chain.forward(axes[:, :-2])[:, :3, 3]
+        out = []
+        for k in (np.flatnonzero(other) + 1).tolist():
+            first, corner, stop = np.searchsorted(move, [k - 1, k, k + 1]).tolist()
+            if k < 2 or self._stops(k) or not first < corner < stop:
+                continue
+            rows = slice(first - 1, stop)
+            step = np.linalg.norm(np.diff(p[rows], axis=0), axis=1)
+            if not np.abs(np.diff(axes[rows], axis=0)).max(axis=1).all():
+                continue
+            s = np.concatenate([[0.0], np.cumsum(np.maximum(step, STANDING))])
+            longer = max(s[corner - first], s[-1] - s[corner - first])
+            share = float(m.blend_share[k - 1])
+            zone = min(max(float(m.blend[k - 1]), share * longer / 2), longer / 2)
+            if zone > EXACT:
+                out.append(BlendedRows(first - 1, stop - 1, s, zone))
+        return out
+
     def result(self) -> SimulatedProgram:
         """All rows."""
         axes, dt, move = (np.concatenate(some) for some in zip(*self.rows, strict=True))
@@ -280,6 +307,7 @@ class _Clock:
         arc = (weld >= 0).astype(np.int64)
         motion = Motion(t, axes[:, :n], axes[:, n:], arc, none, none, none, self.job.scene.chain.names)
         path = self.path
+        self.runs += self._mixed_corners(axes, move)
         return SimulatedProgram(
             self.program, motion, move, tuple(self.runs), weld, path.lost, self.arc_faults, path.turned
         )
