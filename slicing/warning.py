@@ -46,6 +46,7 @@ class Code(StrEnum):
     OTHER = "other"
     OVERHANG = "overhang"
     PAIR_LEFT_OUT = "pair_left_out"
+    PART_ABSENT = "part_absent"
     PART_NOT_ON_SUPPORT = "part_not_on_support"
     PAST_HORIZONTAL = "past_horizontal"
     POLYGON_NOT_FLAT = "polygon_not_flat"
