@@ -19,6 +19,8 @@ CELL = {
     "table": {"E1_deg": 90, "E2_deg": 180},
 }
 
+POST = {"name": "post", "box": {"size_mm": [40, 40, 1800]}, "position_mm": [1440, 0, 900]}
+
 
 def written(folder: Path, **sections: Any) -> tuple[Path, Path]:
     """A case and the boss' program beside it."""
