@@ -45,7 +45,7 @@ def _program_name(name: str) -> str:
 
 
 def _lines(value: object) -> object:
-    return value.splitlines() if isinstance(value, str) else value
+    return [line for line in value.splitlines() if line.strip()] if isinstance(value, str) else value
 
 
 def _hook_line(text: str) -> str:
@@ -53,6 +53,8 @@ def _hook_line(text: str) -> str:
         raise ValueError("has ASCII characters only")
     if _MOVES.match(text):
         raise ValueError("may not move the arm, change a frame or a speed, or branch: a hook calls a sub-program")
+    if not text.strip():
+        raise ValueError("is a line that is not empty")
     try:
         pieces = list(string.Formatter().parse(text))
     except ValueError as error:
@@ -77,6 +79,7 @@ def _pattern(text: str) -> str:
 
 HookLine = Annotated[str, Field(max_length=MOST_HOOK_LINE), AfterValidator(_hook_line)]
 HookLines = Annotated[list[HookLine], BeforeValidator(_lines), Field(max_length=50)]
+ArcLines = Annotated[HookLines, Field(min_length=1)]  # or the arc could not be read back
 Pattern = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_pattern)]
 Patterns = Annotated[list[Pattern], Field(max_length=50)]
 ProgramName = Annotated[str, AfterValidator(_program_name)]
@@ -109,15 +112,26 @@ class Thinning(Section):
 class Hooks(Section):
     """Lines written where something happens, with {field}s: program, sub_volume, layer, bead, target, speed_mm_s."""
 
-    arc_on: HookLines = Field(
+    arc_on: ArcLines = Field(
         ["ARC_ON ( ) ;bead {bead} layer {layer} target {target} of {sub_volume}"],
         description="by default the call of a sub-program of the user's",
     )
-    arc_off: HookLines = Field(
+    arc_off: ArcLines = Field(
         ["ARC_OFF ( ) ;bead {bead} layer {layer} target {target} of {sub_volume}"], description="likewise"
     )
     layer_start: HookLines = Field([";layer {layer} of {sub_volume} starts"], description="a comment")
     layer_end: HookLines = Field([";layer {layer} of {sub_volume} ends"], description="a comment")
+
+    @model_validator(mode="after")
+    def _told_apart(self) -> Hooks:
+        first: dict[str, str] = {}
+        for name in Hooks.model_fields:
+            lines = getattr(self, name)
+            skeleton = re.sub(r"\{\w+(:[^}]*)?\}", "{}", lines[0]).strip().upper() if lines else name
+            if skeleton in first:
+                raise ValueError(f"{name} begins as {first[skeleton]} does; read back, they could not be told apart")
+            first[skeleton] = name
+        return self
 
 
 class ReadSection(Section):

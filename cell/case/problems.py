@@ -55,6 +55,7 @@ _IN_WORDS = {
     "too_short": "has too few values",
     "model_type": "is a section of keys and values",
     "list_type": "is a list",
+    "dict_type": "is a mapping of keys to values",
     "tuple_type": "is a list of numbers",
     "float_parsing": "is a number",
     "float_type": "is a number",

@@ -80,16 +80,16 @@ def _pattern_of(template: str) -> re.Pattern[str]:
         pieces.append(re.escape(text))
         if name is None:
             continue
-        kind = r"\S+?" if name in TEXT_FIELDS else rf"\s*{_NUMBER}"
+        kind = r"[A-Za-z0-9_.\-]+" if name in TEXT_FIELDS else rf"\s*{_NUMBER}"
         pieces.append(f"(?P={name})" if name in seen else f"(?P<{name}>{kind})")
         seen.add(name)
     return re.compile("".join(pieces), re.IGNORECASE)
 
 
 def _shown(value: str | float) -> str | float | int:
-    """A value as a template takes it: a whole number without decimals, a text without blanks, in ASCII."""
+    """A value as a template takes it: whole numbers without decimals, texts of letters, digits, _, dots and dashes."""
     if isinstance(value, str):
-        return re.sub(r"[^\x21-\x7e]", "_", value) or "-"
+        return re.sub(r"[^A-Za-z0-9_.\-]", "_", value) or "-"
     return int(value) if float(value).is_integer() and abs(value) < 1e15 else _Real(value)
 
 

@@ -55,6 +55,7 @@ PASSED = {  # what moves nothing, by its first word
     "ON_ERROR_PROCEED": "ON_ERROR_PROCEED",
     "CONFIRM": "CONFIRM",
 }
+FOREIGN_INTERRUPTS = "interrupts whose sub-programs are not run"
 _MOVE = re.compile(r"(LIN|PTP|SLIN|SPTP|SPL)\s*\{([^{}\[\]\"';]*)\}\s*((?:C_[A-Z]+\s*){0,2})", re.IGNORECASE)
 _REAL = re.compile(r"[-+]?(?:\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:[eE][-+]?\d{1,3})?")
 _KINDS = ("FRAME", "POS", "E6POS", "AXIS", "E6AXIS")
@@ -127,7 +128,9 @@ class LineForms:
             yield Statement("event", number, event)
         if word in PASSED:
             if event is None:
-                yield Statement("pass", number, PASSED[word])
+                kind = PASSED[word]
+                foreign = word == "INTERRUPT" and " DECL " in text.upper() and "IR_STOPM" not in text.upper()
+                yield Statement("pass", number, FOREIGN_INTERRUPTS if foreign else kind)
             return
         if event is None and any(pattern.search(line) for pattern in self._harmless):
             yield Statement("pass", number, "statements that the case calls harmless")
@@ -281,7 +284,8 @@ def _declaration(text: str, where: SourceLine) -> Statement:
     while cursor.take("DECL", "GLOBAL", "CONST"):
         pass
     if cursor.token.text in PASSED:
-        return Statement("pass", where.number, PASSED[cursor.token.text])
+        foreign = cursor.token.text == "INTERRUPT" and "IR_STOPM" not in text.upper()
+        return Statement("pass", where.number, FOREIGN_INTERRUPTS if foreign else PASSED[cursor.token.text])
     kind = cursor.need_name("a type")
     found = []
     while True:

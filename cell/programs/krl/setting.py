@@ -21,8 +21,7 @@ from .values import CoupledFrame, ListedFrame, Scope, frame_dict, integer, matri
 OUTPUTS = frozenset(("$OUT", "$OUT_C", "$ANOUT", "$PULSE"))
 _HARMLESS = (
     "$FLAG $CYCFLAG $TIMER $TIMER_STOP $TIMER_FLAG $LOAD $LOAD_A1 $LOAD_A2 $LOAD_A3 $BWDSTART $ACT_TOOL $ACT_BASE "
-    "$ACT_EX_AX $ASYNC_AXIS $LOOP_MSG $LOOP_CONT $MSG_T $GEAR_JERK $JERK $ECO_LEVEL $CP_STATMON $SINGUL_POS $TSYS "
-    "$RED_VEL $CYC_DEF $INTERRUPT $MOVE_BCO $TOOL_DIRECTION $TORQUE_AXIS $COMPLETE"
+    "$ACT_EX_AX $ASYNC_AXIS $LOOP_MSG $LOOP_CONT $MSG_T $GEAR_JERK $JERK $ECO_LEVEL $CP_STATMON"
 )
 HARMLESS = OUTPUTS | frozenset(_HARMLESS.split())
 MODES = {  # how moves are interpolated, with what is known here
@@ -63,6 +62,8 @@ def assign(state: ControllerState, path: tuple[str, str], indices: tuple[int, ..
     elif name in HARMLESS:
         if name == "$ACT_EX_AX":
             state.external_active = isinstance(value, int | float) and value > 0
+        if name == "$ASYNC_AXIS" and integer(value, scope) & 0b11:
+            raise refuse(scope.where, "$ASYNC_AXIS makes E1 or E2 asynchronous: moves are known here together alone")
         if name in OUTPUTS:
             state.stop()
     else:

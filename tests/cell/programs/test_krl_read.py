@@ -210,6 +210,24 @@ def test_speeds(tmp_path: Path) -> None:
     assert moves.acceleration[0] == 1.5
 
 
+def test_what_moves_nothing_is_counted(tmp_path: Path) -> None:
+    body = (
+        "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )\n"
+        "INTERRUPT DECL 4 WHEN $IN[1]==TRUE DO RETRACT ( )\n"
+        'INTERRUPT ON 3\n;a word\n$OUT[1]=TRUE\n$OUT[2]=TRUE\nWAIT FOR $IN[1]\nMsgNotify("hello")\nmine ( )\n'
+    )
+    program = run(tmp_path, FRAMES + body + LIN, read={"harmless": ["^mine"]})
+    assert program.passed_over == {
+        "WAIT FOR": 1,
+        "comments": 1,
+        "interrupts": 2,
+        "interrupts whose sub-programs are not run": 1,
+        "messages": 1,
+        "outputs": 2,
+        "statements that the case calls harmless": 1,
+    }
+
+
 def test_the_largest_values_are_taken(tmp_path: Path) -> None:
     body = FRAMES + "$VEL.CP=3.0\n$VEL_AXIS[1]=100\n$ADVANCE=5\nWAIT SEC 86400\n" + LIN.replace("X 100", "X 1E6")
     assert run(tmp_path, body).moves.pose[0, 0] == 1000.0

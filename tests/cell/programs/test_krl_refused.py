@@ -61,6 +61,8 @@ def refused(folder: Path, body: str) -> str:
         ("$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[3].MECH_TYPE,$NULLFRAME)\n" + PTP, 2, "machine 2"),
         ("$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE)\n" + PTP, 2, "EK takes"),
         ("$ROBROOT={X 0,Y 0,Z 0,A 0,B 0,C 0}\n" + PTP, 2, "$ROBROOT is not known"),
+        ("$ASYNC_AXIS='B10'\n" + PTP, 2, "asynchronous"),
+        ("$TORQUE_AXIS=1\n" + PTP, 2, "$TORQUE_AXIS is not known"),
         ("$VEL.CP=8\n" + PTP, 2, "in m/s, not 8"),
         ("$VEL.CP=-1\n" + PTP, 2, "$VEL.CP is above 0"),
         ("$VEL_AXIS[1]=300\n" + PTP, 2, "0 to 100 %"),

@@ -137,6 +137,10 @@ def test_the_cases_name_becomes_a_modules(title: str, name: str) -> None:
         ({"hooks": {"arc_on": "X=\nLIN {{X 1}}"}}, "may not move the arm"),
         ({"hooks": {"arc_on": "$TOOL = $NULLFRAME"}}, "may not move the arm"),
         ({"hooks": {"arc_on": "GO () ;é"}}, "ASCII"),
+        ({"hooks": {"arc_on": []}}, "controller.hooks.arc_on: has too few values"),
+        ({"hooks": {"arc_on": ["A ( )", " "]}}, "not empty"),
+        ({"hooks": {"arc_on": "W ({bead})", "arc_off": "w ({target})"}}, "arc_off begins as arc_on does"),
+        ({"read": {"tool_data": [1]}}, "controller.read.tool_data: is a mapping"),
         ({"read": {"arc_on": ["("]}}, "is no regular expression"),
         ({"advance": 6}, "controller.advance: is 0 to 5"),
         ({"points_a_module": 1}, "controller.points_a_module: is 10 to 100000"),
@@ -149,6 +153,13 @@ def test_what_a_controller_cannot_be(section: dict[str, object], words: str) -> 
         parse_case({"part": part, "controller": section})
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_names_in_hooks_are_plain() -> None:
+    program = small()
+    events = tuple(replace(event, fields={**event.fields, "sub_volume": "Flügel 1;"}) for event in program.events)
+    text = write_krl(replace(program, events=events), controller("small"))["small_L000.src"]
+    assert ";layer 0 of Fl_gel_1_ starts\r\n" in text
 
 
 def test_hooks_are_written_with_their_fields() -> None:
