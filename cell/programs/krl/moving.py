@@ -2,7 +2,7 @@
 
 Use:
 
-    move(state, motion, scope)                # adds one move to the state, or refuses it
+    move(state, motion, where, scope)         # adds one move to the state, or refuses it
 
 What a point leaves out stays as it is. A relative motion, or one that leaves X Y Z A B C out, after a motion of axes
 needs to know where that has put the TCP: ``Controller.forward`` says it, or else it is refused.
