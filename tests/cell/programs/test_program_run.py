@@ -248,3 +248,32 @@ def test_a_rounded_corner_between_a_ptp_and_a_line_is_looked_at() -> None:
     assert corner.s[-1] > 0.03
     # the times are those of a stop
     assert np.ptp(run.motion.t_s) == pytest.approx(np.ptp(plain.motion.t_s))
+
+
+def test_points_that_repeat_the_one_before_change_nothing() -> None:
+    boss = boss_program()
+    program = boss.made.written.program
+    twice = np.sort(np.append(np.arange(len(program.moves)), [4, 5, 5, 12]))
+    columns = {name: getattr(program.moves, name)[twice] for name in program.moves.__dataclass_fields__}
+    events = tuple(replace(e, before=int(np.searchsorted(twice, e.before))) for e in program.events)
+    plain = run_program(program, boss.job)
+    again = replace(program, moves=replace(program.moves, **columns), events=events)
+    run = run_program(again, boss.job)
+    assert np.ptp(run.motion.t_s) == pytest.approx(np.ptp(plain.motion.t_s))
+    assert len(run.runs) == len(plain.runs)
+    assert check_program(again, boss.job).feasible
+
+
+def test_a_program_of_one_move_and_one_that_is_lost_at_once_are_judged_all_the_same() -> None:
+    boss = boss_program()
+    program = boss.made.written.program
+    first = {name: getattr(program.moves, name)[:1] for name in program.moves.__dataclass_fields__}
+    pose = program.moves.pose.copy()
+    pose[:, 2] += 9.0
+    lost = int(np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[0])
+    for moves, where in ((first, None), ({"pose": pose}, lost)):
+        found = check_program(replace(program, moves=replace(program.moves, **moves), events=()), boss.job)
+        assert not found.feasible
+        assert "not_welded" in {f.reason for f in found.findings}
+        assert where is None or where in [f.move for f in found.findings if f.reason == "unreachable"]
+        assert ("program_cut" in [getattr(line, "code", "") for line in found.warnings]) == (where is not None)
