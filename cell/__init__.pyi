@@ -11,6 +11,12 @@ from .motion.motion_file import read_motion as read_motion
 from .motion.motion_file import write_motion as write_motion
 from .pose_sweep.grid import grid as grid
 from .pose_sweep.sweep import sweep as sweep
+from .programs.cell_controller import cell_controller as cell_controller
+from .programs.export import Exported as Exported
+from .programs.export import export_program as export_program
+from .programs.krl_read import read_krl as read_krl
+from .programs.program_check import ProgramResult as ProgramResult
+from .programs.program_check import check_program as check_program
 from .remedy_search.search import Remedy as Remedy
 from .remedy_search.search import remedies as remedies
 from .report.check_document import report_document as report_document
@@ -25,23 +31,29 @@ from .verification.motion_check import check_motion as check_motion
 
 __all__ = [
     "Case",
+    "Exported",
     "Failure",
     "InputError",
     "Job",
     "Motion",
     "MotionResult",
+    "ProgramResult",
     "Remedy",
     "Result",
     "Scene",
     "TargetVerdict",
+    "cell_controller",
     "check",
     "check_motion",
+    "check_program",
     "compose",
+    "export_program",
     "grid",
     "load_case",
     "motion_document",
     "parse_case",
     "prepare",
+    "read_krl",
     "read_motion",
     "remedies",
     "report_document",

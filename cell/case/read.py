@@ -195,6 +195,10 @@ def _data(value: Any) -> Any:
 
 def _check_part(case: Case) -> None:
     part = case.part
+    if part.absent:
+        if part.mesh is not None or part.sub_volumes or part.toolpath is not None or part.body is not None:
+            raise InputError(f"{case.path}: part.absent: nothing is built: no mesh, sub_volumes, toolpath or body")
+        return
     if part.mesh is not None and part.sub_volumes:
         raise InputError(f"{case.path}: part: give mesh (the whole part) or sub_volumes, not both")
     if part.toolpath is not None:

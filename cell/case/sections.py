@@ -44,6 +44,7 @@ from .fields import (
 from .seam_section import SeamSection
 from .table_section import Table as Table
 
+NO_PART = "none"  # as part: nothing is built
 NO_TABLE = "none"  # as positioner.model: the part stands still, on nothing that is modelled
 REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity", "overhang")
 
@@ -81,8 +82,12 @@ class BodySection(Section):
 
 
 class Part(Section):
-    """The part: its sub-volumes, its body, and where it stands on the table."""
+    """The part: its sub-volumes, its body, and where it stands on the table.
 
+    `part: none` is short for `{absent: true}`: nothing is built, and programs are checked against the cell alone.
+    """
+
+    absent: bool = Field(False, description="nothing is built: the cell alone, for `rbam check --program`")
     mesh: FileName | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
     toolpath: FileName | None = Field(
         None,
@@ -497,6 +502,11 @@ class Case(Section):
     @classmethod
     def _short_positioner(cls, value: object) -> object:
         return {"model": NO_TABLE} if value == NO_TABLE else value
+
+    @field_validator("part", mode="before")
+    @classmethod
+    def _short_part(cls, value: object) -> object:
+        return {"absent": True} if value == NO_PART else value
 
     @field_validator("expect", mode="before")
     @classmethod

@@ -173,11 +173,14 @@ def check_program_file(args: argparse.Namespace, case: Case) -> int:
         InputError: one line.
     """
     from ..atomic_files import write_text
+    from ..job.bare_job import bare_job
     from ..job.job import prepare
     from ..report.program_document import program_lines, program_report
 
     check_outputs({"--json": args.json, "--html": args.html}, [*case_files(case), args.program])
-    job = prepare(case)
+    if case.part.absent and args.html:
+        raise InputError("--html: shows a part being built; the case has none (part: none)")
+    job = bare_job(case) if case.part.absent else prepare(case)
     result = checked_program(args.program, job)
     if args.json:
         put_json(args.json, program_report(result, args.program))

@@ -102,6 +102,8 @@ def read_part(case: Case) -> PartInput:
     Raises:
         InputError: a mesh is missing or cannot be used, or a sub-volume is taken that is not there; one line.
     """
+    if case.part.absent:
+        raise InputError(f"{case.path}: part: none: there is nothing to build; rbam check --program takes such a case")
     if case.part.toolpath is not None:
         raise InputError(f"{case.path}: part.toolpath: its beads are laid already; there is nothing to slice")
     meshes: list[Mesh] = []

@@ -41,6 +41,8 @@ def on_beads(job: Job, run: SimulatedProgram) -> SimulatedProgram:
         The same with bead, layer and target of every row.
     """
     t, motion = job.targets, run.motion
+    if not len(t):
+        return run
     table = tables_seen_from_base(job.scene, motion.table) @ T_table_part(job.scene)
     x = (inverse(table) @ job.scene.chain.forward(motion.q))[:, :3, 3]
     beads = _Beads(job)

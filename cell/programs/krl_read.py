@@ -54,4 +54,5 @@ def read_krl(path: str | Path, controller: Controller) -> Program:
         bases=tuple(state.bases),
         files=tuple(sources.files),
         passed_over=dict(sorted(passed.items())),
+        doubts=state.doubts(),
     )

@@ -194,6 +194,21 @@ class Moves:
         return len(self.kind)
 
 
+@dataclass(frozen=True)
+class ProgramDoubt:
+    """Something that is no fault, and may be a slip.
+
+    Attributes:
+        kind: what, in words.
+        move: the first that it is so of.
+        count: of how many.
+    """
+
+    kind: str
+    move: int
+    count: int
+
+
 @dataclass(frozen=True, eq=False)
 class Program:
     """A program.
@@ -206,6 +221,7 @@ class Program:
         bases: that moves name.
         files: names of the files read.
         passed_over: how often each kind of statement stood there that moves nothing and was passed over.
+        doubts: what a reader finds and does not refuse.
     """
 
     name: str
@@ -215,6 +231,7 @@ class Program:
     bases: tuple[BaseFrame, ...]
     files: tuple[str, ...] = ()
     passed_over: Mapping[str, int] = field(default_factory=dict)
+    doubts: tuple[ProgramDoubt, ...] = ()
 
     def line_of(self, move: int) -> SourceLine | None:
         """Where a move stands, None where the program is not read from text."""

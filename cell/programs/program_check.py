@@ -228,6 +228,9 @@ def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
             text = f"{place(program, int(used[0]))}: its base stands in the world and not on the table: "
             yield Warning(Code.PROGRAM_FRAME, f"{text}taken in the arm's base ($WORLD = $ROBROOT)")
     yield from _table_warnings(run, job)
+    for doubt in program.doubts:
+        of = f" ({doubt.count} points)" if doubt.count > 1 else ""
+        yield Warning(Code.PROGRAM_DOUBT, f"{place(program, doubt.move)}: {doubt.kind}{of}")
     for kind, count in program.passed_over.items():
         if "taken as" in kind:
             yield Warning(
@@ -240,6 +243,9 @@ def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     welding = np.flatnonzero((run.weld[1:] >= 0) & (run.weld[1:] == run.weld[:-1])) + 1
     if not len(welding):
         return
+    mode = getattr(job.case.table, "mode", "fixed")
+    if mode == "coordinated":
+        return  # it is to move
     table = run.motion.table
     turned = np.abs(table[welding] - table[welding - 1])
     for k, name in enumerate(("E1", "E2")):
@@ -252,8 +258,8 @@ def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
                 f"{place(run.program, int(first[0]))}: {name} moves with the arc on, by "
                 f"{np.rad2deg(max(sizes, float(turned[:, k].max()))):.3g} deg (in {len(first)} moves)",
             )
-    if job.case.table.mode != "fixed":
-        return  # the case leaves it open where the table stands
+    if mode != "fixed":
+        return  # it is to stand where each group of layers has it
     E = np.rad2deg(table[welding[0]])
     asked = np.array([job.case.table.E1_deg, job.case.table.E2_deg])
     off = np.abs((E - asked + 180) % 360 - 180)

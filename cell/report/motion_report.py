@@ -60,8 +60,8 @@ def motion_document(result: MotionResult, path: str) -> dict[str, Any]:
         "least_clearance": _clearance(result),
         "least_singularity_margin": _margin(result),
         "smallest_singular_value": None if result.sigma is None else round(result.sigma, 6),
-        "off_bead": {"distance_mm": round(result.off[0] / METRES_PER_MM, 5), "row": result.off[1]},
-        "off_wire": {"angle_deg": round(float(np.rad2deg(result.wire_angle[0])), 5), "row": result.wire_angle[1]},
+        "off_bead": _off(result, "distance_mm", result.off[0] / METRES_PER_MM, result.off[1]),
+        "off_wire": _off(result, "angle_deg", float(np.rad2deg(result.wire_angle[0])), result.wire_angle[1]),
         "largest_share_of_limit": {
             kind: {name: round(float(v), 4) for name, v in zip(result.job.drives.names, use, strict=True)}
             for kind, use in kinds
@@ -75,6 +75,10 @@ def motion_document(result: MotionResult, path: str) -> dict[str, Any]:
             for f in result.findings
         ],
     }
+
+
+def _off(result: MotionResult, name: str, value: float, row: int) -> dict[str, Any] | None:
+    return {name: round(value, 5), "row": row} if len(result.job.targets) else None
 
 
 def _clearance(result: MotionResult) -> dict[str, Any] | None:
@@ -136,7 +140,8 @@ def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str,
         result: what was found.
         d: its document.
     """
-    yield "welded", f"{d['welded']} of {d['targets']} targets"
+    if d["targets"]:
+        yield "welded", f"{d['welded']} of {d['targets']} targets"
     counts = ", ".join(f"{reason} {k}" for reason, k in d["reasons"].items() if k)
     if counts:
         yield "found", counts
@@ -148,7 +153,8 @@ def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str,
         unit = "" if s["unit"] == "1" else f" {s['unit']}"
         yield "singularity", f"{s['kind']} at {s['margin']:g}{unit}, row {s['row']}"
     off, wire_angle = d["off_bead"], d["off_wire"]
-    yield "on the bead", f"within {off['distance_mm']:.3f} mm and {wire_angle['angle_deg']:.3f} deg"
+    if off and wire_angle:
+        yield "on the bead", f"within {off['distance_mm']:.3f} mm and {wire_angle['angle_deg']:.3f} deg"
     use = d["largest_share_of_limit"]
     most = {kind: max(shares.items(), key=lambda item: item[1]) for kind, shares in use.items()}
     yield "drives", ", ".join(f"{axis} at {100 * v:.0f} % of its {kind}" for kind, (axis, v) in most.items())

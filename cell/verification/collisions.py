@@ -62,6 +62,8 @@ def stages(job: Job, motion: Motion, row: Ints) -> Ints:
     Returns:
         (m,).
     """
+    if not len(job.targets):
+        return np.zeros(len(row), dtype=np.int64)
     welding = motion.arc == 1
     done = np.maximum.accumulate(np.where(welding, job.laid[motion.target], 0))
     at_row = np.where(welding, job.stage[motion.target], done)
@@ -140,7 +142,7 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
 def _across(job: Job, motion: Motion, way: Way) -> NDArray[np.bool_]:
     """Samples with the arc off that are off the bead just welded, and not yet at the next one."""
     # out of the layer just laid at least, which stands about its tip
-    layer = float(job.targets.thickness_mm.max()) + OUT_MM
+    layer = float(job.targets.thickness_mm.max(initial=0.0)) + OUT_MM
     near = max(job.case.process.retract_mm, layer) * METRES_PER_MM + STANDING
     off = ~motion.welding[way.row]
     out = off.copy()

@@ -90,6 +90,8 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     Returns:
         What was found.
     """
+    if not len(job.targets):
+        return _check_in_the_cell(job, read)
     motion = read.motion
     rows = rows_of(job, motion)
     use = np.stack([_speed_use(job, motion), _acceleration_use(job, read, rows)])
@@ -127,6 +129,41 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
         use=np.nanmax(use, axis=1),
         pace=order.pace,
         warnings=(*job.warnings, *_past_horizontal(job, motion, fine, on)),
+    )
+
+
+def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
+    """Hold a motion against a cell without a part: everything but what asks for beads."""
+    motion = read.motion
+    rows = rows_of(job, motion)
+    use = np.stack([_speed_use(job, motion), _acceleration_use(job, read, rows)])
+    fine = dense(job, motion, rows, FINE, motion.welding)
+    margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
+    coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
+    stage = stages(job, motion, coarse.row)
+    clear, hits = collisions(job, motion, coarse, stage)
+    hits += corner_collisions(job, read, rows, coarse, stage, clear)
+    found = [
+        *_limit_findings(job, motion, rows.q),
+        *_drive_findings(job, use),
+        *_singular_findings(job, fine, margin),
+        *hits,
+    ]
+    found.sort(key=lambda f: (f.row, f.reason))
+    return MotionResult(
+        job=job,
+        read=read,
+        findings=tuple(replace(f, row=int(read.row[f.row]), to_row=int(read.row[f.to_row])) for f in found),
+        welded=0,
+        samples=len(fine.q) + len(coarse.q),
+        clearance=_nearest(job, read, coarse, stage, clear),
+        singularity=_least_margin(job, read, fine, margin),
+        sigma=_least_sigma(job, fine),
+        off=(0.0, int(read.row[0])),
+        wire_angle=(0.0, int(read.row[0])),
+        use=np.nanmax(use, axis=1),
+        pace=Pace.unknown(0),
+        warnings=job.warnings,
     )
 
 

@@ -232,8 +232,8 @@ class Player:
                 ("time", f"{self.time:.1f} of {self.end:.1f} s"),
                 ("arc", "on" if frame.laying else "off"),
             ]
-        if isinstance(result, Played) and result.program is not None:
-            lines.append(("line", str(result.line_at(self._sample(result.motion)[0]))))
+            if isinstance(result, Played) and result.program is not None:
+                lines.append(("line", str(result.line_at(self._sample(result.motion)[0]))))
         lines.append(("colours", target_colours(result, self.colour)[1]))
         return [*lines, ("speed", f"x {self.speed:g}{'' if self.playing else '  paused'}")]
 

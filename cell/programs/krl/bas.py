@@ -69,6 +69,7 @@ def _frame(state: ControllerState, word: str, place: int, scope: BasScope) -> No
     if name == "BASE_DATA" and (base := state.controller.base_data.get(place)) is not None and base.coupled:
         root = state.controller.machines.get(base.machine or 0)
         state.set_base(BaseFrame(base.T, coupled=True, number=place, machine=base.machine, root=root))
+        state.external_active = True
         return
     if word == "#EX_BASE" and place:
         raise refuse(

@@ -2,7 +2,7 @@
 
 Use:
 
-    move(state, motion, scope)                # adds one move to the state, or refuses it
+    move(state, motion, where, scope)         # adds one move to the state, or refuses it
 
 What a point leaves out stays as it is. A relative motion, or one that leaves X Y Z A B C out, after a motion of axes
 needs to know where that has put the TCP: ``Controller.forward`` says it, or else it is refused.
@@ -48,6 +48,7 @@ def move(state: ControllerState, motion: MotionStatement, where: tuple[int, int]
     if not end:
         return  # PTP $AXIS_ACT: to where the arm is
     external = _external(state, end, word, scope)
+    _doubt(state, end)
     if word.endswith("_REL"):
         to = _relative(state, motion, points, scope)
     elif word in ("PTP", "SPTP"):
@@ -117,6 +118,16 @@ def _in_reach(name: str, value: float, scope: Scope) -> None:
     if abs(value) > (FURTHEST if name in "XYZ" else MOST_TURN):
         unit = "mm" if name in "XYZ" else "degrees"
         raise refuse(scope.where, f"{name} {value:g}: {FURTHEST if unit == 'mm' else MOST_TURN:g} {unit} is the most")
+
+
+def _doubt(state: ControllerState, end: dict[str, float]) -> None:
+    """Note what a point leaves out, and a table whose axes nothing has made count."""
+    for axis, name in enumerate(EXTERNAL[: len(state.external)]):
+        if name not in end and not math.isnan(state.external[axis]):
+            state.doubt(f"{name} is left out of the point: it stays where it is")
+    to_pose = any(name in end for name in CARTESIAN)
+    if to_pose and state.base is not None and state.base.coupled and not state.external_active:
+        state.doubt("the base is coupled by EK, and $ACT_EX_AX is not set above 0: the table's axes may not count")
 
 
 def _external(state: ControllerState, end: dict[str, float], word: str, scope: Scope) -> list[float]:

@@ -60,6 +60,8 @@ def assign(state: ControllerState, path: tuple[str, str], indices: tuple[int, ..
     elif name in _STRUCTURES or name in _ARRAYS or name == "$OV_PRO":
         _speed(state.speeds, path, indices, value, scope)
     elif name in HARMLESS:
+        if name == "$ACT_EX_AX":
+            state.external_active = isinstance(value, int | float) and value > 0
         if name == "$ASYNC_AXIS" and integer(value, scope) & 0b11:
             raise refuse(scope.where, "$ASYNC_AXIS makes E1 or E2 asynchronous: moves are known here together alone")
         if name in OUTPUTS:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..controller import Controller
-from ..program import BaseFrame, Event, Happens, MoveKind, Moves, SourceLine, ToolFrame
+from ..program import BaseFrame, Event, Happens, MoveKind, Moves, ProgramDoubt, SourceLine, ToolFrame
 from .lexing import refuse
 
 NAN = float("nan")
@@ -113,6 +113,8 @@ class ControllerState:
         self.modes: dict[str, str] = {}  # of interpolation, where they have been set
         self.arc = False
         self.continues = False  # CONTINUE: the next stop of the advance run is none
+        self.external_active = False  # $ACT_EX_AX, or BAS, has made the table's axes count
+        self._doubts: dict[str, list[int]] = {}  # first move and how many, by what it is
         self.events: list[Event] = []
         self.tools: list[ToolFrame] = []
         self.bases: list[BaseFrame] = []
@@ -244,6 +246,14 @@ class ControllerState:
         """The program has ended."""
         if self._waiting:
             raise refuse(self._waiting[0].line or SourceLine("", 0), "a trigger has no motion behind it")
+
+    def doubt(self, kind: str) -> None:
+        """Note something that is no fault of the move that comes next, and may be a slip."""
+        self._doubts.setdefault(kind, [len(self), 0])[1] += 1
+
+    def doubts(self) -> tuple[ProgramDoubt, ...]:
+        """All of them."""
+        return tuple(ProgramDoubt(kind, move, count) for kind, (move, count) in self._doubts.items())
 
     def moves(self) -> Moves:
         """All moves."""

@@ -8,8 +8,9 @@ Assumed of the controller, beside what ``interpolation`` says: a PTP moves all a
 on a line E1 and E2 run in proportion to the way; $VEL.CP is the TCP's speed in the base, which a coupled table carries
 along; every axis keeps its own speed and acceleration, which slow the whole move down; C_DIS rounds a corner within its
 distance, at most from half of the longer move at it; without it the arm stops in the point, as it does where the arc
-goes on or off, where it waits, and between a PTP and a line. C_VEL rounds within the way on which a controller of
-``BRAKES`` slows to its share, C_PTP within its share of half the longer way. Metres, radians, seconds.
+goes on or off, where it waits, and between a PTP and a line (the corner that is left there is looked at too). C_VEL
+rounds within the way on which a controller of ``BRAKES`` slows to its share, C_PTP within its share of half the longer
+way. Metres, radians, seconds.
 """
 
 from __future__ import annotations
@@ -170,15 +171,18 @@ class _Clock:
         rows = np.arange(self.first[i], self.first[j])
         if not len(rows):
             return
-        start = self.rows[-1][0][-1]
-        axes = np.concatenate([start[None], self.path.axes[rows]])
+        axes = np.concatenate([self.rows[-1][0][-1:], self.path.axes[rows]])
+        # a point that repeats the one before takes no time
         moving = np.abs(np.diff(axes, axis=0)).max(axis=1) > STANDING
+        axes, rows = axes[np.append(True, moving)], rows[moving]
+        if not len(rows):
+            return
         move = self.path.move[rows]
         if self.moves.kind[i] == MoveKind.AXES:
             dt, s, zone = self._axes_times(axes, move)
         else:
-            dt, s, zone = self._line_times(axes, move, rows, moving)
-        if j - i > 1 and zone > EXACT and moving.all():
+            dt, s, zone = self._line_times(axes, move, rows)
+        if j - i > 1 and zone > EXACT and len(rows) > 1:
             self.runs.append(BlendedRows(self.count - 1, self.count - 1 + len(rows), s, zone))
         self._put(axes[1:], np.maximum(dt, TICK), move)
 
@@ -220,11 +224,9 @@ class _Clock:
         speed[n:] *= least(self.moves.external_share)
         return speed, acceleration
 
-    def _line_times(self, axes: Floats, move: Ints, rows: Ints, moving: Floats) -> tuple[Floats, Floats, float]:
+    def _line_times(self, axes: Floats, move: Ints, rows: Ints) -> tuple[Floats, Floats, float]:
         """Seconds of the steps, way of the TCP in the base to every row, m, and the zone of rounding in it."""
-        T = self.path.Ts_frame_tcp[rows]
-        begin = self.path.begins[move[0]]
-        p = np.concatenate([begin[None, :3, 3], T[:, :3, 3]])
+        p = np.concatenate([self.path.begins[move[0]][None, :3, 3], self.path.Ts_frame_tcp[rows][:, :3, 3]])
         way = np.linalg.norm(np.diff(p, axis=0), axis=1)
         step = np.maximum(way, STANDING)
         asked = self.moves.speed[move]
@@ -235,8 +237,7 @@ class _Clock:
         cap = np.where(way < turn * 1e-6, step * turns / np.maximum(turn, STANDING), cap)
         s = np.concatenate([[0.0], np.cumsum(step)])
         zone = self._zone(move, s)
-        law = self._law(axes[np.append(True, moving)], s, cap, move, moving, zone)
-        return law, s, zone
+        return self._law(axes, s, cap, move, zone), s, zone
 
     def _zone(self, move: Ints, s: Floats) -> float:
         """Distance over which the corners of a run are rounded: the widest at any of them."""
@@ -250,36 +251,57 @@ class _Clock:
         half = np.maximum(length[:-1], length[1:]) / 2
         return float(np.minimum(asked, half).max(initial=0.0))
 
-    def _law(self, axes: Floats, s: Floats, cap: Floats, move: Ints, moving: Floats, zone: float) -> Floats:
+    def _law(self, axes: Floats, s: Floats, cap: Floats, move: Ints, zone: float) -> Floats:
         """Seconds of every step of a run of lines."""
-        step = np.diff(s)[moving]
-        dt = np.full(len(moving), TICK)
-        if not moving.any():
-            return dt
-        short = np.concatenate([[0.0], np.cumsum(step)])
         speed, acceleration = self._limits(move)
         set_ = self.moves.acceleration[move][np.isfinite(self.moves.acceleration[move])]
         # the TCP's own acceleration is that of one more axis, which is the way itself
-        axes = np.concatenate([axes, short[:, None]], axis=1)
+        axes = np.concatenate([axes, s[:, None]], axis=1)
         limits = np.append(speed, np.inf), np.append(acceleration, set_.min(initial=BRAKES))
         law: TimeLaw
         if zone > EXACT:
-            law = time_path(axes, short, *limits, cap=cap[moving], zone=zone)
+            law = time_path(axes, s, *limits, cap=cap, zone=zone)
         else:
-            ends = np.flatnonzero(np.diff(move[moving], append=-1) != 0) + 1
-            law = time_stops(axes, short, *limits, cap=cap[moving], stops=np.concatenate([[0], ends]))
-        dt[moving] = np.diff(law.t)
-        return dt
+            ends = np.flatnonzero(np.diff(move, append=-1) != 0) + 1
+            law = time_stops(axes, s, *limits, cap=cap, stops=np.concatenate([[0], ends]))
+        return np.diff(law.t)
+
+    def _mixed_corners(self, axes: Floats, move: Ints) -> list[BlendedRows]:
+        """Rounded corners between moves that are timed apart: a PTP and a line, or another tool or base.
+
+        The arm is taken to stop there; where it does not, it leaves the corner, and that way is looked at as well.
+        """
+        m = self.moves
+        other = (m.kind[1:] == MoveKind.AXES) != (m.kind[:-1] == MoveKind.AXES)
+        other |= (m.kind[1:] != MoveKind.AXES) & ((m.tool[1:] != m.tool[:-1]) | (m.base[1:] != m.base[:-1]))
+        p = self.job.scene.chain.forward(axes[:, :-2])[:, :3, 3]
+        out = []
+        for k in (np.flatnonzero(other) + 1).tolist():
+            first, corner, stop = np.searchsorted(move, [k - 1, k, k + 1]).tolist()
+            if k < 2 or self._stops(k) or not first < corner < stop:
+                continue
+            rows = slice(first - 1, stop)
+            step = np.linalg.norm(np.diff(p[rows], axis=0), axis=1)
+            s = np.concatenate([[0.0], np.cumsum(np.maximum(step, STANDING))])
+            longer = max(s[corner - first], s[-1] - s[corner - first])
+            share = float(m.blend_share[k - 1])
+            zone = min(max(float(m.blend[k - 1]), share * longer / 2), longer / 2)
+            if zone > EXACT:
+                out.append(BlendedRows(first - 1, stop - 1, s, zone))
+        return out
 
     def result(self) -> SimulatedProgram:
         """All rows."""
         axes, dt, move = (np.concatenate(some) for some in zip(*self.rows, strict=True))
         weld = np.concatenate(self.arc)
+        if len(axes) == 1:  # a motion has two rows
+            axes, dt, move, weld = (np.repeat(some, 2, axis=0) for some in (axes, dt, move, weld))
         n, none = self.job.scene.chain.n, np.zeros(len(axes), dtype=np.int64)
         t = np.concatenate([[0.0], np.cumsum(np.maximum(dt[1:], TICK))])
         arc = (weld >= 0).astype(np.int64)
         motion = Motion(t, axes[:, :n], axes[:, n:], arc, none, none, none, self.job.scene.chain.names)
         path = self.path
+        self.runs += self._mixed_corners(axes, move)
         return SimulatedProgram(
             self.program, motion, move, tuple(self.runs), weld, path.lost, self.arc_faults, path.turned
         )

@@ -71,6 +71,7 @@ def test_the_program_as_it_is_written_is_feasible(tmp_path: Path) -> None:
     result = boss_program().read(tmp_path)
     assert result.feasible
     assert result.found.welded == len(boss_program().job.targets)
+    assert not [line for line in result.warnings if getattr(line, "code", "").startswith("program")]
 
 
 @pytest.mark.parametrize("what", FOUND)
@@ -101,6 +102,31 @@ def test_a_table_that_moves_inside_a_bead_is_told_with_its_line(tmp_path: Path) 
     told = [line for line in result.warnings if getattr(line, "code", None) == "program_table"]
     assert len(told) == 1
     assert f"{LAYER}:{line_of(LIN, nth=3)}: E2 moves with the arc on, by 1 deg" in told[0]
+
+
+DOUBTED = {
+    "E1 dropped in one point": (
+        edited(LIN, r"LIN {X \g<1>,Y \g<2>,Z \g<3>,A \g<4>,B \g<5>,C \g<6>,E2 \g<8>}\g<9>", nth=3),
+        f"{LAYER}:{line_of(LIN, nth=3)}: E1 is left out of the point: it stays where it is",
+    ),
+    "$ACT_EX_AX missing": (
+        everywhere(r"^\$ACT_EX_AX.*$", ";"),
+        f"boss_L000.src:{line_of(LIN, file='boss_L000.src')}: the base is coupled by EK, and $ACT_EX_AX is not set",
+    ),
+    "$ACT_EX_AX is 0": (
+        everywhere(r"^\$ACT_EX_AX = 2", "$ACT_EX_AX = 0", LAYER),
+        f"{LAYER}:{line_of(LIN)}: the base is coupled by EK, and $ACT_EX_AX is not set above 0",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", DOUBTED)
+def test_what_may_be_meant_is_told_with_its_line(what: str, tmp_path: Path) -> None:
+    change, words = DOUBTED[what]
+    result = boss_program().read(tmp_path, change)
+    told = [line for line in result.warnings if getattr(line, "code", None) == "program_doubt"]
+    assert len(told) == 1
+    assert told[0].startswith(words)
 
 
 def test_a_table_that_stands_elsewhere_is_told_with_its_line(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -11,10 +12,17 @@ import numpy as np
 import pytest
 from support.boss_program import boss_program
 
+from cell.programs.cell_controller import cell_controller
+from cell.programs.cell_frames import tables_seen_from_base
+from cell.programs.export import export_program
+from cell.programs.krl_read import read_krl
 from cell.programs.program import Event, Happens, MoveKind
+from cell.programs.program_check import check_program
+from cell.programs.running.configurations_followed import Follower
 from cell.programs.running.interpolation import Circles, on_lines
 from cell.programs.running.program_path import OFF, TURNED, path_of
 from cell.programs.running.simulate import run_program
+from cell.rigid import inverse
 
 
 def rotation(a: float, b: float, c: float) -> np.ndarray:
@@ -186,3 +194,86 @@ def test_a_pose_out_of_reach_is_a_finding_on_its_move_and_no_exception() -> None
     pose[k, 2] += 9.0
     run = run_program(replace(program, moves=replace(program.moves, pose=pose)), boss.job)
     assert run.lost[k].reason == "unreachable"
+
+
+def moving(boss, turn: np.ndarray):
+    """The boss' motion with a table that is turned further from row to row, the torch on the part as before."""
+    motion, scene, solver = boss.motion, boss.job.scene, boss.job.solver
+    before = tables_seen_from_base(scene, motion.table)
+    table = motion.table + turn
+    T = tables_seen_from_base(scene, table) @ inverse(before) @ scene.chain.forward(motion.q)
+    q = Follower(solver).along(T, motion.q[0])
+    assert np.isfinite(q).all()
+    return replace(motion, q=q, table=table)
+
+
+def test_a_table_that_moves_along_a_bead_goes_there_and_back(tmp_path: Path) -> None:
+    boss = boss_program()
+    # home, where all stands still, is left out: from the first row off it on the table turns by 6 and 10 degrees
+    m = len(boss.motion.t_s)
+    share = np.clip((np.arange(m) - 5) / (m - 10), 0, 1)
+    motion = moving(boss, share[:, None] * np.deg2rad([6.0, -10.0]))
+    made = export_program(boss.job, motion)
+    assert made.gap is not None
+    assert made.gap.share(made.written.thinning) < 1
+    assert made.result is not None
+    moves = made.result.program.moves
+    linear = moves.kind == MoveKind.LINEAR
+    assert (np.ptp(moves.external[linear], axis=0) > np.deg2rad([2.5, 4.5])).all()
+    # what is welded is where it was, and the table is told to move
+    assert made.result.found.welded == len(boss.job.targets)
+    assert not [f for f in made.result.findings if f.reason in ("off_bead", "order", "not_welded")]
+    assert [line.code for line in made.result.warnings if getattr(line, "code", "") == "program_table"]
+    # the same text with the base in the world follows nothing
+    name = "boss_L001.src"
+    text = re.sub(r"^\$BASE = EK\(.*?(\{.*\})\)", r"$BASE = \1", made.files[name], flags=re.MULTILINE)
+    for other, content in {**made.files, name: text}.items():
+        (tmp_path / other).write_bytes(content.encode())
+    found = check_program(read_krl(tmp_path / "boss.src", cell_controller(boss.job)), boss.job)
+    assert not found.feasible
+
+
+def test_a_rounded_corner_between_a_ptp_and_a_line_is_looked_at() -> None:
+    boss = boss_program()
+    program = boss.made.written.program
+    k = int(np.flatnonzero((program.moves.kind[:-1] == 0) & (program.moves.kind[1:] == 1))[0])
+    blend = program.moves.blend.copy()
+    blend[k] = 0.02
+    plain = run_program(program, boss.job)
+    run = run_program(replace(program, moves=replace(program.moves, blend=blend)), boss.job)
+    assert len(run.runs) == len(plain.runs) + 1
+    corner = next(one for one in run.runs if run.move[one.first + 1] == k)
+    assert run.move[corner.last] == k + 1
+    assert corner.zone == pytest.approx(0.02)
+    assert corner.s[-1] > 0.03
+    # the times are those of a stop
+    assert np.ptp(run.motion.t_s) == pytest.approx(np.ptp(plain.motion.t_s))
+
+
+def test_points_that_repeat_the_one_before_change_nothing() -> None:
+    boss = boss_program()
+    program = boss.made.written.program
+    twice = np.sort(np.append(np.arange(len(program.moves)), [4, 5, 5, 12]))
+    columns = {name: getattr(program.moves, name)[twice] for name in program.moves.__dataclass_fields__}
+    events = tuple(replace(e, before=int(np.searchsorted(twice, e.before))) for e in program.events)
+    plain = run_program(program, boss.job)
+    again = replace(program, moves=replace(program.moves, **columns), events=events)
+    run = run_program(again, boss.job)
+    assert np.ptp(run.motion.t_s) == pytest.approx(np.ptp(plain.motion.t_s))
+    assert len(run.runs) == len(plain.runs)
+    assert check_program(again, boss.job).feasible
+
+
+def test_a_program_of_one_move_and_one_that_is_lost_at_once_are_judged_all_the_same() -> None:
+    boss = boss_program()
+    program = boss.made.written.program
+    first = {name: getattr(program.moves, name)[:1] for name in program.moves.__dataclass_fields__}
+    pose = program.moves.pose.copy()
+    pose[:, 2] += 9.0
+    lost = int(np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[0])
+    for moves, where in ((first, None), ({"pose": pose}, lost)):
+        found = check_program(replace(program, moves=replace(program.moves, **moves), events=()), boss.job)
+        assert not found.feasible
+        assert "not_welded" in {f.reason for f in found.findings}
+        assert where is None or where in [f.move for f in found.findings if f.reason == "unreachable"]
+        assert ("program_cut" in [getattr(line, "code", "") for line in found.warnings]) == (where is not None)

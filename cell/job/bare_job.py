@@ -1,0 +1,42 @@
+"""A cell without a part: what a program can be held against where nobody says what it builds.
+
+job = bare_job(load_case("cell.case.yaml"))       # part: none
+len(job.targets), job.scene.n_deposits            # 0, 0
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slicing import Code, PartShape, Targets, Warning
+
+from ..case.sections import Case
+from ..scene.compose import compose
+from .job import Job, margins_told
+
+NOT_LOOKED_AT = (
+    "part: none: beads, their order and speed, the part as it grows and the angle to gravity are not looked at; "
+    "limits, speeds, singularities with the arc on and collisions in the cell are"
+)
+
+
+def bare_job(case: Case) -> Job:
+    """A cell without a part.
+
+    Args:
+        case: with ``part: none``.
+
+    Returns:
+        A job without targets.
+
+    Raises:
+        InputError: something in the case cannot be used; one line.
+    """
+    scene = compose(case, PartShape({}, {}, (), 0))
+    whole, none = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+    targets = Targets((), whole, whole, whole, none, none, none, np.zeros(0), np.zeros(0, dtype=bool))
+    warnings = (Warning(Code.PART_ABSENT, NOT_LOOKED_AT), *scene.warnings)
+    job = Job(case, (), PartShape({}, {}, (), 0), targets, scene, warnings)
+    job = Job(case, (), job.shape, targets, scene, (*warnings, *margins_told(job.solver)))
+    _ = job.drives  # what is wrong with them is to be said first
+    return job
