@@ -1,4 +1,4 @@
-"""Run every bench on tiny sizes: ``python bench/run_smoke.py [NAME ...]``. What lacks its peers says so and is left out."""
+"""Run every bench on tiny sizes: ``python bench/run_smoke.py [NAME ...]``. A bench without its peer is left out."""
 
 from __future__ import annotations
 

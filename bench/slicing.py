@@ -4,8 +4,8 @@
     python bench/slicing.py --repeat 7 --no-memory
 
 Every row gives closed, ordered loops of points and the area inside of them for every layer; what is in and out of a
-row is said in its name and in bench/README.md. Each row is the fastest of its repeats, and the rows take turns, so
-that a busy machine slows all of them alike.
+row is said in its name and in bench/figures/slicing.json. Each row is the fastest of its repeats, and the rows take
+turns, so that a busy machine slows all of them alike.
 
 Four parts: a sphere of 328,000 faces in 98 planar layers; a boss of about as many faces in some 50 cylindrical,
 non-uniform and planar layers, each way by the whole of what `rbam slice` does for a sub-volume; peak memory of
