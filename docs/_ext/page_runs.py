@@ -5,7 +5,8 @@
 
 A page has a folder of its own, in which its files are written and its commands run one after another. Pages of a folder
 whose names begin with a number, as the tutorial's, go on from one another: they share one. Two folders run at a time.
-What ran before and would run the same (pages and packages unchanged) is not run again.
+What ran before and would run the same (pages and packages unchanged) is not run again. With RBAM_DOCS_KEEP=1 unchanged
+pages are enough: for writing, never for CI.
 """
 
 from __future__ import annotations
@@ -133,16 +134,19 @@ def _state_of_packages() -> str:
 def _run_group(group: str, pages: dict[str, list[Step]], source: Path, folder: Path, packages: str) -> PageRun:
     todo = [(step, (source / name).parent) for name, steps in pages.items() for step in steps]
     scripts = [(beside / step.name).read_text(encoding="utf-8") for step, beside in todo if step.kind == "example"]
-    key = hashlib.sha256(repr((packages, [step for step, _ in todo], scripts)).encode()).hexdigest()
+    if os.environ.get("RBAM_DOCS_KEEP") == "1":
+        packages = ""
+    key = hashlib.sha256(repr(([step for step, _ in todo], scripts)).encode()).hexdigest()
     here, kept = folder / group, folder / f"{group}.json"
     if kept.is_file():
         before = json.loads(kept.read_text(encoding="utf-8"))
-        if before["key"] == key and here.is_dir():
+        if before["key"] == key and packages in (before["packages"], "") and here.is_dir():
             return PageRun(here, {name: Output(**out) for name, out in before["outputs"].items()})
     shutil.rmtree(here, ignore_errors=True)
     here.mkdir(parents=True)
     outputs = dict(_outputs(todo, here))
-    kept.write_text(json.dumps({"key": key, "outputs": {k: asdict(v) for k, v in outputs.items()}}), encoding="utf-8")
+    said = {name: asdict(output) for name, output in outputs.items()}
+    kept.write_text(json.dumps({"key": key, "packages": packages, "outputs": said}), encoding="utf-8")
     return PageRun(here, outputs)
 
 
