@@ -22,7 +22,7 @@ import yaml
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from bench_arguments import parsed
 
-from cell import Job, load_case, prepare
+from cell import Failure, Job, load_case, prepare
 from cell.planning.context import Context
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_bead
@@ -78,7 +78,7 @@ def plan(context: Context, beads: Sequence[tuple[int, int]]) -> tuple[float, int
         bead = plan_bead(context, first, stop, None if last is None else last.q_targets[-1])
         failed += not bead.whole
         if last is not None and bead.whole:
-            failed += isinstance(travel(context, last, bead.stretches[0], int(context.laid[last.stop - 1])), dict)
+            failed += isinstance(travel(context, last, bead.stretches[0], int(context.laid[last.stop - 1])), Failure)
         last = bead.stretches[-1] if bead.stretches else last
     return time.perf_counter() - start, failed
 

@@ -7,6 +7,7 @@ from .compare.compare import compare_case as compare_case
 from .compare.compare import compare_document as compare_document
 from .compare.compare import compare_paper as compare_paper
 from .errors import InputError as InputError
+from .failure import Failure as Failure
 from .html.check_page import html_report as html_report
 from .html.comparison_page import html_compare as html_compare
 from .html.sweep_page import html_sweep as html_sweep
@@ -39,6 +40,7 @@ __all__ = [
     "DEFAULT_CASE",
     "MODELS_DIR",
     "Case",
+    "Failure",
     "InputError",
     "Job",
     "Motion",

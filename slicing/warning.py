@@ -24,6 +24,7 @@ class Code(StrEnum):
     BODY_SMALL = "body_small"
     BODY_UNLIKE = "body_unlike"
     BODY_VOLUME = "body_volume"
+    CALIBRATION_FAR = "calibration_far"
     CONCAVE_FIXTURE = "concave_fixture"
     DEPOSIT_SHARE = "deposit_share"
     FLOATING_PIECE = "floating_piece"

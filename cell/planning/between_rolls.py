@@ -1,7 +1,6 @@
 """A target that no sampled roll reaches may be reached at one between them: whether the arm can also stand there.
 
-    hint = standing_between(context, nodes, T, stage, roll)    # {"reached_alone_at_roll_deg": 93.6} or what is in the
-    way
+    hint = standing_between(context, nodes, T, stage, roll)    # RollBetween(roll_deg=93.6), or with what is in the way
 
 Kinematics alone names such a roll (``ik.reachability_proof``); here every configuration at it, and at rolls beside it,
 is held against the cell. Radians and metres.
@@ -9,7 +8,7 @@ is held against the cell. Radians and metres.
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,13 +16,14 @@ from ik.chain import Floats
 from ik.roll import apply_roll
 from ik.singularity import margins
 
+from ..failure import Contact, RollBetween
 from .configurations import Nodes
 from .context import Context
 
 BESIDE = np.deg2rad(np.array([0.0, *(s * d for d in (0.25, 0.5, 1, 2, 3, 4, 5, 6) for s in (-1, 1))]))
 
 
-def standing_between(context: Context, nodes: Nodes, T: Floats, stage: int, roll: float) -> dict[str, Any]:
+def standing_between(context: Context, nodes: Nodes, T: Floats, stage: int, roll: float) -> RollBetween | None:
     """Whether the arm can stand at a target at a roll between the samples.
 
     Args:
@@ -34,8 +34,8 @@ def standing_between(context: Context, nodes: Nodes, T: Floats, stage: int, roll
         roll: a roll at which a configuration keeps limits and margins, rad.
 
     Returns:
-        ``reached_alone_at_roll_deg`` where a configuration keeps the clearance as well, there or beside it. Else
-        ``reached_in_collision_at_roll_deg``, with the nearest pair of the least bad configuration.
+        The roll at which a configuration keeps the clearance as well, there or beside it. Else the roll of the least
+        bad configuration, with its nearest pair. None where there is no configuration.
     """
     solver, window = context.solver, nodes.window
     rolls = roll + BESIDE
@@ -45,15 +45,12 @@ def standing_between(context: Context, nodes: Nodes, T: Floats, stage: int, roll
     allowed = np.isfinite(q[..., 0]) & (margins(solver.chain, solver.geometry, q) >= least).all(axis=-1)
     at = np.argwhere(allowed)
     if not len(at):
-        return {}
+        return None
     found = context.screen.clearances(q[tuple(at.T)], np.full(len(at), stage))
     free = found.distance >= context.settings.clearance
     k = int(np.argmax(free)) if free.any() else int(np.argmax(found.distance))
     deg = round(float(np.rad2deg(rolls[at[k, 0]])), 3)
     if free.any():
-        return {"reached_alone_at_roll_deg": deg}
-    seen = context.describe(found, k)
-    return {
-        "reached_in_collision_at_roll_deg": deg,
-        "in_collision": {key: seen[key] for key in ("pair", "distance_mm", "required_mm")},
-    }
+        return RollBetween(deg)
+    hit = context.describe(found, k)
+    return RollBetween(deg, replace(hit, contact=Contact(hit.pair)))

@@ -10,12 +10,12 @@ from the last, other beginnings and ends of it are tried. Metres, radians.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ik.chain import Floats
 
+from ..failure import Failure, Place, Where
 from .bead_search import BeadPlan
 from .context import Context
 from .edge_check import Stretch
@@ -69,36 +69,37 @@ class _Home:
         stuck_at_home = [self._home_itself(0), self._home_itself(int(self.context.laid[last.stop - 1]))]
         out = stuck_at_home[0] or (self._way(None, first.stretches[0]) if first.whole else None)
         back = stuck_at_home[1] or (self._way(last.stretches[0], None) if last.whole else None)
-        if self.whole and isinstance(out, dict) and not stuck_at_home[0]:
+        if self.whole and isinstance(out, Failure) and not stuck_at_home[0]:
             out = self._otherwise(0, out)
-        if self.whole and isinstance(back, dict) and not stuck_at_home[1]:
+        if self.whole and isinstance(back, Failure) and not stuck_at_home[1]:
             back = self._otherwise(len(self.beads) - 1, back)
-        if isinstance(out, dict):
-            self._note(first.first, {"from": "home", "travel": True, "to_target": first.first, **out})
-        if isinstance(back, dict):
+        if isinstance(out, Failure):
+            place = replace(out.place, where=Where.FROM_HOME, to_target=first.first)
+            self._note(first.first, out.at(place))
+        if isinstance(back, Failure):
             end = last.stop - 1
-            self._note(end, {"from_target": end, "travel": True, "to": "home", **back})
-        ways = HomeWays(None if isinstance(out, dict) else out, None if isinstance(back, dict) else back)
+            self._note(end, back.at(replace(back.place, where=Where.TO_HOME, from_target=end)))
+        ways = HomeWays(None if isinstance(out, Failure) else out, None if isinstance(back, Failure) else back)
         return PartPlan(tuple(self.beads), tuple(self.travels), self.stuck), ways
 
-    def _note(self, target: int, why: dict[str, Any]) -> None:
+    def _note(self, target: int, failure: Failure) -> None:
         """Say it at a target that nothing else is wrong with."""
         bead = self.beads[0] if target < self.beads[0].stop else self.beads[-1]
         if target not in (*bead.missing, *bead.cuts, *self.stuck):
-            self.stuck[target] = why
+            self.stuck[target] = failure
 
-    def _home_itself(self, stage: int) -> dict[str, Any] | None:
+    def _home_itself(self, stage: int) -> Failure | None:
         """What the arm is too near to at home, if anything."""
         found = self.context.checker.clearances(self.context.checker.scene.home[None], np.array([stage]))
         if found.distance[0] >= self.context.settings.clearance:
             return None
-        return {"on_the_way": "collision", **self.context.describe(found, 0), "at_home": True}
+        return self.context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
 
-    def _way(self, end: Stretch | None, start: Stretch | None) -> Way | dict[str, Any]:
+    def _way(self, end: Stretch | None, start: Stretch | None) -> Way | Failure:
         stage = 0 if end is None else int(self.context.laid[end.stop - 1])
         return travel(self.context, end, start, stage)
 
-    def _otherwise(self, k: int, why: dict[str, Any]) -> Way | dict[str, Any]:
+    def _otherwise(self, k: int, failure: Failure) -> Way | Failure:
         """A way from home or back with the first or last bead begun or ended elsewhere, its other ways made anew."""
         bead = self.beads[k]
         begin_off: list[Floats] = []
@@ -116,7 +117,7 @@ class _Home:
             found = self._joined(k, bead)
             if found is not None:
                 return found
-        return why
+        return failure
 
     def _joined(self, k: int, bead: BeadPlan) -> Way | None:
         """The way from home or back if all ways to and from a bead are free; the bead and they take their places."""
@@ -124,11 +125,11 @@ class _Home:
         before = self.beads[k - 1].stretches[0] if k else None
         after = self.beads[k + 1].stretches[0] if k + 1 < len(self.beads) else None
         into = self._way(before, start)
-        if isinstance(into, dict):
+        if isinstance(into, Failure):
             return None
         start = turned(start, into)
         on = self._way(start, after)
-        if isinstance(on, dict) or (after is not None and (on[0][-1] != after.q_targets[0]).any()):
+        if isinstance(on, Failure) or (after is not None and (on[0][-1] != after.q_targets[0]).any()):
             return None  # a way on that ends whole turns from the next bead would turn all that comes after it
         self.beads[k] = replace(bead, stretches=(start,))
         if before is not None:
