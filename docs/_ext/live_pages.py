@@ -3,7 +3,7 @@
 - file NAME: a file that the page's commands read; shown as it is.
 - run: a command and what it says; `:exit:` and `:shows:` are held, else the build fails.
 - shot NAME: a picture that a command made; the content is its text for those who cannot see it.
-- page NAME: a page that a command made, linked and shown in a frame.
+- page NAME: a page, or a schema, that a command made: linked, and a page shown in a frame.
 - example NAME: a script beside the page: its text, its code, what it says and its pictures.
 - gallery: all examples with their first pictures.
 """
@@ -172,10 +172,9 @@ class Gallery(LiveDirective):
 
 def _frame(docname: str, name: str) -> nodes.Node:
     where = "../" * docname.count("/") + f"_runs/{docname}/{name}"
-    html = (
-        f'<p><a href="{where}">{name}</a>, as it was made:</p>\n'
-        f'<iframe class="made" src="{where}" title="{name}" loading="lazy"></iframe>'
-    )
+    html = f'<p><a href="{where}">{name}</a>, as it was made</p>\n'
+    if name.endswith(".html"):
+        html += f'<iframe class="made" src="{where}" title="{name}" loading="lazy"></iframe>\n'
     return nodes.raw("", html, format="html")
 
 
@@ -191,7 +190,7 @@ def _copy_pages(app: Sphinx, error: Exception | None) -> None:
     if error is not None or app.builder.format != "html":
         return
     for name, run in RUNS.items():
-        for path in run.folder.glob("*.html"):
+        for path in (*run.folder.glob("*.html"), *run.folder.glob("*.schema.json")):
             there = Path(app.outdir) / "_runs" / name / path.name
             there.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, there)
