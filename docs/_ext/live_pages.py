@@ -181,9 +181,9 @@ def _frame(docname: str, name: str) -> nodes.Node:
 def _run_pages(app: Sphinx) -> None:
     RUNS.clear()
     RUNS.update(run_all(Path(app.srcdir), FOLDER))
-    for name, run in RUNS.items():
+    for run in {id(run): run for run in RUNS.values()}.values():
         for command, output in run.outputs.items():
-            LOG.info(f"{output.seconds:6.1f} s  {name}: {command}")
+            LOG.info(f"{output.seconds:6.1f} s  {run.folder.relative_to(FOLDER)}: {command}")
 
 
 def _copy_pages(app: Sphinx, error: Exception | None) -> None:

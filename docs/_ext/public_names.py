@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import re
 from typing import Any
 
 from docutils import nodes
@@ -15,6 +16,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 LONGEST_VALUE = 60
+ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")  # how autodoc prints an alias within another type
 
 
 def lines_of(package: str) -> list[str]:
@@ -57,7 +59,14 @@ class PublicNames(SphinxDirective):
         return holder.children
 
 
+def _plain_aliases(*event: Any) -> tuple[str | None, str | None]:
+    """A signature whose aliases are their names."""
+    signature, returned = event[-2:]
+    return tuple(None if text is None else ALIAS.sub(r"\1", text) for text in (signature, returned))
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register the directive."""
     app.add_directive("public-names", PublicNames)
+    app.connect("autodoc-process-signature", _plain_aliases)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
