@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))
 from bench_arguments import parsed  # noqa: E402
 
 from cell import Job, load_case, prepare, with_changes  # noqa: E402
-from cell.cli.main import parse_roll  # noqa: E402
+from cell.case.roll_text import parse_roll  # noqa: E402
 from cell.collision.checker import Checker  # noqa: E402
 from cell.planning.configurations import evaluate  # noqa: E402
 from cell.planning.context import settings_of  # noqa: E402

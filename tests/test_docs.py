@@ -13,10 +13,14 @@ from types import ModuleType
 import pytest
 from support.paths import ROOT
 
+import cell
+import ik
+import slicing
 from cell.cli.arguments import build_parser
 from cell.cli.main import _joined_negatives
 
 DOCS = ROOT / "docs"
+PUBLIC = {"cell": cell, "ik": ik, "slicing": slicing}
 PAGES = sorted(DOCS.rglob("*.md"))
 READ = [*PAGES, ROOT / "README.md", ROOT / "bench" / "README.md", *sorted((ROOT / "models").rglob("README.md"))]
 FENCED = re.compile(r"^(```+)([^\n]*)\n(.*?)^\1$", re.MULTILINE | re.DOTALL)
@@ -80,6 +84,8 @@ def test_examples_import_public_names_alone() -> None:
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom):
                 assert (node.module or "").split(".")[0] not in ("cell", "ik", "slicing"), script
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in PUBLIC:
+                assert node.attr in PUBLIC[node.value.id].__all__, f"{script}: {node.value.id}.{node.attr}"
             if isinstance(node, ast.Import):
                 assert not any(a.name.startswith(("cell.", "ik.", "slicing.")) for a in node.names), script
 
