@@ -101,7 +101,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=3, help="pairs of runs (default 3)")
     parser.add_argument("--e1", default="-90:90:45")
     parser.add_argument("--e2", default="-180:135:22.5")
-    args = parsed(parser, runs=1, e1="0:90:90", e2="180")
+    args = parsed(parser, runs=1, e1="0:45:45", e2="-45")
     case = load_case(args.case)
     poses = grid(case, args.e1, args.e2)
     screening(case, poses)

@@ -20,6 +20,7 @@ from docutils.parsers.rst import directives
 from docutils.statemachine import StringList
 from page_runs import ROOT, Output, PageRun, body_of, run_all
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
@@ -186,6 +187,11 @@ def _run_pages(app: Sphinx) -> None:
             LOG.info(f"{output.seconds:6.1f} s  {run.folder.relative_to(FOLDER)}: {command}")
 
 
+def _with_runs(app: Sphinx, env: BuildEnvironment, *_: set[str]) -> list[str]:
+    """Pages to read anew though their own text is as before: what they show may have changed."""
+    return [name for name in (*RUNS, "gallery/index") if name in env.found_docs]
+
+
 def _copy_pages(app: Sphinx, error: Exception | None) -> None:
     if error is not None or app.builder.format != "html":
         return
@@ -202,5 +208,6 @@ def setup(app: Sphinx) -> dict[str, Any]:
     for name, kind in kinds.items():
         app.add_directive(name, kind)
     app.connect("builder-inited", _run_pages)
+    app.connect("env-get-outdated", _with_runs)
     app.connect("build-finished", _copy_pages)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

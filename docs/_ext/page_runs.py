@@ -145,6 +145,8 @@ def _run_group(group: str, pages: dict[str, list[Step]], source: Path, folder: P
     shutil.rmtree(here, ignore_errors=True)
     here.mkdir(parents=True)
     outputs = dict(_outputs(todo, here))
+    if any(step.kind == "example" and outputs[step.name].code for step, _ in todo):
+        return PageRun(here, outputs)  # a script that failed runs again
     said = {name: asdict(output) for name, output in outputs.items()}
     kept.write_text(json.dumps({"key": key, "packages": packages, "outputs": said}), encoding="utf-8")
     return PageRun(here, outputs)
