@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import shutil
 from pathlib import Path
 from typing import Any, ClassVar
@@ -25,7 +26,6 @@ from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
 LOG = logging.getLogger(__name__)
-FOLDER = ROOT / "build" / "docs_runs"
 LEXERS = {".yaml": "yaml", ".py": "python", ".csv": "text", ".xml": "xml"}
 RUNS: dict[str, PageRun] = {}
 
@@ -40,8 +40,8 @@ class LiveDirective(SphinxDirective):
 
     def picture(self, path: Path, alt: str) -> nodes.image:
         """A picture that a command made."""
-        uri = "/" + path.relative_to(ROOT).as_posix()
-        return nodes.image(uri=f"/..{uri}", alt=alt, candidates={})
+        uri = "/" + Path(os.path.relpath(path, self.env.srcdir)).as_posix()
+        return nodes.image(uri=uri, alt=alt, candidates={})
 
     def code(self, text: str, language: str, title: str = "") -> nodes.Node:
         """A block of code, with a title above."""
@@ -181,10 +181,11 @@ def _frame(docname: str, name: str) -> nodes.Node:
 
 def _run_pages(app: Sphinx) -> None:
     RUNS.clear()
-    RUNS.update(run_all(Path(app.srcdir), FOLDER))
+    folder = Path(app.config.docs_runs_folder)
+    RUNS.update(run_all(Path(app.srcdir), folder))
     for run in {id(run): run for run in RUNS.values()}.values():
         for command, output in run.outputs.items():
-            LOG.info(f"{output.seconds:6.1f} s  {run.folder.relative_to(FOLDER)}: {command}")
+            LOG.info(f"{output.seconds:6.1f} s  {run.folder.relative_to(folder)}: {command}")
 
 
 def _with_runs(app: Sphinx, env: BuildEnvironment, *_: set[str]) -> list[str]:
@@ -207,6 +208,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     kinds = {"file": FileBlock, "run": RunBlock, "shot": Shot, "page": MadePage, "example": Example, "gallery": Gallery}
     for name, kind in kinds.items():
         app.add_directive(name, kind)
+    app.add_config_value("docs_runs_folder", str(ROOT / "build" / "docs_runs"), "env", str)
     app.connect("builder-inited", _run_pages)
     app.connect("env-get-outdated", _with_runs)
     app.connect("build-finished", _copy_pages)
