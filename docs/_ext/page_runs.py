@@ -116,9 +116,10 @@ def run_all(source: Path, folder: Path) -> dict[str, PageRun]:
             group = name.parent if name.name[0].isdigit() else name
             groups.setdefault(group.as_posix(), {})[name.as_posix()] = steps
     packages = _state_of_packages()
+    todo = sorted(groups.items(), key=lambda group: -sum(map(len, group[1].values())))  # the longest first
     with ThreadPoolExecutor(WORKERS) as pool:
-        runs = list(pool.map(lambda one: _run_group(*one, source, folder, packages), groups.items()))
-    return {name: run for pages, run in zip(groups.values(), runs, strict=True) for name in pages}
+        runs = list(pool.map(lambda one: _run_group(*one, source, folder, packages), todo))
+    return {name: run for (_, pages), run in zip(todo, runs, strict=True) for name in pages}
 
 
 def _state_of_packages() -> str:
