@@ -9,7 +9,7 @@ from pathlib import Path
 import cell
 
 case = cell.load_case(cell.DEFAULT_CASE)
-poses = cell.grid(case, e1="0:90:90", e2="-180:135:45")
+poses = cell.grid(case, e1="0:90:90", e2="-180:90:90")
 rows = cell.sweep(case, poses, workers=1)
 document = cell.sweep_document(case, rows)
 
