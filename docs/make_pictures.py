@@ -16,16 +16,13 @@ from pathlib import Path
 
 from PIL import Image
 
-from cell.case.read import load_case, parse_case, with_changes
-from cell.case.sections import Case, Support
-from cell.job.job import prepare, slice_part
+from cell import MODELS_DIR, Case, Result, check, load_case, parse_case, picture, prepare, slice_picture, with_changes
+from cell.case.sections import Support
+from cell.job.job import slice_part
 from cell.job.part_input import read_part
-from cell.shipped import MODELS_DIR
 from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import Result, check
 from cell.view.camera import View
-from cell.view.layer_picture import body_of, slice_picture
-from cell.view.picture import picture
+from cell.view.layer_picture import body_of
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 CASES = MODELS_DIR / "cases"
