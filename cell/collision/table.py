@@ -32,6 +32,11 @@ def on_table(scene: Scene) -> NDArray[np.bool_]:
     return _carried(scene, 0) | _carried(scene, 1)
 
 
+def with_table_axes(scene: Scene) -> Scene:
+    """The scene with E1 and E2 among the arm's axes: what a checker of it takes has them behind the arm's joints."""
+    return replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
+
+
 def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
     model = scene.model
     root = int(model.jnt_bodyid[scene.table_joints[axis]])

@@ -66,7 +66,10 @@ class _Home:
 
     def planned(self) -> tuple[PartPlan, HomeWays | None]:
         first, last = self.beads[0], self.beads[-1]
-        stuck_at_home = [self._home_itself(0), self._home_itself(int(self.context.laid[last.stop - 1]))]
+        stuck_at_home = [
+            self._home_itself(0, first.first),
+            self._home_itself(int(self.context.laid[last.stop - 1]), last.stop - 1),
+        ]
         out = stuck_at_home[0] or (self._way(None, first.stretches[0]) if first.whole else None)
         back = stuck_at_home[1] or (self._way(last.stretches[0], None) if last.whole else None)
         if self.whole and isinstance(out, dict) and not stuck_at_home[0]:
@@ -87,9 +90,10 @@ class _Home:
         if target not in (*bead.missing, *bead.cuts, *self.stuck):
             self.stuck[target] = why
 
-    def _home_itself(self, stage: int) -> dict[str, Any] | None:
-        """What the arm is too near to at home, if anything."""
-        found = self.context.checker.clearances(self.context.checker.scene.home[None], np.array([stage]))
+    def _home_itself(self, stage: int, target: int) -> dict[str, Any] | None:
+        """What the arm is too near to at home, if anything, with the table as at a target."""
+        home = self.context.placed.axes(self.context.checker.scene.home[None], np.array([target]))
+        found = self.context.checker.clearances(home, np.array([stage]))
         if found.distance[0] >= self.context.settings.clearance:
             return None
         return {"on_the_way": "collision", **self.context.describe(found, 0), "at_home": True}
@@ -128,7 +132,7 @@ class _Home:
             return None
         start = turned(start, into)
         on = self._way(start, after)
-        if isinstance(on, dict) or (after is not None and (on[0][-1] != after.q_targets[0]).any()):
+        if isinstance(on, dict) or (after is not None and (on[0][-1] != after.axes[0]).any()):
             return None  # a way on that ends whole turns from the next bead would turn all that comes after it
         self.beads[k] = replace(bead, stretches=(start,))
         if before is not None:

@@ -9,7 +9,6 @@ other. Radians, metres.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,8 @@ from ..arrays import Ints
 from ..collision.between_samples import unproven_steps
 from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import radii, table_radii
-from ..collision.table import TableChecker
+from ..collision.reach_radii import all_radii, table_radii
+from ..collision.table import TableChecker, with_table_axes
 from ..collision.wire import REACH as WIRE_REACH
 from ..collision.wire import wire_scene
 from ..job.job import Job
@@ -92,17 +91,7 @@ def arm_checker(job: Job, way: Way) -> Checker:
     """Collision detection of the arm that moves the table's axes like the arm's."""
     scene = job.scene
     table = (float(way.q[0, -2]), float(way.q[0, -1]))
-    return Checker(_with_table(scene), table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM))
-
-
-def _with_table(scene: Scene) -> Scene:
-    """The scene with the table's axes among the arm's."""
-    return replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
-
-
-def all_radii(scene: Scene) -> Floats:
-    """How far anything can be from each axis, the arm's and then the table's, m."""
-    return np.concatenate([radii(scene), table_radii(scene)])
+    return Checker(with_table_axes(scene), table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM))
 
 
 def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:
@@ -131,7 +120,7 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
     if scene is None or not len(index):
         return []
     q, laid, row = way.q[index], stage[index], way.row[index]
-    checker = Checker(_with_table(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
+    checker = Checker(with_table_axes(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
     clear = checker.clearances(q, laid)
     found = [
         Finding("collision", a, b, hit(scene, clear, k, 0.0))

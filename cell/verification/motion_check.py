@@ -20,6 +20,7 @@ from ik.singularity import KINDS, margins, sides, smallest_singular_value
 from ..arrays import Ints
 from ..collision.between_samples import least_on_the_way
 from ..collision.clearances import Clearances
+from ..collision.reach_radii import all_radii
 from ..job.job import Job
 from ..job.unsupported import past_horizontal, unsupported_targets
 from ..motion.deposition_speed import Pace
@@ -29,7 +30,7 @@ from ..units import METRES_PER_MM
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
 from .blended_motion import corner_collisions, rounded_rows
-from .collisions import all_radii, arm_checker, collisions, stages, stretches_of
+from .collisions import arm_checker, collisions, stages, stretches_of
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
 SPEED_SLACK = 1.001
