@@ -14,6 +14,7 @@ from typing import NoReturn
 BAD_INPUT = 2
 STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
 PATTERNS = ("contour", "contour_parallel", "zigzag")
+TABLE_MODES = ("fixed", "indexed", "coordinated", "best")
 
 DESCRIPTION = """Can the robot build the part?
 
@@ -24,6 +25,7 @@ it where it cannot."""
 EXAMPLES = """examples:
   rbam check                                     the shipped propeller, at its case's table angles
   rbam check my.case.yaml --e1 -45 --e2 0        another table pose
+  rbam check my.case.yaml --table indexed        a table pose for each sub-volume, searched where none is given
   rbam check --html report.html                  the same in 3D, with the joints over time
   rbam check --roll fixed:90 --json report.json  the wire's roll held at 90 deg; every target as data
   rbam check my.case.yaml --motion-in their.csv  does a motion from another planner hold in this cell?
@@ -260,4 +262,9 @@ def _case_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
     parser.add_argument("--e1", type=float, metavar="DEG", help="tilt of the table instead of the case's")
     parser.add_argument("--e2", type=float, metavar="DEG", help="turn of the table instead of the case's")
+    parser.add_argument(
+        "--table",
+        choices=TABLE_MODES,
+        help="instead of the case's: one pose | one for each sub-volume | moving along the beads | the best one pose",
+    )
     parser.add_argument("--roll", metavar="ROLL", help="free | fixed:DEG | range:LO:HI instead of the case's")

@@ -99,11 +99,11 @@ def _needs(args: argparse.Namespace, *options: str) -> None:
 
 def _checked(args: argparse.Namespace, case: Case) -> Result:
     from ..job.job import prepare
-    from ..verdict.check import check
+    from ..verdict.as_asked import check_as_asked
 
     job = prepare(case)
     if args.motion is None:
-        return check(job, case.table.E1_deg, case.table.E2_deg, Bars(sys.stderr))
+        return check_as_asked(job, Bars(sys.stderr))
     from ..motion.motion_file import read_motion
     from ..verification.motion_check import check_motion
     from ..view.shown_motion import played

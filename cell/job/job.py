@@ -54,6 +54,7 @@ from ..scene.drives import Drives, drives
 from ..scene.scene import Scene
 from ..units import METRES_PER_MM
 from .part_input import PartInput, read_part
+from .table_section_check import build_order, check_table
 
 
 def speeds(job: Job) -> Floats:
@@ -295,6 +296,7 @@ def prepare(case: Case) -> Job:
     part = read_part(case)
     sliced = slice_part(case, part)
     _require_right_layers(case, sliced)
+    sliced = tuple(sliced[k] for k in build_order(case, [one.name for one in sliced]))
     laid, targets, told = sample_part(case, sliced)
     if len(targets) == 0:
         raise InputError(
@@ -305,6 +307,7 @@ def prepare(case: Case) -> Job:
     shape = part_shape(sliced, part.body_mesh, part.profile, beyond, _built(case, part))
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
     scene = compose(case, shape)
+    check_table(case, scene, [one.name for one in sliced], [len(one.layers) for one in sliced])
     warnings = (*warnings, *scene.warnings)
     job = Job(case, sliced, shape, targets, scene, warnings, laid, part.T_part_input, part.evidence)
     job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
