@@ -10,6 +10,7 @@ from ..errors import InputError
 from ..job.job import Job
 from ..progress import Progress
 from .check import Result, check
+from .coordinated import check_coordinated
 
 
 def check_as_asked(job: Job, progress: Progress | None = None) -> Result:
@@ -28,4 +29,6 @@ def check_as_asked(job: Job, progress: Progress | None = None) -> Result:
     table = job.case.table
     if table.mode == "fixed":
         return check(job, table.E1_deg, table.E2_deg, progress)
+    if table.mode == "coordinated":
+        return check_coordinated(job, progress)
     raise InputError(f"{job.case.path}: table.mode: {table.mode} is not planned yet")

@@ -155,13 +155,56 @@ def check(
     begun = time.process_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     context = Context.of(job, table)
-    placed = context.placed
+    gravity = off_upright(job, context.placed)
+    found = check_span(job, context, gravity, progress)
+    return Result(
+        job=replace(job, warnings=(*job.warnings, *found.warnings)),
+        asked=asked,
+        table=table,
+        placed=context.placed,
+        rows=found.rows,
+        clearance=found.clearance,
+        singularity=found.singularity,
+        sigma=found.sigma,
+        gravity=gravity,
+        motion=found.motion,
+        seconds=time.process_time() - begun,
+    )
+
+
+def off_upright(job: Job, placed: Placed) -> Floats:
+    """Angle between the deposition direction of placed targets and up, (n,), rad."""
     up = job.scene.T_world_base()[2, :3]
-    gravity = np.arccos(np.clip(placed.normal @ up, -1.0, 1.0))
+    return np.asarray(np.arccos(np.clip(placed.normal @ up, -1.0, 1.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class SpanVerdict:
+    """The verdict on targets that are welded at one pose of the table.
+
+    Attributes:
+        rows: one a target of the span.
+        motion: from where the arm comes from to where it goes; None where infeasible.
+        clearance: as of :class:`Result`, and so
+        singularity: and
+        sigma: this.
+        warnings: what is to be said of the ways.
+    """
+
+    rows: tuple[TargetVerdict, ...]
+    motion: Motion | None = None
+    clearance: Least | None = None
+    singularity: Least | None = None
+    sigma: float | None = None
+    warnings: tuple[Warning, ...] = ()
+
+
+def check_span(job: Job, context: Context, gravity: Floats, progress: Progress | None = None) -> SpanVerdict:
+    """Check the targets of a context."""
+    table = context.checker.table
     blocked = _table_in_the_way(job, table)
     if blocked is not None:
-        rows = tuple(TargetVerdict("collision", blocked, True, None) for _ in range(len(job.targets)))
-        return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
+        return SpanVerdict((TargetVerdict("collision", blocked, True, None),) * len(job.targets))
     plan, home = with_home(context, with_lockouts(job, context, plan_part(context, job.targets.path, progress)))
     rows = _rows(job, plan, gravity)
     stretches = plan.stretches
@@ -174,18 +217,13 @@ def check(
             spoilt.update(too_slow(motion.pace, job.case.process.least_speed_share))
         if spoilt:
             rows, motion = _with(rows, spoilt), None
-    return Result(
-        job=replace(job, warnings=(*job.warnings, *_short_retracts(context, plan, home))),
-        asked=asked,
-        table=table,
-        placed=placed,
+    return SpanVerdict(
         rows=rows,
+        motion=motion,
         clearance=_least_clearance(context, plan, stretches, home, whole=motion is not None),
         singularity=_least_margin(context, stretches),
         sigma=_least_sigma(context, stretches),
-        gravity=gravity,
-        motion=motion,
-        seconds=time.process_time() - begun,
+        warnings=tuple(_short_retracts(context, plan, home)),
     )
 
 
@@ -271,7 +309,7 @@ def _least_clearance(
     The way home leads to none: it is named by the target it comes from.
     """
     runs: list[tuple[Floats, Clearances, Ints, Ints]] = [
-        (s.q, s.clearances, context.stage[s.edge], s.edge) for s in stretches
+        (s.axes, s.clearances, context.stage[s.edge], s.edge) for s in stretches
     ]
 
     def add(way: Way, stage: int, target: int) -> None:

@@ -91,7 +91,9 @@ def arm_checker(job: Job, way: Way) -> Checker:
     """Collision detection of the arm that moves the table's axes like the arm's."""
     scene = job.scene
     table = (float(way.q[0, -2]), float(way.q[0, -1]))
-    return Checker(with_table_axes(scene), table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM))
+    return Checker(
+        with_table_axes(scene), table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM)
+    )
 
 
 def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:

@@ -1,0 +1,215 @@
+"""Where the table is at every target: the deposition direction near to up, the axes as slow as that allows.
+
+    way = Schedule(freedom, upright, speed)
+    tables = way.along(normals, path, length, aim)        # (n, 2) rad
+
+What is exactly upright is known in closed form: two solutions, and E2 undefined where a direction is along it. Taken is
+not that, but what comes with the least squares of the axes' speeds (each against what it can do) inside the cone about
+up: where a direction is near to E2's own, or hardly changes, the table stands or tilts, and does not race. It is found
+by pulling every target towards exactly upright just as hard as keeps it in the cone; each pull is a banded system of
+equations. Radians and metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..rigid import great_circle
+from ..scene.table_freedom import TURN, TableFreedom
+
+ROUNDS = 80  # of the pulls' adjustment
+SHARES = (0.95, 0.85, 0.7, 0.5, 0.25)  # of the cone, to be kept at the targets, so that all of it is between them
+KEPT = 0.995  # of the cone, to be kept all along
+BETWEEN = np.linspace(0.0, 1.0, 9)  # places on the way from target to target that are looked at
+TRAVEL = 0.05  # m that count for the way from bead to bead
+LEAST_LENGTH = 1e-5  # m between targets, at least
+WEAKEST, STRONGEST = 1e-9, 1e12
+UNKNOWN_SPEED = np.deg2rad(100.0)  # rad/s of an axis that has no limit: it only weighs one axis against the other
+ALIKE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class TableWay:
+    """Table angles along a part.
+
+    Attributes:
+        tables: E1, E2 at each target, (n, 2), rad.
+        off: greatest angle from up on the way from each target to the next of its bead, (n,), rad.
+    """
+
+    tables: Floats
+    off: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """What the table is to keep.
+
+    Attributes:
+        freedom: its axes.
+        upright: how far off up the deposition direction may be, rad.
+        speed: of the axes, (2,), rad/s.
+    """
+
+    freedom: TableFreedom
+    upright: float
+    speed: Floats
+
+    def along(
+        self, normals: Floats, path: Ints, length: Floats, *, side: int = 0, aim: Floats | None = None
+    ) -> TableWay:
+        """Table angles at all targets of a part.
+
+        Args:
+            normals: deposition directions, (n, 3), part frame.
+            path: bead of each target, (n,), ascending.
+            length: to the next target, (n - 1,), m.
+            side: which of the two solutions beads begin with.
+            aim: direction that is exact, (3,), base frame; up where left out.
+
+        Returns:
+            The table's way; where ``off`` is beyond the cone none was found that keeps it.
+        """
+        exact = self._tracked(normals, path, side, aim)
+        best: TableWay | None = None
+        for share in SHARES:
+            tables = self._relaxed(normals, path, length, exact, share * self.upright)
+            off = self._off(normals, path, tables)
+            if best is None or off.max() < best.off.max() - ALIKE:
+                best = TableWay(tables, off)
+            if off.max() <= KEPT * self.upright:
+                break
+        assert best is not None
+        return best
+
+    def _tracked(self, normals: Floats, path: Ints, side: int, aim: Floats | None) -> Floats:
+        """Exactly upright angles, (n, 2): one solution all along a bead, in turns that the axes have."""
+        f = self.freedom
+        some = f.exact(normals, aim)
+        if not f.moves[1]:
+            return f.wrapped(some[0])
+        width = f.turns(normals, some[0], self.upright).min(axis=1)
+        free = width >= np.pi / 2  # E2 does as it likes: another solution may follow
+        speed = self._speed()
+        out = np.empty_like(some[0])
+        ends = np.flatnonzero(np.diff(path, prepend=-1, append=path[-1] + 1))
+        before: Floats | None = None
+        for first, stop in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+            start = min(side, len(some) - 1)
+            bead = self._one_bead(some[:, first:stop], free[first:stop], speed, start)
+            wide = np.stack([width[first:stop]] * 2, axis=1)
+            bead[:, 1] += self._turns(bead[:, 1], wide, None if before is None else float(before[1]))
+            out[first:stop], before = bead, bead[-1]
+        return out
+
+    def _one_bead(self, some: Floats, free: np.ndarray, speed: Floats, start: int) -> Floats:
+        """One bead's exact angles, (t, 2), steady: whole turns aside E2 does not jump but where it does as it likes."""
+        out = np.empty_like(some[0])
+        last: Floats | None = None
+        k = start
+        for i in range(len(out)):
+            if last is None:
+                out[i] = some[k, i]
+                last = None if free[i] else out[i]
+                continue
+            there = some[:, i].copy()
+            there[:, 1] += TURN * np.round((last[1] - there[:, 1]) / TURN)
+            if free[i]:
+                out[i] = there[k, 0], last[1]
+                continue
+            # the other solution is as near only across the place where E2 is undefined
+            k = int(np.argmin((np.abs(there - last) / speed).max(axis=1)))
+            out[i], last = there[k], there[k]
+        if free.any() and not free.all():
+            held = np.flatnonzero(~free)
+            out[: held[0], 1] = out[held[0], 1]
+        return out
+
+    def _turns(self, E2: Floats, width: Floats, before: float | None) -> float:
+        """Whole turns that bring a bead into E2's range as far as that can be, nearest to the bead before, rad."""
+        low, high = self.freedom.low[1], self.freedom.high[1]
+        turns = TURN * np.arange(-6, 7) + TURN * np.round(-E2.mean() / TURN)
+        over = np.zeros(len(turns))
+        if np.isfinite(low) and np.isfinite(high):
+            most, least = (E2 - width[:, 0]).max(), (E2 + width[:, 1]).min()
+            over = np.maximum(np.maximum(most + turns - high, low - least - turns), 0.0)
+        goal = E2[0] if before is None else before
+        off = np.abs(E2[0] + turns - (0.0 if before is None else goal))
+        return float(turns[np.lexsort((off, np.round(over, 6)))[0]])
+
+    def _speed(self) -> Floats:
+        return np.where(np.isfinite(self.speed), self.speed, UNKNOWN_SPEED)
+
+    def _relaxed(self, normals: Floats, path: Ints, length: Floats, exact: Floats, cone: float) -> Floats:
+        """Angles of least squared speed inside the cone, (n, 2), and inside the axes' ranges."""
+        f = self.freedom
+        n = len(normals)
+        same = np.diff(path) == 0
+        stiff = 1.0 / np.where(same, np.maximum(length, LEAST_LENGTH), TRAVEL)
+        weight = 1.0 / self._speed() ** 2
+        pull = f.kinematics.pull(exact, normals)  # (n, 2, 3)
+        metric = np.einsum("nax,nbx->nab", pull, pull)
+        force, wall = np.full(n, stiff.mean() if n > 1 else 1.0), np.zeros((n, 2))
+        tables = np.clip(exact, f.low, f.high)
+        for _ in range(ROUNDS):
+            bound = np.clip(tables, f.low, f.high)
+            tables = _solved(stiff, weight, force[:, None, None] * metric, exact, wall, bound, f.moves)
+            off = f.kinematics.off(np.clip(tables, f.low, f.high), normals)
+            force = np.clip(force * np.clip(off / max(cone, 1e-6), 0.3, 3.0), WEAKEST, STRONGEST)
+            outside = (tables < f.low) | (tables > f.high)
+            wall = np.where(outside, np.clip(4 * wall, stiff.mean() * weight, STRONGEST), wall / 2)
+        tables = np.where(f.moves, np.clip(tables, f.low, f.high), exact)
+        return self._into_cone(normals, tables, np.clip(exact, f.low, f.high), cone)
+
+    def _into_cone(self, normals: Floats, tables: Floats, exact: Floats, cone: float) -> Floats:
+        """Angles drawn towards the exact ones where they are outside the cone."""
+        off = self.freedom.kinematics.off(tables, normals)
+        bad = np.flatnonzero(off > cone)
+        if not len(bad):
+            return tables
+        out = tables.copy()
+        low, high = np.zeros(len(bad)), np.ones(len(bad))
+        for _ in range(30):
+            middle = (low + high) / 2
+            there = exact[bad] + middle[:, None] * (tables[bad] - exact[bad])
+            good = self.freedom.kinematics.off(there, normals[bad]) <= cone
+            low, high = np.where(good, middle, low), np.where(good, high, middle)
+        out[bad] = exact[bad] + low[:, None] * (tables[bad] - exact[bad])
+        return out
+
+    def _off(self, normals: Floats, path: Ints, tables: Floats) -> Floats:
+        """Greatest angle from up at each target and on the way to the next of its bead, (n,), rad."""
+        k = self.freedom.kinematics
+        off = k.off(tables, normals)
+        on = np.flatnonzero(np.diff(path) == 0)
+        for t in BETWEEN[1:-1]:
+            there = great_circle(normals[on], normals[on + 1], np.full(len(on), t))
+            off[on] = np.maximum(off[on], k.off(tables[on] + t * (tables[on + 1] - tables[on]), there))
+        return off
+
+
+def _solved(
+    stiff: Floats, weight: Floats, metric: Floats, exact: Floats, wall: Floats, bound: Floats, moves: Any
+) -> Floats:
+    """Angles (n, 2) with the least sum of squared speeds and pulls."""
+    n = len(exact)
+    band = np.zeros((3, 2 * n))  # upper diagonals of the two axes' equations, one target after the other
+    right = np.zeros((n, 2))
+    held = np.zeros(n)
+    held[:-1] += stiff
+    held[1:] += stiff
+    diagonal = held[:, None] * weight + metric[:, [0, 1], [0, 1]] + wall
+    right += np.einsum("nab,nb->na", metric, exact) + wall * bound
+    band[2] = np.where(moves, diagonal, 1.0).reshape(-1)
+    right = np.where(moves, right, exact)
+    if moves.all():
+        band[1, 1::2] = metric[:, 0, 1]
+    band[0, 2:] = (-stiff[:, None] * np.where(moves, weight, 0.0)).reshape(-1)
+    return np.asarray(solveh_banded(band, right.reshape(-1))).reshape(n, 2)
