@@ -55,6 +55,7 @@ from ..scene.scene import Scene
 from ..units import METRES_PER_MM
 from .part_input import PartInput, read_part
 from .table_section_check import build_order, check_table
+from .table_winding import for_moving_table
 
 
 def speeds(job: Job) -> Floats:
@@ -308,7 +309,8 @@ def prepare(case: Case) -> Job:
     warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
     scene = compose(case, shape)
     check_table(case, scene, [one.name for one in sliced], [len(one.layers) for one in sliced])
-    warnings = (*warnings, *scene.warnings)
+    targets, split = for_moving_table(case, scene, targets)
+    warnings = (*warnings, *scene.warnings, *split)
     job = Job(case, sliced, shape, targets, scene, warnings, laid, part.T_part_input, part.evidence)
     job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
     _ = job.drives  # what is wrong with them is to be said before any search

@@ -28,9 +28,10 @@ ROUNDS = 80  # of the pulls' adjustment
 SHARES = (0.95, 0.85, 0.7, 0.5, 0.25)  # of the cone, to be kept at the targets, so that all of it is between them
 KEPT = 0.995  # of the cone, to be kept all along
 BETWEEN = np.linspace(0.0, 1.0, 9)  # places on the way from target to target that are looked at
-TRAVEL = 0.05  # m that count for the way from bead to bead
+TRAVEL = 0.5  # m that count for the way from bead to bead
+CALM = 0.5  # m of a bead over which the table comes back to upright where nothing else pulls it
 LEAST_LENGTH = 1e-5  # m between targets, at least
-WEAKEST, STRONGEST = 1e-9, 1e12
+STRONGEST = 1e12
 UNKNOWN_SPEED = np.deg2rad(100.0)  # rad/s of an axis that has no limit: it only weighs one axis against the other
 ALIKE = 1e-9
 
@@ -102,10 +103,15 @@ class Schedule:
         ends = np.flatnonzero(np.diff(path, prepend=-1, append=path[-1] + 1))
         before: Floats | None = None
         for first, stop in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-            start = min(side, len(some) - 1)
-            bead = self._one_bead(some[:, first:stop], free[first:stop], speed, start)
-            wide = np.stack([width[first:stop]] * 2, axis=1)
-            bead[:, 1] += self._turns(bead[:, 1], wide, None if before is None else float(before[1]))
+            mine, wide = some[:, first:stop], np.stack([width[first:stop]] * 2, axis=1)
+            beads = []
+            for start in (side, 1 - side)[: len(some)]:
+                bead = self._one_bead(mine, free[first:stop], speed, min(start, len(some) - 1))
+                turns, over = self._turns(bead[:, 1], wide, None if before is None else float(before[1]))
+                bead[:, 1] += turns
+                beads.append((round(over, 6), bead))
+            # the other solution only where this one does not fit into the range
+            bead = min(beads, key=lambda each: each[0])[1]
             out[first:stop], before = bead, bead[-1]
         return out
 
@@ -132,17 +138,26 @@ class Schedule:
             out[: held[0], 1] = out[held[0], 1]
         return out
 
-    def _turns(self, E2: Floats, width: Floats, before: float | None) -> float:
-        """Whole turns that bring a bead into E2's range as far as that can be, nearest to the bead before, rad."""
+    def _turns(self, E2: Floats, width: Floats, before: float | None) -> tuple[float, float]:
+        """Whole turns that bring a bead into E2's range as far as that can be, nearest to the bead before, and the rest.
+
+        Args:
+            E2: along the bead, (t,), rad.
+            width: how far it may be off, down and up, (t, 2), rad.
+            before: where the bead before ended, rad; None where there is none.
+
+        Returns:
+            The turns, and how far the bead is outside the range with them, rad.
+        """
         low, high = self.freedom.low[1], self.freedom.high[1]
-        turns = TURN * np.arange(-6, 7) + TURN * np.round(-E2.mean() / TURN)
+        turns = TURN * (np.arange(-2, 3) + np.round(-E2.mean() / TURN))
         over = np.zeros(len(turns))
         if np.isfinite(low) and np.isfinite(high):
             most, least = (E2 - width[:, 0]).max(), (E2 + width[:, 1]).min()
             over = np.maximum(np.maximum(most + turns - high, low - least - turns), 0.0)
-        goal = E2[0] if before is None else before
-        off = np.abs(E2[0] + turns - (0.0 if before is None else goal))
-        return float(turns[np.lexsort((off, np.round(over, 6)))[0]])
+        away = np.abs(E2[0] + turns - (0.0 if before is None else before))
+        k = int(np.lexsort((away, np.round(over, 6)))[0])
+        return float(turns[k]), float(over[k])
 
     def _speed(self) -> Floats:
         return np.where(np.isfinite(self.speed), self.speed, UNKNOWN_SPEED)
@@ -157,12 +172,14 @@ class Schedule:
         pull = f.kinematics.pull(exact, normals)  # (n, 2, 3)
         metric = np.einsum("nax,nbx->nab", pull, pull)
         force, wall = np.full(n, stiff.mean() if n > 1 else 1.0), np.zeros((n, 2))
+        weakest = np.append(np.where(same, np.maximum(length, LEAST_LENGTH), LEAST_LENGTH), LEAST_LENGTH)
+        weakest *= weight.min() / CALM**2
         tables = np.clip(exact, f.low, f.high)
         for _ in range(ROUNDS):
             bound = np.clip(tables, f.low, f.high)
             tables = _solved(stiff, weight, force[:, None, None] * metric, exact, wall, bound, f.moves)
             off = f.kinematics.off(np.clip(tables, f.low, f.high), normals)
-            force = np.clip(force * np.clip(off / max(cone, 1e-6), 0.3, 3.0), WEAKEST, STRONGEST)
+            force = np.clip(force * np.clip(off / max(cone, 1e-6), 0.3, 3.0), weakest, STRONGEST)
             outside = (tables < f.low) | (tables > f.high)
             wall = np.where(outside, np.clip(4 * wall, stiff.mean() * weight, STRONGEST), wall / 2)
         tables = np.where(f.moves, np.clip(tables, f.low, f.high), exact)
