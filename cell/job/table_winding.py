@@ -3,9 +3,10 @@
     freedom, upright = freedom_of(case, scene), upright_of(case)
     targets, cut = split_beads(targets, freedom, upright)
 
-A bead right round a body takes a whole turn of E2, and an endless helix many. E2 has what its range holds and, at either
-end, as much as the cone about up allows; the rest is another piece of the bead, which begins at the target where the one
-before ended. Pieces are as few as can be, and turn alike. Radians.
+A bead right round a body takes a whole turn of E2, and an endless helix many. E2 has what its range holds and, at
+either end, as much as the cone about up allows; the rest is another piece of the bead, which begins at the target where
+the one before ended, with E2 turned back or with the table tilted to the other side. Pieces are as few as can be, and
+turn alike where that is as few. Radians.
 """
 
 from __future__ import annotations
@@ -65,8 +66,8 @@ def for_moving_table(case: Case, scene: Scene, targets: Targets) -> tuple[Target
     span = float(np.rad2deg(freedom.high[1] - freedom.low[1]))
     first = min(some)
     text = (
-        f"table.mode coordinated: {len(some)} bead(s) go further round than E2 turns ({span:g} deg, and what upright_deg"
-        f" {np.rad2deg(upright):g} allows): welded in pieces, with the arc off between them while the table unwinds;"
+        f"table.mode coordinated: {len(some)} bead(s) go further round than E2 turns ({span:g} deg, and what"
+        f" upright_deg {np.rad2deg(upright):g} allows): welded in pieces, with the arc off between them while the table unwinds;"
         f" most pieces {max(some.values())}, first bead {first} ({targets.sub_volume[_sub_volume(targets, first)]})"
     )
     return split, (Warning(Code.BEAD_SPLIT, text),)
@@ -115,9 +116,7 @@ def _cuts(normals: Floats, freedom: TableFreedom, upright: float) -> list[int]:
     return even if even is not None and all(fits) else cuts
 
 
-def wound(
-    normals: Floats, exact: Floats, freedom: TableFreedom, upright: float
-) -> tuple[Floats, Floats, Floats]:
+def wound(normals: Floats, exact: Floats, freedom: TableFreedom, upright: float) -> tuple[Floats, Floats, Floats]:
     """How E2 winds along a bead, and how far it may be off that, down and up.
 
     Args:

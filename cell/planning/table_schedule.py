@@ -139,7 +139,7 @@ class Schedule:
         return out
 
     def _turns(self, E2: Floats, width: Floats, before: float | None) -> tuple[float, float]:
-        """Whole turns that bring a bead into E2's range as far as that can be, nearest to the bead before, and the rest.
+        """Whole turns that bring a bead into E2's range as far as can be, nearest to the bead before; and the rest.
 
         Args:
             E2: along the bead, (t,), rad.

@@ -92,8 +92,8 @@ class TableFreedom:
     def least_off(self, normals: Floats) -> Floats:
         """The least angle from up to which the axes can bring directions inside their ranges.
 
-        In the ranges' inside it is least where it is exact, or as near as the axes come; on their border, where one axis
-        is at its end and the other as near as it comes, or at its end as well.
+        In the ranges' inside it is least where it is exact, or as near as the axes come; on their border, where one
+        axis is at its end and the other as near as it comes, or at its end as well.
 
         Args:
             normals: unit vectors, (m, 3), part frame.
@@ -146,8 +146,8 @@ class TableFreedom:
             upright: how far off up they may be, rad.
 
         Returns:
-            Distances down and up, (m, 2), rad: half a turn where E2 may turn as it likes; 0 where it is held, or nothing
-            keeps them there.
+            Distances down and up, (m, 2), rad: half a turn where E2 may turn as it likes; 0 where it is held, or
+            nothing keeps them there.
         """
         out = np.zeros((len(normals), 2))
         if not self.moves[1]:

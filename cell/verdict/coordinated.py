@@ -136,7 +136,9 @@ def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _
     length = np.linalg.norm(np.diff(t.position, axis=0), axis=1) * METRES_PER_MM
     way = schedule.along(t.normal, t.path, length, side=side, aim=aim)
     speed = schedule.speed
-    seconds = float((np.abs(np.diff(way.tables, axis=0)) / speed).max(axis=1).sum()) if np.isfinite(speed).all() else 0.0
+    seconds = (
+        float((np.abs(np.diff(way.tables, axis=0)) / speed).max(axis=1).sum()) if np.isfinite(speed).all() else 0.0
+    )
     context = Context.along(job, way.tables)
     some = np.unique(np.linspace(0, len(t) - 1, LOOKED_AT).round().astype(np.int64))
     return _Trial(way, len(table_in_the_way(job, way.tables)), _lost(context, some), seconds)
