@@ -86,7 +86,7 @@ def ours(chain: Chain, limits: SingularityLimits, Ts: Floats, rolls: Floats) -> 
     assert form is not None
 
     def certificate() -> tuple[float, float]:
-        result = certify(chain, form, Ts, RollWindow.free(), limits)
+        result = certify(chain, Ts, RollWindow.free(), limits, form)
         return float(result.reachable.mean()), float(result.unreachable.mean())
 
     def sampled(*, keep_margins: bool) -> tuple[float, float]:

@@ -94,7 +94,7 @@ def main() -> int:
     count = {noise: np.zeros(5, dtype=int) for noise in NOISE}  # targets, reachable, undecided, proved, refuted
     for seed in range(args.first, args.first + args.arms):
         chain, form, Ts, window = random_case(seed, args.targets)
-        proof = certify(chain, form, Ts, window, SingularityLimits())
+        proof = certify(chain, Ts, window, SingularityLimits(), form)
         out = Ts[proof.unreachable]
         wrong = refuted(chain, form, out, window, args.rolls, args.seeds) if len(out) else 0
         if wrong:

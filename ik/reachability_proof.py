@@ -3,7 +3,7 @@
 Sampling rolls finds configurations, yet a miss proves nothing. ``certify`` settles whole windows of the roll about the
 wire, for arms with a closed form::
 
-    proof = certify(chain, form, Ts_base_target, RollWindow.free(), SingularityLimits())
+    proof = certify(chain, Ts_base_target, RollWindow.free())
     proof.state == UNREACHABLE          # (m,): no roll and no configuration, inside the limits with the margins
     proof.roll, proof.q                 # a witness for each REACHABLE one
     proof.cause, proof.axis             # what keeps the others out over most of the window
@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain import Chain, Floats
-from .closed_form import SphericalWristArm, solve
+from .closed_form import SphericalWristArm, recognise, solve
 from .joint_turns import SLACK, excess
 from .roll import RollWindow, apply_roll, wrap
 from .roll_bounds import NO_REACH, OVER_LIMIT, TOO_NEAR, Bools, Ints, RollBounds
@@ -79,10 +79,10 @@ class Certificates:
 
 def certify(
     chain: Chain,
-    form: SphericalWristArm,
     Ts_base_target: Floats,
     window: RollWindow,
-    limits: SingularityLimits,
+    limits: SingularityLimits | None = None,
+    form: SphericalWristArm | None = None,
     *,
     max_depth: int = 12,
     first_step: float = np.deg2rad(60.0),
@@ -91,10 +91,10 @@ def certify(
 
     Args:
         chain: the arm with its tool.
-        form: its constants, from ``closed_form.recognise``.
         Ts_base_target: targets at roll 0, (m, 4, 4), m, base frame.
         window: rolls allowed. A single roll is settled by its eight branches alone.
-        limits: singularity margins a configuration must keep (the geometric ones).
+        limits: singularity margins a configuration must keep (the geometric ones); the defaults where left out.
+        form: its constants, from ``closed_form.recognise``; found where left out.
         max_depth: how often the first intervals are halved at most.
         first_step: greatest width of the first intervals, rad.
 
@@ -102,12 +102,17 @@ def certify(
         Certificates. ``UNREACHABLE`` is a proof for every roll of the window, not a search that found nothing.
 
     Raises:
-        ValueError: poses that are not (m, 4, 4) or not finite, a step that is not positive, or a negative depth.
+        ValueError: an arm without a closed form, poses that are not (m, 4, 4) or not finite, a step that is not
+            positive, or a negative depth.
     """
     if Ts_base_target.ndim != 3 or Ts_base_target.shape[1:] != (4, 4) or not np.isfinite(Ts_base_target).all():
         raise ValueError(f"targets must be finite poses (m, 4, 4), not of shape {Ts_base_target.shape}")
     if not first_step > 0 or max_depth < 0:
         raise ValueError(f"first_step must be positive and max_depth at least 0, not {first_step} and {max_depth}")
+    form = recognise(chain) if form is None else form
+    if form is None:
+        raise ValueError("nothing can be proved of an arm without a closed form (A1 across A2, A2 along A3, a wrist)")
+    limits = SingularityLimits() if limits is None else limits
     search = _IntervalSearch(chain, form, limits, window, max_depth, first_step)
     settle = search.one_roll if window.is_fixed else search.many_rolls
     blocks = [settle(Ts_base_target[i : i + BLOCK]) for i in range(0, max(len(Ts_base_target), 1), BLOCK)]

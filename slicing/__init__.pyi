@@ -48,6 +48,14 @@ from .targets.speeds import BeadSpeed as BeadSpeed
 from .targets.targets import Targets as Targets
 from .targets.targets import sample_beads as sample_beads
 from .targets.waypoints import travels as travels
+from .toolpaths.csv_file import read_toolpath as read_toolpath
+from .toolpaths.short_calls import Cone as Cone
+from .toolpaths.short_calls import Cylinder as Cylinder
+from .toolpaths.short_calls import lay as lay
+from .toolpaths.short_calls import load as load
+from .toolpaths.short_calls import slice as slice
+from .toolpaths.toolpath import Toolpath as Toolpath
+from .toolpaths.toolpath import toolpath_shape as toolpath_shape
 from .warning import WRONG_LAYER as WRONG_LAYER
 from .warning import Code as Code
 from .warning import Warning as Warning
@@ -66,7 +74,9 @@ __all__ = [
     "BodyHint",
     "Bools",
     "Code",
+    "Cone",
     "ConicalBody",
+    "Cylinder",
     "Evidence",
     "Indices",
     "LaidSubVolume",
@@ -81,6 +91,7 @@ __all__ = [
     "SlicedSubVolume",
     "SlicingParameters",
     "Targets",
+    "Toolpath",
     "Warning",
     "beyond_borders",
     "body_ends",
@@ -88,20 +99,25 @@ __all__ = [
     "fits",
     "frame_line",
     "indices",
+    "lay",
     "lay_beads",
     "layer_metal",
+    "load",
     "load_mesh",
     "low_part_warnings",
     "metal_document",
     "overhangs",
     "part_shape",
+    "read_toolpath",
     "sample_beads",
     "scores_of",
     "share_of",
+    "slice",
     "slice_body",
     "slice_sub_volume",
     "slices_document",
     "targets_rows",
+    "toolpath_shape",
     "travels",
     "turned",
     "turned_solid",

@@ -25,6 +25,7 @@ class Code(StrEnum):
     BODY_SMALL = "body_small"
     BODY_UNLIKE = "body_unlike"
     BODY_VOLUME = "body_volume"
+    CALIBRATION_FAR = "calibration_far"
     CONCAVE_FIXTURE = "concave_fixture"
     DEPOSIT_SHARE = "deposit_share"
     FLOATING_PIECE = "floating_piece"
@@ -53,6 +54,8 @@ class Code(StrEnum):
     SLIVERS = "slivers"
     SUB_VOLUME_ABSENT = "sub_volume_absent"
     TABLE_WITHOUT_SHAPE = "table_without_shape"
+    TOOLPATH_COLUMNS = "toolpath_columns"
+    TOOLPATH_NOT_SLICED = "toolpath_not_sliced"
 
 
 WRONG_LAYER = frozenset(

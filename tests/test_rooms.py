@@ -39,7 +39,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("volume",),
         ("beads",),
         ("strategies", "targets", "deposits"),
-        ("paper",),
+        ("paper", "toolpaths"),
         ("document",),
         ("__init__",),
     ),

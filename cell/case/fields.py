@@ -37,6 +37,7 @@ RightAngle = Annotated[float, within(0, 90)]  # an angle from a line: more than 
 Vec2 = tuple[Coordinate, Coordinate]
 Vec3 = tuple[Coordinate, Coordinate, Coordinate]
 Angles3 = tuple[Angle, Angle, Angle]
+ControllerFrame = tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle]  # X Y Z A B C
 
 
 def _no_control(text: str) -> str:

@@ -43,7 +43,7 @@ def content_files(case: Case) -> Iterator[Path]:
         Paths; some may be missing, or come twice.
     """
     body = case.part.body.mesh if case.part.body else None
-    for name in (case.part.mesh, *case.part.sub_volumes, body, *(f.mesh for f in case.fixtures)):
+    for name in (case.part.mesh, case.part.toolpath, *case.part.sub_volumes, body, *(f.mesh for f in case.fixtures)):
         if name:
             yield from _mesh_files(case.path_of(name))
     for model in (case.robot.model, case.tool.model, case.positioner.model):

@@ -113,6 +113,7 @@ def _rebase(content: dict[str, Any], folder: Path) -> None:
 
     part = content.get("part")
     rebase(part, "mesh")
+    rebase(part, "toolpath")
     if isinstance(part, dict):
         rebase(part.get("body"), "mesh")
         names = part.get("sub_volumes")
@@ -150,6 +151,18 @@ def parse_case(content: object, path: str | Path = "case.yaml") -> Case:
     return case
 
 
+def _check_toolpath(case: Case) -> None:
+    """Refuse what does not go with beads of another slicer."""
+    part = case.part
+    if part.mesh is not None or part.sub_volumes:
+        raise InputError(f"{case.path}: part: give toolpath, or meshes to slice (mesh, sub_volumes), not both")
+    if part.body is None:
+        raise InputError(f"{case.path}: part.body: needs radius_mm (or profile_mm): what the toolpath's beads lie on")
+    for key, given in (("part.take", part.take), ("part.built", part.built), ("slicing.body", case.slicing.body)):
+        if given:
+            raise InputError(f"{case.path}: {key}: does not go with part.toolpath, which is laid whole on its body")
+
+
 def with_changes(case: Case, **changes: Any) -> Case:
     """A case with whole sections replaced, still read from the same file.
 
@@ -184,6 +197,9 @@ def _check_part(case: Case) -> None:
     part = case.part
     if part.mesh is not None and part.sub_volumes:
         raise InputError(f"{case.path}: part: give mesh (the whole part) or sub_volumes, not both")
+    if part.toolpath is not None:
+        _check_toolpath(case)
+        return
     if part.mesh is not None:
         return
     if not part.sub_volumes and part.body is not None and case.slicing.body is not None:

@@ -21,6 +21,7 @@ from .fields import (
     Angles3,
     AxisRate,
     BeadWidth,
+    ControllerFrame,
     Coordinate,
     Coordinates,
     Count,
@@ -82,6 +83,19 @@ class Part(Section):
     """The part: its sub-volumes, its body, and where it stands on the table."""
 
     mesh: FileName | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
+    toolpath: FileName | None = Field(
+        None,
+        description="beads of another slicer, a table of targets (docs/formats.md), on the body below; instead of "
+        "meshes to slice",
+    )
+    toolpath_normal: Literal["up", "radial"] | None = Field(
+        None,
+        description="deposition direction where the toolpath has none: along the part's z, or off that axis",
+    )
+    toolpath_metal: Literal["above", "below"] = Field(
+        "above",
+        description="where a bead's metal lies: above its targets (on what it is laid on) or below them (on its top)",
+    )
     sub_volumes: list[FileName] = Field(default_factory=list, description="one closed mesh each, on the body below")
     take: list[Name] = Field(
         default_factory=list,
@@ -238,6 +252,22 @@ class Torch(Section):
     )
 
 
+class Calibration(Section):
+    """The positioner as it was measured: the controller's frames, each [X, Y, Z, A, B, C] in mm and deg.
+
+    Each axis turns about the z of its frame: root, axis 1, E1, axis 2, E2, flange.
+    """
+
+    root_mm_deg: ControllerFrame = Field(description="in the cell's world; KUKA: MACHINE_DEF[n].ROOT")
+    axis_1_mm_deg: ControllerFrame = Field((0.0,) * 6, description="of the first axis, in the root; KUKA: $ET1_TA1KR")
+    axis_2_mm_deg: ControllerFrame | None = Field(
+        None, description="of the second axis, in the first at E1 = 0; KUKA: $ET1_TA2A1"
+    )
+    flange_mm_deg: ControllerFrame | None = Field(
+        None, description="of the table, in the last axis; KUKA: $ET1_TFLA3; the model's where left out"
+    )
+
+
 class Positioner(Section):
     """The table: a shipped model's name or an MJCF file, where it stands, and what its joints are called.
 
@@ -252,6 +282,9 @@ class Positioner(Section):
         description="tilt, then turn; one alone, or [] for a fixed table. A hinge without range is endless",
     )
     table: Name = "table"
+    calibration: Calibration | None = Field(
+        None, description="where its axes and its table were measured, instead of where they are drawn"
+    )
     held_deg: dict[str, Angle] = Field(
         default_factory=dict, description="where hinges of the model stand that are not among joints, see robot"
     )

@@ -91,10 +91,11 @@ class Words:
         job, d, n = self.result.job, self.document, len(self.result.rows)
         yield "Table pose", self._pose()
         yield "Reached", f"{n - self.result.infeasible} of {n} targets"
-        layers = sum(len(s.layers) for s in job.sliced)
+        layers = sum(job.layers)
         beads = int(job.targets.path.max()) + 1
-        parts = f"{len(job.sliced)} sub-volume{'s' * (len(job.sliced) > 1)}"
-        yield "Part", f"{parts}, {layers} layers, {beads} beads, sliced {escape(job.case.slicing.strategy)}"
+        parts = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) > 1)}"
+        made = f"sliced {escape(job.case.slicing.strategy)}" if job.sliced else "of a toolpath"
+        yield "Part", f"{parts}, {layers} layers, {beads} beads, {made}"
         if self.result.motion is not None:
             motion = d["motion"]
             waits = f", waiting {_duration(motion['dwell_s'])}" if motion["dwell_s"] else ""

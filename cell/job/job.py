@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ik.chain import Floats
+from ik.chain import Chain, Floats
 from ik.closed_form import TOLERANCE, misfits
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
@@ -34,14 +34,16 @@ from slicing import (
     SlicedSubVolume,
     SlicingParameters,
     Targets,
+    Toolpath,
     Warning,
     beyond_borders,
     body_ends,
     lay_beads,
-    part_shape,
+    read_toolpath,
     sample_beads,
     slice_body,
     slice_sub_volume,
+    toolpath_shape,
     typed,
 )
 
@@ -51,9 +53,10 @@ from ..errors import InputError
 from ..progress import stage
 from ..scene.compose import compose
 from ..scene.drives import Drives, drives
-from ..scene.scene import Scene
+from ..scene.placement import place
+from ..scene.scene import Scene, table_angles
 from ..units import METRES_PER_MM
-from .part_input import PartInput, read_part
+from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_order, check_table
 from .table_winding import for_moving_table
 
@@ -72,7 +75,7 @@ class Job:
 
     Attributes:
         case: what was asked for.
-        sliced: the sub-volumes.
+        sliced: the sub-volumes; empty where the toolpath is another slicer's.
         shape: the part as shapes that collide.
         targets: in the order of deposition, part frame, mm.
         scene: the composed cell.
@@ -105,6 +108,23 @@ class Job:
     def drives(self) -> Drives:
         """What the axes can do."""
         return drives(self.scene)
+
+    @property
+    def chain(self) -> Chain:
+        """The arm with its tool."""
+        return self.scene.chain
+
+    @property
+    def Ts_base_target(self) -> Floats:
+        """Targets at roll 0 at the case's own table pose, (n, 4, 4), m, base frame."""
+        table = table_angles(self.scene, self.case.table.E1_deg, self.case.table.E2_deg)
+        return place(self.targets, self.scene.T_base_part(*table)).Ts_base_target
+
+    @property
+    def layers(self) -> tuple[int, ...]:
+        """How many layers each sub-volume has."""
+        ends = (*self.shape.first_deposit[1:], self.shape.n_deposits)
+        return tuple(end - first for first, end in zip(self.shape.first_deposit, ends, strict=True))
 
     @property
     def window(self) -> RollWindow:
@@ -281,11 +301,13 @@ def _built(case: Case, part: PartInput) -> list[tuple[SlicedSubVolume, Floats]]:
     return [(one.sliced, beyond_borders(one, parameters)) for one in lay_beads(sliced, parameters)]
 
 
-def prepare(case: Case) -> Job:
+def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     """Slice, sample and compose.
 
     Args:
         case: the case.
+        toolpath: beads that are laid already (`slicing.lay`, `slicing.read_toolpath`), instead of the case's part; of
+            that its body alone counts then.
 
     Returns:
         The job.
@@ -294,24 +316,53 @@ def prepare(case: Case) -> Job:
         InputError: something in the case cannot be used, or a layer is not that of its solid (`layer_area`,
             `layer_length`, `layer_loops`); one line.
     """
+    path = _read_path(case) if toolpath is None and case.part.toolpath is not None else toolpath
+    if path is None:
+        part, path = _laid_here(case)
+        built, said = _built(case, part), path.warnings
+    else:
+        _require_right_layers(case, path.sliced)
+        part, built = read_body(case, path.z_mm), []
+        said = (*part.warnings, *path.warnings)
+    if len(path.targets) == 0:
+        raise InputError(
+            f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
+        )
+    axis = (0.0, 0.0) if part.round_body is None else part.round_body.axis_xy_mm
+    shape = toolpath_shape(path, part.body_mesh, part.profile, axis, built)
+    scene = compose(case, shape)
+    warnings = (*said, *scene.warnings)
+    job = Job(case, path.sliced, shape, path.targets, scene, warnings, path.laid, part.T_part_input, part.evidence)
+    check_table(case, scene, job.targets.sub_volume, job.layers)
+    targets, split = for_moving_table(case, scene, job.targets)
+    job = replace(job, targets=targets, warnings=(*job.warnings, *split, *margins_told(job.solver)))
+    _ = job.drives  # what is wrong with them is to be said before any search
+    return job
+
+
+def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
+    """A case's part sliced and laid."""
     part = read_part(case)
     sliced = slice_part(case, part)
     _require_right_layers(case, sliced)
     sliced = tuple(sliced[k] for k in build_order(case, [one.name for one in sliced]))
     laid, targets, told = sample_part(case, sliced)
-    if len(targets) == 0:
-        raise InputError(
-            f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
+    said = (*part.warnings, *(line for one in sliced for line in one.warnings), *told)
+    return part, Toolpath(targets, bead_parameters(case), laid, warnings=said)
+
+
+@stage("reading the toolpath")
+def _read_path(case: Case) -> Toolpath:
+    """A case's toolpath of another slicer."""
+    process = case.process
+    try:
+        return read_toolpath(
+            case.path_of(str(case.part.toolpath)),
+            width_mm=case.beads.width_mm,
+            thickness_mm=case.slicing.h_layer_mm,
+            speed_mm_s=process.deposition_speed_mm_s,
+            normal=case.part.toolpath_normal,
+            metal=case.part.toolpath_metal,
         )
-    parameters = bead_parameters(case)
-    beyond = [beyond_borders(one, parameters) for one in laid]
-    shape = part_shape(sliced, part.body_mesh, part.profile, beyond, _built(case, part))
-    warnings = (*part.warnings, *(line for s in sliced for line in s.warnings), *told)
-    scene = compose(case, shape)
-    check_table(case, scene, [one.name for one in sliced], [len(one.layers) for one in sliced])
-    targets, split = for_moving_table(case, scene, targets)
-    warnings = (*warnings, *scene.warnings, *split)
-    job = Job(case, sliced, shape, targets, scene, warnings, laid, part.T_part_input, part.evidence)
-    job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
-    _ = job.drives  # what is wrong with them is to be said before any search
-    return job
+    except PartError as error:
+        raise InputError(str(error)) from None

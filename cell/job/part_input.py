@@ -102,6 +102,8 @@ def read_part(case: Case) -> PartInput:
     Raises:
         InputError: a mesh is missing or cannot be used, or a sub-volume is taken that is not there; one line.
     """
+    if case.part.toolpath is not None:
+        raise InputError(f"{case.path}: part.toolpath: its beads are laid already; there is nothing to slice")
     meshes: list[Mesh] = []
     try:
         found = _whole(case, meshes) if case.part.mesh is not None else _pieces(case, meshes)
@@ -112,6 +114,35 @@ def read_part(case: Case) -> PartInput:
         hints = "".join(f"; {line}" for mesh in meshes for line in mesh.warnings)
         raise InputError(f"{error}{hints}") from None
     return _taken(case, found)
+
+
+def read_body(case: Case, z_mm: tuple[float, float]) -> PartInput:
+    """The body alone, which beads that are laid elsewhere lie on.
+
+    Args:
+        case: the case.
+        z_mm: where it ends where neither the case nor a mesh says so.
+
+    Returns:
+        The part, without sub-volumes.
+
+    Raises:
+        InputError: the body is not told, or its mesh cannot be used; one line.
+    """
+    part = case.part
+    try:
+        if part.mesh is not None:
+            return replace(_whole(case, []), meshes=(), bodies=())
+        if part.body is None:
+            raise InputError(f"{case.path}: part.body: needs radius_mm, the radius of the cylinder they stand on")
+        body = _told(part.body)
+        if part.body.mesh is not None:
+            own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
+            return PartInput((), (), own, None, own.warnings, round_body=body)
+        ends = z_mm if part.body.z_mm is None else part.body.z_mm
+        return PartInput((), (), None, _profile(body, ends, []), round_body=body)
+    except PartError as error:
+        raise InputError(str(error)) from None
 
 
 def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:

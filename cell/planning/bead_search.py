@@ -379,7 +379,7 @@ class BeadSearch:
         if form is None or not targets:
             return {}
         Ts, limits = self.placed.Ts_base_target[targets], self.context.limits
-        found = certify(self.context.solver.chain, form, Ts, self.nodes.window, limits)
+        found = certify(self.context.solver.chain, Ts, self.nodes.window, limits, form)
         return {
             i: (bool(found.unreachable[k]), float(found.roll[k]) if found.reachable[k] else None)
             for k, i in enumerate(targets)

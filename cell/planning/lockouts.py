@@ -63,7 +63,7 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
     Returns:
         The plan; ``blocked_by_layers`` is added to details of collisions that go away without those layers.
     """
-    layers = _Layers(tuple(s.name for s in job.sliced), job.shape.first_deposit, job.shape.n_deposits)
+    layers = _Layers(job.targets.sub_volume, job.shape.first_deposit, job.shape.n_deposits)
     beads, stuck = list(plan.beads), dict(plan.stuck)
     known: list[int] = []
     left = MOST

@@ -121,7 +121,7 @@ def _proved_out(job: Job, placed: Placed) -> dict[int, str]:
     solver = job.solver
     if solver.form is None:
         return {}
-    proofs = certify(solver.chain, solver.form, placed.Ts_base_target, job.window, job.singularity_limits)
+    proofs = certify(solver.chain, placed.Ts_base_target, job.window, job.singularity_limits, solver.form)
     out = np.flatnonzero(proofs.unreachable)
     if not len(out):
         return {}

@@ -136,7 +136,7 @@ def reachable(solver: Solver, Ts: Floats, window: RollWindow, limits: Singularit
         (m,) booleans; without a closed form, what damped least squares finds.
     """
     if solver.form is not None:
-        return certify(solver.chain, solver.form, Ts, window, limits).reachable
+        return certify(solver.chain, Ts, window, limits, solver.form).reachable
     found = dls_solve(solver.chain, Ts, window, seeds=solver.seeds, enough=1)
     least = limits.values(solver.geometry is not None)
     q = np.where(found.ok[..., None], found.q, np.nan)

@@ -48,6 +48,8 @@ def seam_places(job: Job, rows: Sequence[TargetVerdict]) -> dict[str, tuple[Seam
         Sub-volumes with a closed bead that a start elsewhere could mend, and the places.
     """
     t = job.targets
+    if not job.sliced:
+        return {}  # another slicer's beads start where they start
     bad = [i for i, row in enumerate(rows) if may_be_mended(row)]
     # a travel may fail at the end of the bead that it leaves
     bad += [

@@ -69,11 +69,12 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
 
 def _facts(result: Result) -> Iterator[tuple[str, str]]:
     job, n = result.job, len(result.rows)
-    layers = sum(len(s.layers) for s in job.sliced)
+    layers = sum(job.layers)
     beads = int(job.targets.path.max()) + 1
+    made = job.case.slicing.strategy if job.sliced else "of a toolpath"
     yield (
         "part",
-        f"{len(job.sliced)} sub-volume(s), {job.case.slicing.strategy}: {layers} layers, {beads} beads, {n} targets",
+        f"{len(job.layers)} sub-volume(s), {made}: {layers} layers, {beads} beads, {n} targets",
     )
     for line in found_lines(job.T_part_input, job.evidence):
         name, text = line.split(": ", 1)

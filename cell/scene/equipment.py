@@ -28,6 +28,7 @@ from ..mjcf.names import attach, name_all
 from ..mjcf.torch import TorchDimensions, shape_torch
 from ..shipped import MODELS_DIR, is_path
 from ..units import METRES_PER_MM
+from .calibration import calibrated
 from .composition import Piece, Pieces, one_line
 
 UNUSED = ("unused/E1", "unused/E2")  # joints of axes that a positioner does not have
@@ -228,8 +229,10 @@ def add_positioner(pieces: Pieces) -> Held:
     for numeric in list(positioner.numerics):
         numeric.name = f"positioner_{numeric.name}"
     _prepared(pieces, positioner, "positioner")
+    place, quat = np.array(told.position_mm) * METRES_PER_MM, quaternion_about(told.rotation_deg)
+    place, quat = calibrated(pieces, positioner, place, quat)
     pieces.table = _stands_at(positioner, told.table, "positioner")
-    root, place, quat = world.worldbody, np.array(told.position_mm) * METRES_PER_MM, quaternion_about(told.rotation_deg)
+    root = world.worldbody
     if not told.joints:
         root = root.add_body(name=ROOT, pos=place, quat=quat)
         place, quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])

@@ -109,6 +109,29 @@ class Result:
     motion: Motion | None
     seconds: float = field(default=0.0, kw_only=True)
 
+    def to_frame(self) -> dict[str, Any]:
+        """The targets as columns, for a table of any library: ``pandas.DataFrame(result.to_frame())``.
+
+        Returns:
+            By name, each (n,): numbers, positions (part frame, mm), deposition directions, reasons ("" where
+            feasible), whether they are proved, and the configurations (deg, NaN where there is none).
+        """
+        t = self.job.targets
+        q = np.full((len(t), self.job.chain.n), np.nan)
+        for i, row in enumerate(self.rows):
+            if row.q is not None:
+                q[i] = row.q
+        names = np.array(t.sub_volume)[t.sub_volume_index]
+        out: dict[str, Any] = {"target": np.arange(len(t)), "sub_volume": names, "layer": t.layer, "bead": t.path}
+        out |= {f"{axis}_mm": t.position[:, k] for k, axis in enumerate("xyz")}
+        out |= {f"n{axis}": t.normal[:, k] for k, axis in enumerate("xyz")}
+        out["thickness_mm"], out["speed_mm_s"] = t.thickness_mm, t.speed_mm_s
+        out["feasible"] = np.array([row.reason is None for row in self.rows])
+        out["reason"] = np.array([row.reason or "" for row in self.rows])
+        out["proved"] = np.array([row.proved for row in self.rows])
+        out["off_upright_deg"] = np.rad2deg(self.gravity)
+        return out | {f"{name}_deg": np.rad2deg(q[:, k]) for k, name in enumerate(self.job.chain.names)}
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """The job's, and what is to be said of this pose of the table."""

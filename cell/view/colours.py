@@ -44,7 +44,7 @@ def ramp(share: Floats, stops: Floats) -> Floats:
 def layer_colours(job: Job) -> Floats:
     """A colour for every target by its layer, (n, 4); neighbouring layers differ in lightness as well."""
     t = job.targets
-    layers = np.array([max(len(s.layers) - 1, 1) for s in job.sliced])
+    layers = np.maximum(np.array(job.layers) - 1, 1)
     rgb = ramp(t.layer / layers[t.sub_volume_index], HEAT) * np.where(t.layer % 2, 0.84, 1.0)[:, None]
     return np.column_stack([rgb, np.ones(len(rgb))])
 

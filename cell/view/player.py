@@ -202,7 +202,7 @@ class Player:
         result, frame, t = self.result, self.frame(), self.result.job.targets
         i = frame.target
         sub_volume = t.sub_volume_index[i]
-        layers = len(result.job.sliced[sub_volume].layers)
+        layers = result.job.layers[sub_volume]
         lines = [
             (result.job.case.title, f"E1 {result.asked[0]:g}  E2 {result.asked[1]:g} deg"),
             (

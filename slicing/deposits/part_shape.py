@@ -82,24 +82,13 @@ def part_shape(
         ValueError: neither body_mesh nor profile is given, and the body is not among what is printed.
     """
     body = sliced[0].body
-    hulls: dict[str, Floats] = {}
-    visual = {f"{s.name}_visual": s.mesh for s in (*sliced, *(s for s, _ in built))}
     if any(s.stands_on_plate for s in sliced):
-        pass  # the body grows like everything else: nothing of it is there before
-    elif profile is not None:
-        axis = body.axis_xy_mm
-        bands = [(low, high) for low, high in pairwise(profile) if high[1] > low[1]]
-        hulls.update((f"body/{i}", _band(axis, *band)) for i, band in enumerate(bands))
-        visual["body_visual"] = body_mesh or turned(axis, profile)
-    elif body_mesh is not None:
-        visual["body_visual"] = body_mesh
-        hulls["body/0"] = _thinned_hull(body_mesh.vertices)
+        visual: dict[str, Mesh] = {}  # the body grows like everything else: nothing of it is there before
+        hulls: dict[str, Floats] = {}
     else:
-        raise ValueError("a part needs the shape of its body: a mesh or a profile")
-    for s, beyond in built:
-        for layer in s.layers:
-            slabs = enumerate(_slabs(s, layer, float(beyond[layer.index])))
-            hulls.update((f"built/{s.name}/{layer.index}/{k}", slab) for k, slab in slabs)
+        visual, hulls = body_shape(body.axis_xy_mm, body_mesh, profile)
+    visual = {f"{s.name}_visual": s.mesh for s in (*sliced, *(s for s, _ in built))} | visual
+    hulls |= built_hulls(built)
     first, number = [], 0
     for i, s in enumerate(sliced):
         first.append(number)
@@ -108,6 +97,45 @@ def part_shape(
             hulls.update((f"deposit/{number}/{s.name}/{k}", slab) for k, slab in slabs)
             number += 1
     return PartShape(visual, hulls, tuple(first), number)
+
+
+def body_shape(
+    axis_xy_mm: tuple[float, float], body_mesh: Mesh | None, profile: Sequence[tuple[float, float]] | None
+) -> tuple[dict[str, Mesh], dict[str, Floats]]:
+    """Shapes of a body that is there from the start.
+
+    Args:
+        axis_xy_mm: where its axis is.
+        body_mesh: its own shape, to look at; its convex hull collides where there is no profile.
+        profile: (r, z) points about the axis, mm, lowest first; band by band it is what collides.
+
+    Returns:
+        What is looked at, and vertices of convex pieces, both by geom name.
+
+    Raises:
+        ValueError: neither is given.
+    """
+    if profile is not None:
+        bands = [(low, high) for low, high in pairwise(profile) if high[1] > low[1]]
+        hulls = {f"body/{i}": _band(axis_xy_mm, *band) for i, band in enumerate(bands)}
+        return {"body_visual": body_mesh or turned(axis_xy_mm, profile)}, hulls
+    if body_mesh is not None:
+        return {"body_visual": body_mesh}, {"body/0": _thinned_hull(body_mesh.vertices)}
+    raise ValueError("a part needs the shape of its body: a mesh or a profile")
+
+
+def built_hulls(built: Sequence[tuple[SlicedSubVolume, Floats]]) -> dict[str, Floats]:
+    """Vertices of convex pieces of sub-volumes that are there from the start, by geom name.
+
+    Args:
+        built: each with how far its beads reach beyond the layers' borders, (layers,), mm.
+    """
+    hulls: dict[str, Floats] = {}
+    for s, beyond in built:
+        for layer in s.layers:
+            slabs = enumerate(_slabs(s, layer, float(beyond[layer.index])))
+            hulls.update((f"built/{s.name}/{layer.index}/{k}", slab) for k, slab in slabs)
+    return hulls
 
 
 def beyond_borders(laid: LaidSubVolume, parameters: BeadParameters) -> Floats:

@@ -94,7 +94,7 @@ def test_what_is_called_proved_is_found_by_no_dense_search():
         form = recognise(tight, TOLERANCE)
         Ts = chain.forward(sampled(chain, 30, k))
         for w in (window, RollWindow.fixed(0.3)):
-            out = certify(tight, form, Ts, w, limits).unreachable
+            out = certify(tight, Ts, w, limits, form).unreachable
             rolls = w.samples(np.deg2rad(2.0))
             q = Solver.for_chain(tight).candidates(apply_roll(Ts[out][:, None], rolls).reshape(-1, 4, 4)).q
             keeps = (margins(tight, form, q) >= limits.values(True)).all(axis=-1) & np.isfinite(q[..., 0])
@@ -126,6 +126,6 @@ def test_random_poses_of_a_tool_are_solved_alike_by_the_arm_and_the_one_next_to_
     near = shaken(exact, 2e-5, 9)
     limits, window = SingularityLimits(), RollWindow.free()
     Ts = exact.forward(sampled(exact, 80, 4)) @ random_pose(np.random.default_rng(1), 0.5)
-    a = certify(exact, recognise(exact), Ts, window, limits)
-    b = certify(near, recognise(near, TOLERANCE), Ts, window, limits)
+    a = certify(exact, Ts, window, limits, recognise(exact))
+    b = certify(near, Ts, window, limits, recognise(near, TOLERANCE))
     assert (a.state == b.state).mean() > 0.95

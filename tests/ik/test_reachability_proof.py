@@ -96,7 +96,7 @@ class Case:
         ]
 
     def certify(self):
-        return certify(self.chain, self.form, self.Ts, self.window, self.limits)
+        return certify(self.chain, self.Ts, self.window, self.limits, self.form)
 
 
 def fuzz(seeds, rolls):
@@ -169,7 +169,7 @@ def test_a_target_made_from_a_configuration_is_never_proven_out(seed):
     for window in (FREE, RollWindow(low, 0.0), RollWindow(low, low + 3.0), RollWindow.fixed(0.0)):
         roll = rng.uniform(window.low, window.high)
         T = apply_roll(chain.forward(q[None]), np.array([-roll]))
-        assert certify(chain, form, T, window, SingularityLimits(*least)).state[0] != UNREACHABLE
+        assert certify(chain, T, window, SingularityLimits(*least), form).state[0] != UNREACHABLE
 
 
 @pytest.fixture(scope="module")
@@ -189,10 +189,10 @@ def around_the_border(rng, count):
 def test_hardly_a_target_of_the_shipped_arm_is_left_open(job):
     chain, form, limits = job.solver.chain, form_of(job.solver.chain), job.singularity_limits
     Ts = around_the_border(np.random.default_rng(0), 2000)
-    found = certify(chain, form, Ts, FREE, limits)
+    found = certify(chain, Ts, FREE, limits, form)
     assert found.undecided.sum() <= 2
     assert 300 < found.unreachable.sum() < 1000
-    assert_consistent(chain, form, Ts[::4], FREE, limits, certify(chain, form, Ts[::4], FREE, limits), rolls=360)
+    assert_consistent(chain, form, Ts[::4], FREE, limits, certify(chain, Ts[::4], FREE, limits, form), rolls=360)
 
 
 @pytest.mark.parametrize("table", [(-45, 0), (90, 180)])
@@ -204,7 +204,7 @@ def test_the_propeller_agrees_with_sampled_candidates(job, table, degrees):
     nodes = evaluate(solver, placed, window, np.deg2rad(30), limits)
     sampled_in = np.isfinite(nodes.cost).any(axis=(1, 2, 3))
     Ts = placed.Ts_base_target
-    found = certify(solver.chain, form_of(solver.chain), Ts, window, limits)
+    found = certify(solver.chain, Ts, window, limits, form_of(solver.chain))
     assert found.reachable[sampled_in].all()
     assert found.undecided.sum() <= 0.001 * len(Ts)
     assert_consistent(solver.chain, form_of(solver.chain), Ts, window, limits, found, rolls=36)
@@ -240,7 +240,7 @@ def test_a_wrist_centre_on_the_reach_sphere(beyond, tool):
     shoulder = form.origin + form.zeta_2.real * form.axes[0] + form.zeta_2.imag * form.e_r
     outwards = np.sign(form.zeta_2.imag) * form.e_r + 0.2 * form.axes[0]
     T = moved_to(chain, shoulder + (form.reach[1] + beyond) * outwards / np.linalg.norm(outwards))
-    found = certify(chain, form, T, RollWindow(-1e-6, 1e-6), limits)
+    found = certify(chain, T, RollWindow(-1e-6, 1e-6), limits, form)
     assert_consistent(chain, form, T, RollWindow(-1e-6, 1e-6), limits, found)
     if beyond == 1e-3:
         assert found.state[0] == UNREACHABLE
@@ -258,15 +258,15 @@ def test_a_wrist_centre_on_the_first_axis(off):
     chain = replaced(along_wire(kr70()), lower=-half, upper=half)
     form = form_of(chain)
     T = moved_to(chain, np.array([off, 0.0, 1.4]))
-    loose = certify(chain, form, T, FREE, SingularityLimits(0.0, 0.0, 0.0))
+    loose = certify(chain, T, FREE, SingularityLimits(0.0, 0.0, 0.0), form)
     assert loose.state[0] == REACHABLE
-    strict = certify(chain, form, T, FREE, SingularityLimits(0.0, 0.0, 0.05))
+    strict = certify(chain, T, FREE, SingularityLimits(0.0, 0.0, 0.05), form)
     assert strict.state[0] == UNREACHABLE
     assert strict.cause[0] == "singular"
     # of the endlessly many angles of A1 the closed form shows one; outside the limits, that proves nothing
     narrow = replaced(chain, lower=np.concatenate([[np.deg2rad(100)], -half[1:]]))
     for window in (FREE, RollWindow.fixed(0.0)):
-        assert certify(narrow, form, T, window, SingularityLimits(0.0, 0.0, 0.0)).state[0] != UNREACHABLE or off > 1e-7
+        assert certify(narrow, T, window, SingularityLimits(0.0, 0.0, 0.0), form).state[0] != UNREACHABLE or off > 1e-7
 
 
 def test_a_straight_wrist_at_a_fixed_roll_proves_nothing_unless_the_margin_forbids_it():
@@ -277,8 +277,8 @@ def test_a_straight_wrist_at_a_fixed_roll_proves_nothing_unless_the_margin_forbi
     lower[3], upper[3] = np.deg2rad([30, 50])  # the closed form leaves A4 at zero
     chain = replaced(chain, lower=lower, upper=upper)
     fixed, form = RollWindow.fixed(0.0), form_of(chain)
-    assert certify(chain, form, T, fixed, SingularityLimits(0.0, 0.0, 0.0)).state[0] == UNDECIDED
-    assert certify(chain, form, T, fixed, SingularityLimits()).state[0] == UNREACHABLE
+    assert certify(chain, T, fixed, SingularityLimits(0.0, 0.0, 0.0), form).state[0] == UNDECIDED
+    assert certify(chain, T, fixed, SingularityLimits(), form).state[0] == UNREACHABLE
 
 
 def test_inside_the_cylinder_of_a_lateral_offset_nothing_is_reachable():
@@ -290,7 +290,7 @@ def test_inside_the_cylinder_of_a_lateral_offset_nothing_is_reachable():
     form = form_of(chain)
     for distance, state in ((0.15, UNREACHABLE), (0.25, REACHABLE)):
         T = moved_to(chain, form.origin + 1.2 * form.axes[0] + distance * form.e_r)
-        found = certify(chain, form, T, FREE, SingularityLimits(0.0, 0.0, 0.0))
+        found = certify(chain, T, FREE, SingularityLimits(0.0, 0.0, 0.0), form)
         assert found.state[0] == state
 
 
@@ -299,11 +299,11 @@ def test_a_window_of_no_width_is_that_of_its_roll():
     form, limits = form_of(chain), SingularityLimits()
     rng = np.random.default_rng(3)
     Ts = apply_roll(chain.forward(rng.uniform(-3.2, 3.2, (400, 6))), rng.uniform(-3, 3, 400))
-    fixed = certify(chain, form, Ts, RollWindow.fixed(0.4), limits)
+    fixed = certify(chain, Ts, RollWindow.fixed(0.4), limits, form)
     assert_consistent(chain, form, Ts, RollWindow.fixed(0.4), limits, fixed, rolls=1)
     assert (reached(chain, form, Ts, np.array([0.4]), limits) == fixed.reachable).all()
     assert not fixed.undecided.any()
-    hair = certify(chain, form, Ts, RollWindow(0.4, 0.4 + 1e-12), limits)
+    hair = certify(chain, Ts, RollWindow(0.4, 0.4 + 1e-12), limits, form)
     assert (hair.state == fixed.state).all()
     assert (hair.cause == fixed.cause).mean() > 0.95
 
@@ -315,12 +315,12 @@ def test_the_last_axis_of_350_degrees_excludes_nothing_and_a_narrow_one_does():
     Ts = chain.forward(q)
     keeps = (margins(chain, form, q) >= limits.values(True)).all(axis=-1)
     window = RollWindow(-0.02, 0.02)
-    assert certify(chain, form, Ts, window, limits).reachable[keeps].all()
+    assert certify(chain, Ts, window, limits, form).reachable[keeps].all()
     # what stands at A6 = 300 stands at -60 as well, so +-350 must not be compared with wrapped angles
     upper = chain.upper.copy()
     upper[5] = chain.lower[5] + np.deg2rad(100)  # -350 .. -250 is 10 .. 110
     narrow = replaced(chain, upper=upper)
-    found = certify(narrow, form, Ts, window, limits)
+    found = certify(narrow, Ts, window, limits, form)
     assert_consistent(narrow, form, Ts, window, limits, found)
     assert found.reachable.any()
     assert (found.axis[found.unreachable] == 5).any()
@@ -329,9 +329,9 @@ def test_the_last_axis_of_350_degrees_excludes_nothing_and_a_narrow_one_does():
 def test_wider_windows_and_looser_margins_lose_nothing():
     case = Case(7)
     form, Ts = case.form, case.Ts
-    strict = certify(case.chain, form, Ts, RollWindow(-0.5, 0.5), SingularityLimits())
-    wide = certify(case.chain, form, Ts, RollWindow(-1.5, 1.0), SingularityLimits())
-    loose = certify(case.chain, form, Ts, RollWindow(-0.5, 0.5), SingularityLimits(0.0, 0.0, 0.0))
+    strict = certify(case.chain, Ts, RollWindow(-0.5, 0.5), SingularityLimits(), form)
+    wide = certify(case.chain, Ts, RollWindow(-1.5, 1.0), SingularityLimits(), form)
+    loose = certify(case.chain, Ts, RollWindow(-0.5, 0.5), SingularityLimits(0.0, 0.0, 0.0), form)
     for more in (wide, loose):
         assert not more.unreachable[strict.reachable].any()
         assert not strict.reachable[more.unreachable].any()
@@ -340,7 +340,7 @@ def test_wider_windows_and_looser_margins_lose_nothing():
 def test_a_shifted_roll_zero_changes_nothing_of_a_free_roll():
     case = Case(8)
     turned = apply_roll(case.Ts, np.full(len(case.Ts), 1.234))
-    one, other = (certify(case.chain, case.form, T, FREE, case.limits) for T in (case.Ts, turned))
+    one, other = (certify(case.chain, T, FREE, case.limits, case.form) for T in (case.Ts, turned))
     sure = ~one.undecided & ~other.undecided
     assert (one.state == other.state)[sure].all()
 
@@ -349,20 +349,20 @@ def test_batch_is_loop_and_blocks_change_nothing(monkeypatch):
     case = Case(9, count=12)
     whole = case.certify()
     for i in range(12):
-        one = certify(case.chain, case.form, case.Ts[i : i + 1], case.window, case.limits)
+        one = certify(case.chain, case.Ts[i : i + 1], case.window, case.limits, case.form)
         assert one.state[0] == whole.state[i]
         assert one.cause[0] == whole.cause[i]
         np.testing.assert_allclose(one.q[0], whole.q[i], atol=1e-9)
     monkeypatch.setattr(certificate, "BLOCK", 5)
     np.testing.assert_array_equal(case.certify().state, whole.state)
-    assert certify(case.chain, case.form, case.Ts[:0], case.window, case.limits).q.shape == (0, 6)
+    assert certify(case.chain, case.Ts[:0], case.window, case.limits, case.form).q.shape == (0, 6)
 
 
 def test_no_depth_leaves_hard_targets_undecided():
     chain = welder()
     Ts = around_the_border(np.random.default_rng(5), 300)
-    shallow = certify(chain, form_of(chain), Ts, FREE, SingularityLimits(), max_depth=0)
-    deep = certify(chain, form_of(chain), Ts, FREE, SingularityLimits())
+    shallow = certify(chain, Ts, FREE, SingularityLimits(), form_of(chain), max_depth=0)
+    deep = certify(chain, Ts, FREE, SingularityLimits(), form_of(chain))
     assert shallow.undecided.any()
     decided = ~shallow.undecided
     assert (shallow.state == deep.state)[decided].all()
@@ -372,8 +372,8 @@ def test_what_cannot_be_used_is_refused():
     chain = kr70()
     form, limits = form_of(chain), SingularityLimits()
     with pytest.raises(ValueError, match="finite poses"):
-        certify(chain, form, np.eye(4), FREE, limits)
+        certify(chain, np.eye(4), FREE, limits, form)
     with pytest.raises(ValueError, match="finite poses"):
-        certify(chain, form, np.full((1, 4, 4), np.nan), FREE, limits)
+        certify(chain, np.full((1, 4, 4), np.nan), FREE, limits, form)
     with pytest.raises(ValueError, match="first_step"):
-        certify(chain, form, np.eye(4)[None], FREE, limits, first_step=0.0)
+        certify(chain, np.eye(4)[None], FREE, limits, form, first_step=0.0)

@@ -49,4 +49,4 @@ def certified(Ts, window):
     chain = welder()
     form = recognise(chain)
     assert form is not None
-    return certify(chain, form, Ts, window, ANY)
+    return certify(chain, Ts, window, ANY, form)

@@ -24,7 +24,7 @@ def test_a_roll_is_called_reached_alone_only_where_nothing_is_in_the_way(make_ca
     context = Context.of(job, table)
     nodes = evaluate(job.solver, placed.rows(slice(0, 1)), job.window, settings.roll_step, context.limits)
     T = placed.Ts_base_target[0]
-    roll = float(certify(job.solver.chain, job.solver.form, T[None], job.window, context.limits).roll[0])
+    roll = float(certify(job.solver.chain, T[None], job.window, context.limits, job.solver.form).roll[0])
     hint = standing_between(context, nodes, T, int(job.stage[0]), roll)
     if blocked:
         assert hint["in_collision"]["distance_mm"] < 5

@@ -1,0 +1,310 @@
+"""A toolpath from another slicer's table: one row a target, in the order of deposition.
+
+    path = read_toolpath("theirs.csv", width_mm=5.0, thickness_mm=1.7)
+    path.targets, path.warnings
+
+Columns are found by their names, in any order; others are passed over and named in a warning:
+
+- ``x_mm y_mm z_mm`` (or ``x y z``): the target, part frame, mm;
+- ``nx ny nz`` (or ``i j k``): the deposition direction, out of the part; where they are missing ``normal`` says it;
+- ``path`` (or ``bead``): number of the bead; or ``on`` (or ``arc``, ``kind``): a bead is a run of rows on which it is 1
+  (``kind``: anything but travel);
+- ``layer``, ``sub_volume``, ``thickness_mm`` (or ``height_mm``), ``speed_mm_s``: each may be missing.
+
+Columns are separated by comma, semicolon or tab; with semicolons or tabs a decimal comma is understood. It is what
+``rbam slice --targets`` writes as well.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from ..beads.bead import BeadParameters
+from ..mesh.solid import Bools, Floats, Ints, PartError
+from ..targets.speeds import BeadSpeed
+from ..targets.targets import Targets
+from ..warning import Code, Warning
+from .toolpath import Toolpath, require_order
+
+MOST_BYTES = 2**28
+MOST_ROWS = 1_000_000
+SAME_MM = 1e-6  # targets nearer than this are one
+CLOSED_MM = 1e-3  # a bead whose ends are nearer than this is closed
+FARTHEST_MM = 1e6
+NAMES = {
+    "x": ("x_mm", "x"),
+    "y": ("y_mm", "y"),
+    "z": ("z_mm", "z"),
+    "nx": ("nx", "i"),
+    "ny": ("ny", "j"),
+    "nz": ("nz", "k"),
+    "bead": ("path", "bead"),
+    "on": ("on", "arc"),
+    "kind": ("kind",),
+    "layer": ("layer",),
+    "sub_volume": ("sub_volume",),
+    "thickness": ("thickness_mm", "height_mm"),
+    "speed": ("speed_mm_s",),
+}
+OWN = ("index", "tx", "ty", "tz")  # written by rbam slice, found again from the rest
+
+
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """A table's rows as text.
+
+    Attributes:
+        source: the file.
+        columns: by meaning, each a list of cells.
+        line: line of the file that each row stands in.
+        decimal_comma: whether numbers have one.
+    """
+
+    source: str
+    columns: dict[str, list[str]]
+    line: list[int]
+    decimal_comma: bool
+
+    def has(self, *names: str) -> bool:
+        return all(name in self.columns for name in names)
+
+    def numbers(self, name: str) -> Floats:
+        """A column's numbers, finite and no further than any part is."""
+        out = np.empty(len(self.line))
+        for k, cell in enumerate(self.columns[name]):
+            text = cell.replace(",", ".") if self.decimal_comma else cell
+            try:
+                out[k] = float(text)
+            except ValueError:
+                raise self.wrong(k, name, cell, "a number is needed") from None
+            if not abs(out[k]) <= FARTHEST_MM:
+                raise self.wrong(k, name, cell, f"a number within +-{FARTHEST_MM:g} is needed")
+        return out
+
+    def whole(self, name: str) -> Ints:
+        """A column's whole numbers, none below 0."""
+        values = self.numbers(name)
+        bad = np.flatnonzero((values != np.round(values)) | (values < 0))
+        if len(bad):
+            k = int(bad[0])
+            raise self.wrong(k, name, self.columns[name][k], "a whole number from 0 is needed")
+        return values.astype(np.int64)
+
+    def wrong(self, k: int, name: str, cell: str, needed: str) -> PartError:
+        return PartError(f"{self.source}: line {self.line[k]}: {NAMES[name][0]}: {cell[:40]!r}: {needed}")
+
+
+def read_toolpath(
+    path: str | Path,
+    *,
+    width_mm: float = 5.0,
+    thickness_mm: float | None = None,
+    speed_mm_s: float | None = None,
+    normal: Literal["up", "radial"] | None = None,
+    metal: Literal["above", "below"] = "above",
+) -> Toolpath:
+    """Read a toolpath.
+
+    Args:
+        path: the table.
+        width_mm: of a bead.
+        thickness_mm: of a bead where the table has no column for it.
+        speed_mm_s: of the deposition where the table has no column for it.
+        normal: the deposition direction where the table has none: up (along the part's z) or radial (off that axis).
+        metal: whether a bead's metal lies above its targets (along the deposition direction: targets on the surface
+            that it is laid on) or below (targets on its top, as planar slicers write them).
+
+    Returns:
+        The toolpath.
+
+    Raises:
+        PartError: the file cannot be read, or a column or a value cannot be used; one line with file, line and what
+            is needed.
+    """
+    file = Path(path)
+    table = _read(file)
+    bead, rows = _beads(table)
+    position = np.stack([table.numbers(name) for name in "xyz"], axis=1)
+    normals = _normals(table, position, normal)
+    sub_volume = table.columns.get("sub_volume", ["SV1"] * len(table.line))
+    names = tuple(dict.fromkeys(sub_volume[k] for k in rows))
+    if any(not name or "/" in name for name in names):
+        raise PartError(f"{file}: sub_volume: every row needs a name, without /")
+    volume = np.array([names.index(name) if name in names else 0 for name in sub_volume])
+    layer = table.whole("layer") if table.has("layer") else _one_a_bead(bead, volume)
+    rows = _without_repeats(rows, bead, position)
+    thickness = _given(table, "thickness", rows, thickness_mm, "thickness_mm")
+    speed = _given(table, "speed", rows, speed_mm_s or BeadSpeed().constant_mm_s, "speed_mm_s")
+    bead = np.unique(bead[rows], return_inverse=True)[1]
+    p, n = position[rows], normals[rows]
+    lengths = np.bincount(bead)
+    if (lengths < 2).any():
+        k = rows[int(np.argmax(bead == int(np.argmax(lengths < 2))))]
+        raise PartError(f"{file}: line {table.line[k]}: a bead of one target; at least two are needed")
+    closed = _closed(bead, p)
+    tangents = _tangents(bead, p, n, closed)
+    targets = Targets(names, volume[rows], layer[rows], bead, p, n, tangents, thickness, closed, speed)
+    require_order(targets, [table.line[k] for k in rows], str(file))
+    text = (
+        f"toolpath {file.name}: what lies under its beads, their metal and the layers' own areas are not looked at: "
+        "they are known of layers that are sliced here"
+    )
+    told = (Warning(Code.TOOLPATH_NOT_SLICED, text), *_passed_over(table))
+    return Toolpath(targets, BeadParameters(width_mm=width_mm), (), metal == "below", told, str(file))
+
+
+def _read(file: Path) -> _Table:
+    if not file.is_file():
+        raise PartError(f"{file}: {'not a file' if file.exists() else 'no such file'}")
+    if file.stat().st_size > MOST_BYTES:
+        raise PartError(f"{file}: has more than {MOST_BYTES // 2**20} MiB")
+    try:
+        text = file.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise PartError(f"{file}: cannot be read as text ({error.reason} at byte {error.start})") from None
+    head = text.split("\n", 1)[0]
+    delimiter = max(";\t,", key=head.count)
+    rows = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    try:
+        header = [cell.strip() for cell in next(rows)]
+        found = [(rows.line_num, cells) for cells in rows if any(cell.strip() for cell in cells)]
+    except StopIteration:
+        raise PartError(f"{file}: the file is empty") from None
+    except csv.Error as error:
+        raise PartError(f"{file}: line {rows.line_num}: {error}") from None
+    if len(found) > MOST_ROWS:
+        raise PartError(f"{file}: has {len(found)} rows; at most {MOST_ROWS} are taken")
+    if not found:
+        raise PartError(f"{file}: has a header and no rows")
+    for number, cells in found:
+        if len(cells) != len(header):
+            raise PartError(f"{file}: line {number}: has {len(cells)} columns, the header {len(header)}")
+    at = _places(file, header)
+    columns = {name: [cells[k].strip() for _, cells in found] for name, k in at.items()}
+    columns["_others"] = [name for k, name in enumerate(header) if k not in at.values() and name not in OWN]
+    return _Table(str(file), columns, [number for number, _ in found], delimiter != ",")
+
+
+def _places(file: Path, header: list[str]) -> dict[str, int]:
+    """Where each column stands."""
+    low = [name.lower() for name in header]
+    at: dict[str, int] = {}
+    for meaning, names in NAMES.items():
+        places = [k for k, name in enumerate(low) if name in names]
+        if len(places) > 1:
+            raise PartError(f"{file}: columns {header[places[0]]} and {header[places[1]]} mean the same")
+        if places:
+            at[meaning] = places[0]
+    missing = [NAMES[name][0] for name in "xyz" if name not in at]
+    if missing:
+        raise PartError(f"{file}: no column {missing[0]}; columns are x_mm, y_mm, z_mm, nx, ny, nz, path, layer, ..")
+    return at
+
+
+def _beads(table: _Table) -> tuple[Ints, Ints]:
+    """Bead of every row, and the rows that are welded."""
+    n = len(table.line)
+    on = np.ones(n, dtype=bool)
+    if table.has("kind"):
+        on &= np.array([cell.lower() != "travel" for cell in table.columns["kind"]])
+    if table.has("on"):
+        on &= table.numbers("on") != 0
+    if not on.any():
+        raise PartError(f"{table.source}: no row is welded")
+    rows = np.flatnonzero(on)
+    if table.has("bead"):
+        bead = np.zeros(n, dtype=np.int64)
+        bead[rows] = table.whole("bead")[rows]
+        back = np.flatnonzero(np.diff(bead[rows]) < 0)
+        if len(back):
+            k = int(rows[back[0] + 1])
+            raise table.wrong(k, "bead", table.columns["bead"][k], "numbers of beads must not fall from row to row")
+        return bead, rows
+    if not table.has("on") and not table.has("kind"):
+        raise PartError(f"{table.source}: no column path (the number of the bead), nor on (1 where it is welded)")
+    return np.cumsum(np.diff(on.astype(np.int64), prepend=0) == 1) - 1, rows
+
+
+def _normals(table: _Table, position: Floats, normal: str | None) -> Floats:
+    if table.has("nx", "ny", "nz"):
+        given = np.stack([table.numbers(name) for name in ("nx", "ny", "nz")], axis=1)
+    elif normal == "up":
+        given = np.tile([0.0, 0.0, 1.0], (len(position), 1))
+    elif normal == "radial":
+        given = np.column_stack([position[:, :2], np.zeros(len(position))])
+    else:
+        raise PartError(
+            f"{table.source}: no columns nx, ny, nz (the deposition direction); say normal: up or radial instead"
+        )
+    length = np.linalg.norm(given, axis=1)
+    if (length < 1e-9).any():
+        k = int(np.argmin(length))
+        raise PartError(f"{table.source}: line {table.line[k]}: its deposition direction has no length")
+    return np.asarray(given / length[:, None])
+
+
+def _given(table: _Table, name: str, rows: Ints, default: float | None, key: str) -> Floats:
+    """A column of which the rows that are welded are above 0, (rows,); the default where the table has none."""
+    if not table.has(name):
+        if default is None:
+            raise PartError(f"{table.source}: no column {NAMES[name][0]}; say {key}")
+        return np.full(len(rows), float(default))
+    values = table.numbers(name)[rows]
+    if (values <= 0).any():
+        k = int(rows[int(np.argmax(values <= 0))])
+        raise table.wrong(k, name, table.columns[name][k], "a number above 0 is needed")
+    return values
+
+
+def _one_a_bead(bead: Ints, volume: Ints) -> Ints:
+    """Layers where the table has none: every bead is one of its sub-volume."""
+    out = np.zeros(len(bead), dtype=np.int64)
+    for k in np.unique(volume):
+        mine = volume == k
+        out[mine] = np.unique(bead[mine], return_inverse=True)[1]
+    return out
+
+
+def _without_repeats(rows: Ints, bead: Ints, position: Floats) -> Ints:
+    same = np.linalg.norm(np.diff(position[rows], axis=0), axis=1) <= SAME_MM
+    return np.asarray(rows[~np.append(False, same & (np.diff(bead[rows]) == 0))])
+
+
+def _closed(bead: Ints, p: Floats) -> Bools:
+    first = np.searchsorted(bead, np.arange(bead[-1] + 1))
+    last = np.append(first[1:], len(bead)) - 1
+    return np.asarray((np.linalg.norm(p[last] - p[first], axis=1) <= CLOSED_MM) & (last - first >= 3))
+
+
+def _tangents(bead: Ints, p: Floats, n: Floats, closed: Bools) -> Floats:
+    """Unit directions of travel across the normals, (n, 3): means of the segments on either side."""
+    step = np.diff(p, axis=0)
+    step /= np.maximum(np.linalg.norm(step, axis=1), 1e-12)[:, None]
+    within = (np.diff(bead) == 0)[:, None]
+    out = np.zeros_like(p)
+    out[:-1] += np.where(within, step, 0.0)
+    out[1:] += np.where(within, step, 0.0)
+    first = np.searchsorted(bead, np.arange(bead[-1] + 1))
+    last = np.append(first[1:], len(bead)) - 1
+    both = out[first[closed]] + out[last[closed]]
+    out[first[closed]], out[last[closed]] = both, both
+    out -= (out * n).sum(axis=1)[:, None] * n
+    length = np.linalg.norm(out, axis=1)
+    for k in np.flatnonzero(length < 1e-6).tolist():
+        # a reversal, or a way along the normal: any direction across it
+        out[k] = np.cross(n[k], np.eye(3)[int(np.argmin(np.abs(n[k])))])
+    return np.asarray(out / np.linalg.norm(out, axis=1)[:, None])
+
+
+def _passed_over(table: _Table) -> tuple[Warning, ...]:
+    others = table.columns["_others"]
+    if not others:
+        return ()
+    named = ", ".join(name[:40] for name in others[:6]) + (", .." if len(others) > 6 else "")
+    return (Warning(Code.TOOLPATH_COLUMNS, f"toolpath {Path(table.source).name}: columns passed over: {named}"),)

@@ -1,0 +1,69 @@
+"""The metal of a path's beads as convex pieces: it holds every bead, and little else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull, Delaunay
+
+from slicing import Targets, Toolpath, toolpath_shape
+from slicing.toolpaths.bead_hulls import bead_hulls, hulls_mesh
+
+
+def ring(n=90, radius=30.0, thickness=2.0):
+    """A closed bead round the z axis, laid outwards."""
+    a = np.linspace(0, 2 * np.pi, n + 1)
+    out = np.stack([np.cos(a), np.sin(a), np.zeros(n + 1)], axis=1)
+    along = np.stack([-np.sin(a), np.cos(a), np.zeros(n + 1)], axis=1)
+    rows = np.zeros(n + 1, dtype=np.int64)
+    return Targets(("SV1",), rows, rows, rows, radius * out, out, along, np.full(n + 1, thickness), np.array([True]))
+
+
+@pytest.mark.parametrize("below", [False, True])
+def test_the_pieces_hold_the_metal_and_hardly_more(below):
+    targets = ring()
+    pieces = [corners for _, corners in bead_hulls(targets, 4.0, below=below)]
+    low, high = (28.0, 30.0) if below else (30.0, 32.0)
+    rng = np.random.default_rng(1)
+    a, r, z = rng.uniform(0, 2 * np.pi, 2000), rng.uniform(low, high, 2000), rng.uniform(-2, 2, 2000)
+    # chords of the bead's own targets cut into its inner side by at most their sagitta
+    r = np.clip(r, low, high - high * (1 - np.cos(np.pi / 90)))
+    points = np.stack([r * np.cos(a), r * np.sin(a), z], axis=1)
+    held = np.zeros(len(points), dtype=bool)
+    for corners in pieces:
+        held |= Delaunay(corners).find_simplex(points, tol=1e-9) >= 0
+    assert held.all()
+    volume = sum(ConvexHull(corners).volume for corners in pieces)
+    exact = np.pi * (high**2 - low**2) * 4
+    assert exact * 0.99 < volume < exact * 1.3
+    assert len(pieces) < 60
+
+
+def test_pieces_are_numbered_by_layer_and_sub_volume():
+    one = ring(8)
+    rows = np.repeat(np.arange(3), 9)
+    three = Targets(
+        ("A", "B"),
+        np.repeat([0, 0, 1], 9),
+        np.repeat([0, 1, 0], 9),
+        rows,
+        np.tile(one.position, (3, 1)),
+        np.tile(one.normal, (3, 1)),
+        np.tile(one.tangent, (3, 1)),
+        np.full(27, 2.0),
+        np.array([True] * 3),
+    )
+    names = [name for name, _ in bead_hulls(three, 4.0)]
+    assert {name.rsplit("/", 1)[0] for name in names} == {"deposit/0/A", "deposit/1/A", "deposit/2/B"}
+    assert len(set(names)) == len(names)
+    shape = toolpath_shape(Toolpath(three), None, ((28.0, -5.0), (28.0, 5.0)))
+    assert shape.first_deposit == (0, 2)
+    assert shape.n_deposits == 3
+    assert set(shape.visual) == {"A_visual", "B_visual", "body_visual"}
+    assert "body/0" in shape.hulls
+
+
+def test_the_mesh_to_look_at_points_outwards():
+    pieces = [corners for _, corners in bead_hulls(ring(), 4.0)]
+    mesh = hulls_mesh("SV1", pieces)
+    np.testing.assert_allclose(mesh.volume, sum(ConvexHull(corners).volume for corners in pieces), rtol=1e-9)
