@@ -20,7 +20,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("mjcf",),
         ("scene",),
         ("job", "collision"),
-        ("motion", "compare"),
+        ("motion", "compare", "coordination"),
         ("planning", "verification"),
         ("verdict",),
         ("remedy_search", "pose_sweep", "programs"),

@@ -188,6 +188,15 @@ def _split(targets: Targets, cuts: Ints) -> Targets:
     first = np.flatnonzero(np.diff(path, prepend=-1))
     whole = ~np.isin(t.path, t.path[cuts])
     closed = np.asarray(t.closed)[t.path[index[first]]] & whole[index[first]]
-    columns = ("sub_volume_index", "layer", "position", "normal", "tangent", "thickness_mm")
-    speed = {"speed_mm_s": t.speed_mm_s[index]} if len(t.speed_mm_s) else {}
-    return replace(t, path=path, closed=closed, **{name: getattr(t, name)[index] for name in columns}, **speed)
+    return replace(
+        t,
+        path=path,
+        closed=closed,
+        sub_volume_index=t.sub_volume_index[index],
+        layer=t.layer[index],
+        position=t.position[index],
+        normal=t.normal[index],
+        tangent=t.tangent[index],
+        thickness_mm=t.thickness_mm[index],
+        speed_mm_s=t.speed_mm_s[index],
+    )

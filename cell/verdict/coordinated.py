@@ -20,12 +20,12 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
+from ..coordination.table_check import table_in_the_way
+from ..coordination.table_schedule import Schedule, TableWay
 from ..job.job import Job
 from ..job.table_winding import freedom_of, upright_of
 from ..planning.configurations import evaluate
 from ..planning.context import Context
-from ..planning.table_check import table_in_the_way
-from ..planning.table_schedule import Schedule, TableWay
 from ..progress import Progress, stage
 from ..units import METRES_PER_MM
 from .check import Result, SpanVerdict, TargetVerdict, check_span, off_upright

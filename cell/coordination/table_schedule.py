@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
 from ik.chain import Floats
@@ -79,9 +80,11 @@ class Schedule:
             The table's way; where ``off`` is beyond the cone none was found that keeps it.
         """
         exact = self._tracked(normals, path, side, aim)
+        goal = self.freedom.kinematics.up if aim is None else aim
+        lean = float(np.arccos(np.clip(goal @ self.freedom.kinematics.up, -1.0, 1.0)))
         best: TableWay | None = None
         for share in SHARES:
-            tables = self._relaxed(normals, path, length, exact, share * self.upright)
+            tables = self._relaxed(normals, path, length, exact, share * (self.upright - lean), goal)
             off = self._off(normals, path, tables)
             if best is None or off.max() < best.off.max() - ALIKE:
                 best = TableWay(tables, off)
@@ -98,7 +101,6 @@ class Schedule:
             return f.wrapped(some[0])
         width = f.turns(normals, some[0], self.upright).min(axis=1)
         free = width >= np.pi / 2  # E2 does as it likes: another solution may follow
-        speed = self._speed()
         out = np.empty_like(some[0])
         ends = np.flatnonzero(np.diff(path, prepend=-1, append=path[-1] + 1))
         before: Floats | None = None
@@ -106,36 +108,38 @@ class Schedule:
             mine, wide = some[:, first:stop], np.stack([width[first:stop]] * 2, axis=1)
             beads = []
             for start in (side, 1 - side)[: len(some)]:
-                bead = self._one_bead(mine, free[first:stop], speed, min(start, len(some) - 1))
+                bead = self._one_bead(mine, free[first:stop], min(start, len(some) - 1))
                 turns, over = self._turns(bead[:, 1], wide, None if before is None else float(before[1]))
                 bead[:, 1] += turns
                 beads.append((round(over, 6), bead))
             # the other solution only where this one does not fit into the range
             bead = min(beads, key=lambda each: each[0])[1]
             out[first:stop], before = bead, bead[-1]
+        if f.moves[0] and free.any():
+            E1 = f.kinematics.nearest(normals[free], out[free, 1], 0, aim)
+            out[free, 0] = (E1 + np.pi) % TURN - np.pi
         return out
 
-    def _one_bead(self, some: Floats, free: np.ndarray, speed: Floats, start: int) -> Floats:
-        """One bead's exact angles, (t, 2), steady: whole turns aside E2 does not jump but where it does as it likes."""
-        out = np.empty_like(some[0])
-        last: Floats | None = None
-        k = start
-        for i in range(len(out)):
-            if last is None:
-                out[i] = some[k, i]
-                last = None if free[i] else out[i]
-                continue
+    def _one_bead(self, some: Floats, free: NDArray[np.bool_], start: int) -> Floats:
+        """One bead's exact angles, (t, 2), steady: E2 does not jump but where it does as it likes.
+
+        Args:
+            some: solutions, (s, t, 2), rad.
+            free: targets at which E2 does as it likes, (t,): from the one before to the one after it turns evenly.
+            start: solution to begin with.
+        """
+        out, speed = some[start].copy(), self._speed()
+        fixed = np.flatnonzero(~free)
+        if not len(fixed):
+            return out
+        last = out[fixed[0]]
+        for i in fixed[1:].tolist():
             there = some[:, i].copy()
             there[:, 1] += TURN * np.round((last[1] - there[:, 1]) / TURN)
-            if free[i]:
-                out[i] = there[k, 0], last[1]
-                continue
-            # the other solution is as near only across the place where E2 is undefined
+            # the other solution is nearer only across the place where E2 is undefined
             k = int(np.argmin((np.abs(there - last) / speed).max(axis=1)))
-            out[i], last = there[k], there[k]
-        if free.any() and not free.all():
-            held = np.flatnonzero(~free)
-            out[: held[0], 1] = out[held[0], 1]
+            out[i] = last = there[k]
+        out[free, 1] = np.interp(np.flatnonzero(free), fixed, out[fixed, 1])
         return out
 
     def _turns(self, E2: Floats, width: Floats, before: float | None) -> tuple[float, float]:
@@ -162,8 +166,8 @@ class Schedule:
     def _speed(self) -> Floats:
         return np.where(np.isfinite(self.speed), self.speed, UNKNOWN_SPEED)
 
-    def _relaxed(self, normals: Floats, path: Ints, length: Floats, exact: Floats, cone: float) -> Floats:
-        """Angles of least squared speed inside the cone, (n, 2), and inside the axes' ranges."""
+    def _relaxed(self, normals: Floats, path: Ints, length: Floats, exact: Floats, cone: float, goal: Floats) -> Floats:
+        """Angles of least squared speed inside a cone about a direction, (n, 2), and inside the axes' ranges."""
         f = self.freedom
         n = len(normals)
         same = np.diff(path) == 0
@@ -178,16 +182,16 @@ class Schedule:
         for _ in range(ROUNDS):
             bound = np.clip(tables, f.low, f.high)
             tables = _solved(stiff, weight, force[:, None, None] * metric, exact, wall, bound, f.moves)
-            off = f.kinematics.off(np.clip(tables, f.low, f.high), normals)
+            off = f.kinematics.off(np.clip(tables, f.low, f.high), normals, goal)
             force = np.clip(force * np.clip(off / max(cone, 1e-6), 0.3, 3.0), weakest, STRONGEST)
             outside = (tables < f.low) | (tables > f.high)
             wall = np.where(outside, np.clip(4 * wall, stiff.mean() * weight, STRONGEST), wall / 2)
         tables = np.where(f.moves, np.clip(tables, f.low, f.high), exact)
-        return self._into_cone(normals, tables, np.clip(exact, f.low, f.high), cone)
+        return self._into_cone(normals, tables, np.clip(exact, f.low, f.high), cone, goal)
 
-    def _into_cone(self, normals: Floats, tables: Floats, exact: Floats, cone: float) -> Floats:
+    def _into_cone(self, normals: Floats, tables: Floats, exact: Floats, cone: float, goal: Floats) -> Floats:
         """Angles drawn towards the exact ones where they are outside the cone."""
-        off = self.freedom.kinematics.off(tables, normals)
+        off = self.freedom.kinematics.off(tables, normals, goal)
         bad = np.flatnonzero(off > cone)
         if not len(bad):
             return tables
@@ -196,7 +200,7 @@ class Schedule:
         for _ in range(30):
             middle = (low + high) / 2
             there = exact[bad] + middle[:, None] * (tables[bad] - exact[bad])
-            good = self.freedom.kinematics.off(there, normals[bad]) <= cone
+            good = self.freedom.kinematics.off(there, normals[bad], goal) <= cone
             low, high = np.where(good, middle, low), np.where(good, high, middle)
         out[bad] = exact[bad] + low[:, None] * (tables[bad] - exact[bad])
         return out
