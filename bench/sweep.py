@@ -25,10 +25,10 @@ from cell.case.read import load_case
 from cell.case.sections import Case
 from cell.job.job import prepare
 from cell.pose_sweep.grid import Pose, grid
-from cell.pose_sweep.hopeless_poses import screen
 from cell.pose_sweep.sweep import Unit, fingerprint
 from cell.pose_sweep.workers import completed, processes
 from cell.shipped import DEFAULT_CASE
+from cell.table_poses.hopeless_poses import screen
 from cell.verdict.check import check
 
 

@@ -22,6 +22,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("job", "collision"),
         ("motion", "compare", "coordination"),
         ("planning", "verification"),
+        ("table_poses",),
         ("verdict",),
         ("remedy_search", "pose_sweep", "programs"),
         ("report",),

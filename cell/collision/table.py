@@ -50,19 +50,22 @@ def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
 REACH = 5e-3  # m: of a table by itself it is only asked whether it touches anything
 
 
-def table_alone(scene: Scene, table: tuple[float, float]) -> Clearances:
-    """What no arm can help: the table and the whole of what stands on it in the cell around it.
+def table_alone(scene: Scene, table: tuple[float, float], stage: int | None = None) -> Clearances:
+    """What no arm can help: the table and what stands on it in the cell around it.
 
     Every verdict asks this, and whatever screens poses or changes for one: they cannot disagree.
 
     Args:
         scene: the composed cell.
         table: E1, E2, rad.
+        stage: deposits laid so far; all where left out.
 
     Returns:
         Clearances of one row; below 0 the pose is infeasible.
     """
-    return TableChecker(scene, REACH).clearances(np.array([table]), np.array([scene.n_deposits]))
+    return TableChecker(scene, REACH).clearances(
+        np.array([table]), np.array([scene.n_deposits if stage is None else stage])
+    )
 
 
 class TableChecker:

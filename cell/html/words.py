@@ -184,9 +184,10 @@ class Words:
 def in_plain_words(result: Result, geom: str) -> str:
     """A geom's name in words: a deposit by its layer."""
     words = geom.split("/")
-    names, first = result.job.targets.sub_volume, result.job.shape.first_deposit
+    names = result.job.targets.sub_volume
     if words[0] == "deposit" and len(words) > 2 and words[1].isdigit() and words[2] in names:
-        return f"layer {int(words[1]) - first[names.index(words[2])]} of {words[2]}"
+        layers = result.job.deposits[names.index(words[2])].tolist()
+        return f"layer {layers.index(int(words[1]))} of {words[2]}"
     if words[0] == "built" and len(words) > 2:
         return f"{words[1]}, built before,"
     return geom.replace("_", " ")

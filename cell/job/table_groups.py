@@ -1,6 +1,6 @@
 """What is built at one pose of the table: sub-volumes, or runs of their layers, in the order in which they are built.
 
-    groups = table_groups(job)                # one a sub-volume, or one an entry of the case's table.poses
+    groups = table_groups(job)                # one a sub-volume, or one a run of layers in the job's order
     groups[0].first, groups[0].stop           # its targets
 
 Degrees, since poses are asked for in degrees.
@@ -8,10 +8,12 @@ Degrees, since poses are asked for in degrees.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from .build_order import LayerRun
 from .job import Job
 
 
@@ -41,20 +43,18 @@ def table_groups(job: Job) -> tuple[TableGroup, ...]:
         job: from ``cell.job.job.prepare``.
 
     Returns:
-        One group an entry of the case's ``table.poses``, or else one a sub-volume; those without targets left out.
+        One group a run of layers in the job's order, with the pose that the case gives it; else one a sub-volume.
+        Those without targets are left out.
     """
-    counts = {one.name: len(one.layers) for one in job.sliced}
-    table = job.case.table
-    runs: list[tuple[str, tuple[int, int], tuple[float, float] | None]] = [
-        (name, (0, count - 1), None) for name, count in counts.items()
-    ]
-    if table.poses:
-        runs = [(p.sub_volume, p.layers or (0, counts[p.sub_volume] - 1), (p.E1_deg, p.E2_deg)) for p in table.poses]
     t = job.targets
-    names = np.array(t.sub_volume)[t.sub_volume_index]
+    runs: Sequence[LayerRun] = [(k, 0, len(one.layers) - 1) for k, one in enumerate(job.sliced)]
+    poses = [(p.E1_deg, p.E2_deg) for p in job.case.table.poses]
+    if job.order is not None:
+        runs = job.order.runs
     groups = []
-    for name, (low, high), pose in runs:
-        mine = np.flatnonzero((names == name) & (t.layer >= low) & (t.layer <= high))
+    for i, (at, low, high) in enumerate(runs):
+        mine = np.flatnonzero((t.sub_volume_index == at) & (t.layer >= low) & (t.layer <= high))
         if len(mine):
-            groups.append(TableGroup(name, (low, high), int(mine[0]), int(mine[-1]) + 1, pose))
+            pose = poses[i] if poses else None
+            groups.append(TableGroup(job.sliced[at].name, (low, high), int(mine[0]), int(mine[-1]) + 1, pose))
     return tuple(groups)

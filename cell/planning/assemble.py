@@ -70,18 +70,19 @@ def assemble(
     """
     pace = Pace.unknown(len(job.targets))
     pieces: list[_Piece] = []
-    last, at_home = 0.0, None
-    if home is not None and home.out is not None and home.back is not None:
+    last = 0.0
+    at_home = None if home is None or (home.out is None and home.back is None) else 0.0
+    if home is not None and home.out is not None and at_home is not None:
         out, last = _travel(job, home.out[0], 0.0, stretches[0].first, begins=True)
         pieces.append(out)
-        at_home = float(out.dt.sum()) + last
+        at_home += float(out.dt.sum()) + last
     for i, stretch in enumerate(stretches):
         if i:
             wait = _dwell(job, stretches[i - 1].first, stretch.first)
             travel, last = _travel(job, travels[i - 1][0], wait, stretch.first)
             pieces.append(travel)
         pieces.append(_bead(job, stretch, last, pace))
-    if at_home is not None and home is not None and home.back is not None:
+    if home is not None and home.back is not None and at_home is not None:
         back, _ = _travel(job, home.back[0], 0.0, stretches[-1].stop - 1, ends=True)
         pieces.append(back)
         at_home += float(back.dt.sum())
@@ -99,6 +100,7 @@ def assemble(
         names=job.scene.chain.names,
         pace=pace,
         home_s=at_home,
+        order=job.order,
     )
 
 

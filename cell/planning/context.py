@@ -91,6 +91,28 @@ class Settings:
 
 
 @dataclass(frozen=True, eq=False)
+class Span:
+    """Targets that are planned together, and where the arm comes from and goes to.
+
+    Attributes:
+        first: the first of them.
+        stop: one past the last.
+        start: where the arm comes from, (j,), rad; None where that is not known.
+        end: where it goes to, (j,), rad; None where that is not known.
+    """
+
+    first: int
+    stop: int
+    start: Floats | None
+    end: Floats | None
+
+    @classmethod
+    def whole(cls, job: Job) -> Span:
+        """The whole part, from home and back."""
+        return cls(0, len(job.targets), job.scene.start, job.scene.start)
+
+
+@dataclass(frozen=True, eq=False)
 class Context:
     """What every search needs.
 
@@ -105,6 +127,7 @@ class Context:
         screen: the same, distances known out to twice the clearance: what only has to be passed costs less.
         settings: what to keep to.
         radius: from ``cell.collision.reach_radii.radii``, (j,), m; of all axes, (j + 2,), where the table moves.
+        span: what of the part is planned.
     """
 
     solver: Solver
@@ -117,15 +140,19 @@ class Context:
     screen: Checker
     settings: Settings
     radius: Floats
+    span: Span
 
     @classmethod
-    def of(cls, job: Job, table: tuple[float, float], settings: Settings | None = None) -> Context:
+    def of(
+        cls, job: Job, table: tuple[float, float], settings: Settings | None = None, span: Span | None = None
+    ) -> Context:
         """Everything that a job is planned with at a table pose.
 
         Args:
             job: from ``cell.job.job.prepare``.
             table: E1, E2, rad; from ``cell.scene.scene.table_angles``.
             settings: what to keep to; the case's where left out.
+            span: what of the part is planned; all of it, from home and back, where left out.
 
         Returns:
             The context.
@@ -146,6 +173,7 @@ class Context:
             screen=Checker(scene, table, max(2 * settings.clearance, LEAST_REACH)),
             settings=settings,
             radius=radii(scene),
+            span=Span.whole(job) if span is None else span,
         )
 
     @classmethod
@@ -176,7 +204,19 @@ class Context:
             screen=Checker(scene, first, max(2 * settings.clearance, LEAST_REACH)),
             settings=settings,
             radius=all_radii(job.scene),
+            span=Span.whole(job),
         )
+
+    @property
+    def begun(self) -> int:
+        """Deposits laid before the first target of the span."""
+        return 0 if self.span.first == 0 else int(self.laid[self.span.first - 1])
+
+    @property
+    def done(self) -> int:
+        """Deposits laid after the last target of the span."""
+        whole = self.span.stop == len(self.laid)
+        return self.checker.scene.n_deposits if whole else int(self.laid[self.span.stop - 1])
 
     @cached_property
     def wire(self) -> Checker | None:

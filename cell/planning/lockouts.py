@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arrays import Ints
 from .bead_search import BeadPlan
 from .configurations import evaluate
 from .context import Context
@@ -35,21 +36,20 @@ class _Layers:
     """Deposits by name."""
 
     names: tuple[str, ...]
-    first: tuple[int, ...]
-    count: int
+    numbers: tuple[Ints, ...]
 
     def of(self, sub_volume: int, stage: int) -> list[int]:
-        """Deposits of a sub-volume laid by a stage."""
-        ends = [*self.first[1:], self.count]
-        return list(range(self.first[sub_volume], min(ends[sub_volume], stage)))
+        """Deposits of a sub-volume laid by a stage, as they were laid."""
+        return [d for d in self.numbers[sub_volume].tolist() if d < stage]
 
     def words(self, deposits: list[int]) -> list[dict[str, Any]]:
         """Deposits as a report names them."""
-        where = np.searchsorted(self.first, deposits, side="right") - 1
-        return [
-            {"sub_volume": self.names[s], "layer": d - self.first[s]}
-            for s, d in zip(where.tolist(), deposits, strict=True)
-        ]
+        named = {
+            d: {"sub_volume": name, "layer": layer}
+            for name, numbers in zip(self.names, self.numbers, strict=True)
+            for layer, d in enumerate(numbers.tolist())
+        }
+        return [named[d] for d in deposits]
 
 
 def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
@@ -63,7 +63,7 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
     Returns:
         The plan; ``blocked_by_layers`` is added to details of collisions that go away without those layers.
     """
-    layers = _Layers(job.targets.sub_volume, job.shape.first_deposit, job.shape.n_deposits)
+    layers = _Layers(job.targets.sub_volume, job.deposits)
     beads, stuck = list(plan.beads), dict(plan.stuck)
     known: list[int] = []
     left = MOST

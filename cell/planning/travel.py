@@ -157,10 +157,13 @@ class _Travel:
         return [_Leg(self._home(), {}) if bead is None else next(legs) for bead, _ in ends]
 
     def _home(self) -> Floats:
-        """The arm at home, the table as at the bead, (1, j) or (1, j + 2), rad."""
-        bead = self.start if self.end is None else self.end
-        target = 0 if bead is None else bead.first if self.end is None else bead.stop - 1
-        return self.context.placed.axes(self.context.checker.scene.home[None], np.array([target]))
+        """The arm where it comes from or goes to, the table as at the bead, (1, j) or (1, j + 2), rad."""
+        span, rest = self.context.span, self.context.checker.scene.home
+        if self.end is None:
+            home, target = span.start, 0 if self.start is None else self.start.first
+        else:
+            home, target = span.end, self.end.stop - 1
+        return self.context.placed.axes((rest if home is None else home)[None], np.array([target]))
 
     def _free(self, legs: list[_Leg], doing: str) -> list[Floats]:
         """Those ways out of a bead that are free themselves; where none is, as much of them as is."""

@@ -6,11 +6,12 @@ result.feasible, result.asked
 
 from __future__ import annotations
 
-from ..errors import InputError
 from ..job.job import Job
 from ..progress import Progress
+from .best_pose import check_best
 from .check import Result, check
 from .coordinated import check_coordinated
+from .indexed import check_indexed
 
 
 def check_as_asked(job: Job, progress: Progress | None = None) -> Result:
@@ -29,6 +30,8 @@ def check_as_asked(job: Job, progress: Progress | None = None) -> Result:
     table = job.case.table
     if table.mode == "fixed":
         return check(job, table.E1_deg, table.E2_deg, progress)
-    if table.mode == "coordinated":
-        return check_coordinated(job, progress)
-    raise InputError(f"{job.case.path}: table.mode: {table.mode} is not planned yet")
+    if table.mode == "indexed":
+        return check_indexed(job, progress)
+    if table.mode == "best":
+        return check_best(job, progress)
+    return check_coordinated(job, progress)

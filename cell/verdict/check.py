@@ -78,9 +78,39 @@ class Least:
     what: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class BuiltAt:
+    """Layers and the pose of the table that they are built at.
+
+    Attributes:
+        sub_volume: name of the sub-volume.
+        layers: first and last layer.
+        E1_deg: as asked for, or found.
+        E2_deg: likewise.
+        first: first target.
+        stop: one past the last.
+    """
+
+    sub_volume: str
+    layers: tuple[int, int]
+    E1_deg: float
+    E2_deg: float
+    first: int
+    stop: int
+
+    def document(self) -> dict[str, Any]:
+        """As the case's ``table.poses`` takes it."""
+        return {
+            "sub_volume": self.sub_volume,
+            "layers": list(self.layers),
+            "E1_deg": self.E1_deg,
+            "E2_deg": self.E2_deg,
+        }
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The verdict on a case at a table pose.
+    """The verdict on a case, with the table at one pose or moving.
 
     Attributes:
         job: what was checked.
@@ -95,6 +125,9 @@ class Result:
         gravity: angle between the deposition direction and up of every target, (n,), rad.
         motion: the whole motion, None where infeasible.
         seconds: processor time that the check took.
+        mode: as of the case's ``table.mode``: how the table was moved, or its pose found.
+        poses: what is built at which pose of the table, in order; empty where that is all at one.
+        moved: E1, E2 at every target, (n, 2), rad; None where the table stands still.
     """
 
     job: Job
@@ -108,6 +141,14 @@ class Result:
     gravity: Floats
     motion: Motion | None
     seconds: float = field(default=0.0, kw_only=True)
+    mode: str = field(default="fixed", kw_only=True)
+    poses: tuple[BuiltAt, ...] = field(default=(), kw_only=True)
+    moved: Floats | None = field(default=None, kw_only=True)
+
+    @property
+    def tables(self) -> Floats:
+        """E1, E2 at every target, (n, 2), rad."""
+        return np.tile(self.table, (len(self.rows), 1)) if self.moved is None else self.moved
 
     def to_frame(self) -> dict[str, Any]:
         """The targets as columns, for a table of any library: ``pandas.DataFrame(result.to_frame())``.
@@ -223,16 +264,27 @@ class SpanVerdict:
 
 
 def check_span(job: Job, context: Context, gravity: Floats, progress: Progress | None = None) -> SpanVerdict:
-    """Check the targets of a context."""
-    table = context.checker.table
-    blocked = _table_in_the_way(job, table)
+    """Check the targets of a context's span, at its pose of the table.
+
+    Args:
+        job: the whole part.
+        context: of the job at a pose.
+        gravity: angle of every target of the part off upright, (n,), rad.
+        progress: told how far it is.
+
+    Returns:
+        The verdict.
+    """
+    table, span = context.checker.table, context.span
+    moves = context.placed.moving is not None  # what it meets then is asked of all of its way
+    blocked = None if moves else _table_in_the_way(job, table, context.done)
     if blocked is not None:
-        return SpanVerdict((TargetVerdict("collision", blocked, True, None),) * len(job.targets))
+        return SpanVerdict((TargetVerdict("collision", blocked, True, None),) * (span.stop - span.first))
     plan, home = with_home(context, with_lockouts(job, context, plan_part(context, job.targets.path, progress)))
     rows = _rows(job, plan, gravity)
     stretches = plan.stretches
     motion = None
-    if all(row.reason is None for row in rows):
+    if all(row.reason is None for row in rows.values()):
         stretches, spoilt = refined(context, stretches)
         spoilt.update(corners(job, context, stretches, plan.travels))
         motion = assemble(job, table, stretches, plan.travels, home)
@@ -241,7 +293,7 @@ def check_span(job: Job, context: Context, gravity: Floats, progress: Progress |
         if spoilt:
             rows, motion = _with(rows, spoilt), None
     return SpanVerdict(
-        rows=rows,
+        rows=tuple(rows[i] for i in range(span.first, span.stop)),
         motion=motion,
         clearance=_least_clearance(context, plan, stretches, home, whole=motion is not None),
         singularity=_least_margin(context, stretches),
@@ -275,9 +327,9 @@ def _short_retracts(context: Context, plan: PartPlan, home: HomeWays | None) -> 
     return [Warning(Code.SHORT_RETRACT, text)]
 
 
-def _table_in_the_way(job: Job, table: tuple[float, float]) -> dict[str, Any] | None:
-    """A collision that no arm can help: the workpiece or the table in the cell around it."""
-    found = table_alone(job.scene, table)
+def _table_in_the_way(job: Job, table: tuple[float, float], stage: int) -> dict[str, Any] | None:
+    """A collision that no arm can help: the workpiece, as far as it is built by then, or the table in the cell."""
+    found = table_alone(job.scene, table, stage)
     if found.distance[0] >= 0.0:
         return None
     return {
@@ -289,7 +341,8 @@ def _table_in_the_way(job: Job, table: tuple[float, float]) -> dict[str, Any] | 
     }
 
 
-def _rows(job: Job, plan: PartPlan, gravity: Floats) -> tuple[TargetVerdict, ...]:
+def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]:
+    """The verdicts on the targets of a plan, by their numbers."""
     rows: dict[int, TargetVerdict] = {}
     for bead in plan.beads:
         for stretch in bead.stretches:
@@ -305,23 +358,23 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> tuple[TargetVerdict, ...
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:
         for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
-            if rows[i].reason is None:
+            if i in rows and rows[i].reason is None:
                 measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
                 rows[i] = TargetVerdict("gravity", measure, True, None, rows[i].q)
     for i, detail in unsupported_targets(job).items():
-        if rows[i].reason is None:
+        if i in rows and rows[i].reason is None:
             rows[i] = TargetVerdict("overhang", detail, True, None, rows[i].q)
-    return tuple(rows[i] for i in range(len(job.targets)))
+    return rows
 
 
-def _with(rows: tuple[TargetVerdict, ...], spoilt: dict[int, dict[str, Any]]) -> tuple[TargetVerdict, ...]:
+def _with(rows: dict[int, TargetVerdict], spoilt: dict[int, dict[str, Any]]) -> dict[int, TargetVerdict]:
     """Rows of which some turn out not to be feasible when they are run in time."""
-    out = list(rows)
+    out = dict(rows)
     for i, detail in spoilt.items():
         out[i] = TargetVerdict(
             "speed" if detail["on_the_way"] == "speed" else "no_path", detail, False, None, rows[i].q
         )
-    return tuple(out)
+    return out
 
 
 def _least_clearance(
@@ -344,7 +397,7 @@ def _least_clearance(
     if home is not None and stretches:
         last = stretches[-1].stop - 1
         if home.out is not None:
-            add(home.out, 0, stretches[0].first)
+            add(home.out, context.begun, stretches[0].first)
         if home.back is not None:
             add(home.back, int(context.laid[last]), last)
     if not runs:

@@ -24,10 +24,13 @@ from ..coordination.table_check import table_in_the_way
 from ..coordination.table_schedule import Schedule, TableWay
 from ..job.job import Job
 from ..job.table_winding import freedom_of, upright_of
+from ..motion.motion import Motion
 from ..planning.configurations import evaluate
 from ..planning.context import Context
 from ..progress import Progress, stage
 from ..units import METRES_PER_MM
+from ..verification.bead_samples import rows_of
+from ..verification.collisions import stages, table_collisions
 from .check import Result, SpanVerdict, TargetVerdict, check_span, off_upright
 
 LEANS = 4  # directions in which the table may lean where it does no good upright
@@ -91,6 +94,8 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
         gravity=off_upright(job, context.placed),
         motion=found.motion,
         seconds=time.process_time() - begun,
+        mode="coordinated",
+        moved=trial.way.tables,
     )
 
 
@@ -178,8 +183,21 @@ def _judged(job: Job, context: Context, trial: _Trial, least: Floats, progress: 
             measure = {**measure, "angle_deg": _deg(least[i]), "at_best": True}
         if proved or rows[i].reason is None:
             rows[i] = TargetVerdict("gravity", measure, proved, None, rows[i].q)
+    if found.motion is not None and all(row.reason is None for row in rows):
+        rows = _with_table_met(job, found.motion, rows)
     lost = any(row.reason is not None for row in rows)
     return replace(found, rows=tuple(rows), motion=None if lost else found.motion)
+
+
+def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list[TargetVerdict]:
+    """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
+    every = np.arange(len(motion.t_s))
+    for met in table_collisions(job, rows_of(job, motion), stages(job, motion, every)):
+        i = int(motion.target[met.to_row])
+        if rows[i].reason is None:
+            detail = {**met.detail, "note": "the table and what stands on it, whatever the arm does"}
+            rows[i] = TargetVerdict("collision", detail, False, None, rows[i].q)
+    return rows
 
 
 def _deg(angle: float) -> float:

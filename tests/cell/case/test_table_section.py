@@ -14,7 +14,7 @@ from cell.cli.main import main
 from cell.errors import InputError
 from cell.job.job import Job, prepare
 from cell.job.table_groups import table_groups
-from cell.job.table_section_check import build_order, check_table
+from cell.job.table_section_check import build_runs, check_table
 
 NAMES = ["SV1", "SV2", "SV3"]
 
@@ -58,7 +58,7 @@ def test_keys_that_a_mode_does_not_have_are_refused(table: dict[str, Any], said:
     [
         (poses(("SV9",)), "table.poses.0.sub_volume: there is no SV9; sub-volumes are SV1, SV2, SV3"),
         (poses(("SV1",), ("SV2",)), "no pose for SV3"),
-        (poses(("SV1",), ("SV2",), ("SV3",), ("SV1",)), "SV1 comes again after SV3"),
+        (poses(("SV1",), ("SV2",), ("SV3",), ("SV1", [4, 4])), "layer 4 of SV1 comes twice"),
         (poses(("SV1",), ("SV1",), ("SV2",), ("SV3",)), "layer 0 of SV1 comes twice"),
         (poses(("SV1", [1, 2]), ("SV2",), ("SV3",)), "no pose for layer 0 of SV1"),
         (poses(("SV1", [0, 1]), ("SV1", [3, 4]), ("SV2",), ("SV3",)), "no pose for layer 2 of SV1"),
@@ -71,7 +71,8 @@ def test_poses_give_every_layer_once(table: dict[str, Any], said: str) -> None:
     case, scene = support(table), prepared().scene
 
     def ordered_and_checked() -> None:
-        check_table(case, scene, [NAMES[k] for k in build_order(case, NAMES)], [5] * 3)
+        build_runs(case, NAMES, [5] * 3)
+        check_table(case, scene)
 
     with pytest.raises(InputError, match=r"x\.case\.yaml: table") as error:
         ordered_and_checked()
@@ -87,13 +88,13 @@ def prepared() -> Job:
 def test_a_table_that_stands_still_has_no_other_mode(mode: str) -> None:
     still = replace(prepared().scene, has_axis=np.array([False, False]))
     with pytest.raises(InputError, match="needs a positioner with an axis"):
-        check_table(support({"mode": mode}), still, NAMES, [5] * 3)
+        check_table(support({"mode": mode}), still)
 
 
 def test_an_axis_that_the_positioner_does_not_have_is_refused() -> None:
     tilts = replace(prepared().scene, has_axis=np.array([True, False]))
     with pytest.raises(InputError, match="this positioner has no E2; it has E1"):
-        check_table(support({"mode": "coordinated", "axes": ["E2"]}), tilts, NAMES, [5] * 3)
+        check_table(support({"mode": "coordinated", "axes": ["E2"]}), tilts)
 
 
 def test_a_case_asks_when_it_is_prepared() -> None:
@@ -102,20 +103,31 @@ def test_a_case_asks_when_it_is_prepared() -> None:
 
 
 def test_groups_are_built_in_the_order_of_the_poses() -> None:
-    job = prepare(support(poses(("SV3", None, 0, 10), ("SV1", [0, 1], 5, 0), ("SV1", [2, 4], 6, 0), ("SV2",))))
+    runs = poses(("SV3", None, 0, 10), ("SV1", [0, 1], 5, 0), ("SV2",), ("SV1", [2, 4], 6, 0))
+    job = prepare(support(runs))
     groups = table_groups(job)
     assert [(g.sub_volume, g.pose) for g in groups] == [
         ("SV3", (0.0, 10.0)),
         ("SV1", (5.0, 0.0)),
-        ("SV1", (6.0, 0.0)),
         ("SV2", (0.0, 0.0)),
+        ("SV1", (6.0, 0.0)),
     ]
     assert [g.first for g in groups] == [0, *(g.stop for g in groups[:-1])]
     assert groups[-1].stop == len(job.targets)
-    # what was built before is there: deposits count up in the order of the targets
-    assert (job.stage[1:] >= job.stage[:-1] - 1).all()
+    # deposits count up as they are laid, and their shapes have these numbers
     assert job.laid.max() == job.shape.n_deposits
-    assert (job.laid[1:] >= job.laid[:-1]).all()
+    assert (np.diff(job.laid) >= 0).all()
+    assert (np.diff(job.targets.path) >= 0).all()
+    names = {name.split("/")[1]: name.split("/")[2] for name in job.shape.hulls if name.startswith("deposit/")}
+    t = job.targets
+    assert all(names[str(d - 1)] == t.sub_volume[k] for d, k in zip(job.laid, t.sub_volume_index, strict=True))
+    # in files they are called as if one sub-volume came after the other
+    plain = prepared()
+    assert job.order is not None
+    assert (plain.targets.position[job.order.target] == t.position).all()
+    assert (plain.targets.path[job.order.target] == job.order.bead[t.path]).all()
+    assert (job.order.targets_of_file(job.order.target) == np.arange(len(t))).all()
+    assert (plain.targets.closed[job.order.bead] == t.closed).all()
 
 
 def test_a_case_that_extends_another_brings_its_own_mode() -> None:

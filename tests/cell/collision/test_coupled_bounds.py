@@ -23,8 +23,8 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
 def approach(job: Job, a: np.ndarray, b: np.ndarray) -> float:
     """The most by which any two points come nearer to one another on a step than they are at its ends, both added up.
 
-    Points of the arm against points of the cell, of the tilting part and of the table. Tried out are points of the table
-    in all directions as far from its axes as it reaches.
+    Points of the arm against points of the cell, of the tilting part and of the table. Tried out are points of the
+    table in all directions as far from its axes as it reaches.
     """
     n, chain = job.scene.chain.n, job.scene.chain
     table = TableKinematics.of(job.scene)
