@@ -22,6 +22,7 @@ import yaml
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from cell.case.read import load_case
+from cell.failure import Failure
 from cell.job.job import Job, prepare
 from cell.planning.context import Context
 from cell.planning.edge_check import Stretch
@@ -78,7 +79,7 @@ def plan(context: Context, beads: Sequence[tuple[int, int]]) -> tuple[float, int
         bead = plan_bead(context, first, stop, None if last is None else last.q_targets[-1])
         failed += not bead.whole
         if last is not None and bead.whole:
-            failed += isinstance(travel(context, last, bead.stretches[0], int(context.laid[last.stop - 1])), dict)
+            failed += isinstance(travel(context, last, bead.stretches[0], int(context.laid[last.stop - 1])), Failure)
         last = bead.stretches[-1] if bead.stretches else last
     return time.perf_counter() - start, failed
 

@@ -3,6 +3,7 @@ from .case.read import load_case as load_case
 from .case.read import parse_case as parse_case
 from .case.sections import Case as Case
 from .errors import InputError as InputError
+from .failure import Failure as Failure
 from .job.job import Job as Job
 from .job.job import prepare as prepare
 from .motion.motion import Motion as Motion
@@ -24,6 +25,7 @@ from .verification.motion_check import check_motion as check_motion
 
 __all__ = [
     "Case",
+    "Failure",
     "InputError",
     "Job",
     "Motion",

@@ -13,8 +13,19 @@ from support.paths import ROOT
 # a room may import rooms on lower floors alone; those on one floor do not know each other
 FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
     "cell": (
-        ("arrays", "errors", "plain", "printable", "progress", "rigid", "shipped", "termination", "units"),
-        ("streams",),
+        (
+            "arrays",
+            "errors",
+            "failure_facts",
+            "plain",
+            "printable",
+            "progress",
+            "rigid",
+            "shipped",
+            "termination",
+            "units",
+        ),
+        ("failure", "farthest_points", "streams"),
         ("atomic_files",),
         ("case", "timing"),
         ("mjcf",),

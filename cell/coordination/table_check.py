@@ -8,8 +8,6 @@ laid by its end. Radians, metres.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ik.chain import Floats
@@ -18,11 +16,12 @@ from ..collision.between_samples import unproven_steps
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.reach_radii import table_radii
 from ..collision.table import TableChecker
+from ..failure import Contact, Failure, Kind
 from ..job.job import Job
 from ..units import METRES_PER_MM
 
 
-def table_in_the_way(job: Job, tables: Floats) -> dict[int, dict[str, Any]]:
+def table_in_the_way(job: Job, tables: Floats) -> dict[int, Failure]:
     """Targets at which, or on the way to which, the table or the workpiece meets something of the cell.
 
     Args:
@@ -43,11 +42,11 @@ def table_in_the_way(job: Job, tables: Floats) -> dict[int, dict[str, Any]]:
     return found
 
 
-def _met(job: Job, found: Clearances, k: int) -> dict[str, Any]:
-    return {
-        "pair": [job.scene.geom_name(int(g)) for g in found.pair[k] if g >= 0],
-        "distance_mm": round(float(found.distance[k]) / METRES_PER_MM, 3),
-        "required_mm": 0.0,
-        "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[k]],
-        "note": "the table and what stands on it, whatever the arm does",
-    }
+def _met(job: Job, found: Clearances, k: int) -> Failure:
+    contact = Contact(
+        pair=tuple(job.scene.geom_name(int(g)) for g in found.pair[k] if g >= 0),
+        world_xyz_mm=tuple(round(float(v) / METRES_PER_MM, 2) for v in found.position[k]),
+        note="the table and what stands on it, whatever the arm does",
+    )
+    distance = round(float(found.distance[k]) / METRES_PER_MM, 3)
+    return Failure(Kind.COLLISION, measure=distance, limit=0.0, contact=contact)

@@ -109,7 +109,7 @@ def _infeasible(result: Result) -> list[dict[str, Any]]:
             "words": what_went_wrong(result, row),
             "proved": row.proved,
             "attempt": row.attempt is not None or row.q is not None,
-            "pair": list(row.detail.get("pair", ())),
+            "pair": list(row.pair),
             "severity": round(severity(row), 3),
         }
         for i, row in enumerate(result.rows)

@@ -135,7 +135,7 @@ def _role(result: Result, staging: StagedScene, geom: int) -> str:
 
 def _culprits(result: Result, staging: StagedScene) -> dict[str, list[int]]:
     """What is shown red where a geom collides: itself, or the visual geoms that stand for it."""
-    names = dict.fromkeys(name for row in result.rows for name in row.detail.get("pair", ()))
+    names = dict.fromkeys(name for row in result.rows for name in row.pair)
     if result.clearance is not None:
         names.update(dict.fromkeys(result.clearance.what))
     frame = still(result, 0)

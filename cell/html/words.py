@@ -195,7 +195,7 @@ def in_plain_words(result: Result, geom: str) -> str:
 
 def what_went_wrong(result: Result, row: TargetVerdict) -> str:
     """An infeasible target's reason and measure, with geoms in words."""
-    pair = row.detail.get("pair", ())
+    pair = row.pair
     plain = " and ".join(in_plain_words(result, name) for name in pair) + ":"
     return in_words(row).replace(" - ".join(pair), plain) if pair else in_words(row)
 

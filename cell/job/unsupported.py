@@ -1,6 +1,6 @@
 """What of a job is laid over nothing, and what is laid past the horizontal.
 
-    unsupported_targets(job)                  # {target: measure}, by the case's limit checks.overhang_mm
+    unsupported_targets(job)                  # {target: Failure}, by the case's limit checks.overhang_mm
     past_horizontal(job.case, gravity)        # a warning where the case sets no limit
 
 Where a layer lies over nothing: `slicing.beads.overhang`.
@@ -8,14 +8,13 @@ Where a layer lies over nothing: `slicing.beads.overhang`.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ik.chain import Floats
 from slicing import Code, Warning
 
 from ..case.sections import Case
+from ..failure import Failure, Hanging, Kind
 from .job import Job
 
 HORIZONTAL_DEG = 90.5  # off upright: with rounding no more than level
@@ -38,14 +37,14 @@ def past_horizontal(case: Case, gravity: Floats) -> tuple[str, ...]:
     return (Warning(Code.PAST_HORIZONTAL, text),)
 
 
-def unsupported_targets(job: Job) -> dict[int, dict[str, Any]]:
-    """Targets that lie over nothing, by the case's limit, with the measure; none where it has none.
+def unsupported_targets(job: Job) -> dict[int, Failure]:
+    """Targets that lie over nothing, by the case's limit, with what hangs there; none where it has none.
 
     Args:
         job: from ``cell.job.job.prepare``.
     """
     limit, t = job.case.checks.overhang_mm, job.targets
-    found: dict[int, dict[str, Any]] = {}
+    found: dict[int, Failure] = {}
     if limit is None:
         return {}
     for k, one in enumerate(job.beads):
@@ -57,6 +56,7 @@ def unsupported_targets(job: Job) -> dict[int, dict[str, Any]]:
             if not len(over) and len(rows):  # no target there: the nearest one stands for it
                 over = rows[[int(np.argmin(((t.position[rows] - layer.place_mm) ** 2).sum(axis=1)))]]
             document = layer.to_dict()
-            detail = {key: document[key] for key in ("out_mm", "area_mm2", "begins_mm2", "place_mm")}
-            found.update((i, {**detail, "limit_mm": limit}) for i in over.tolist())
+            hanging = Hanging(document["area_mm2"], document["begins_mm2"], tuple(document["place_mm"]))
+            failure = Failure(Kind.OVERHANG, document["out_mm"], limit, cause=hanging, proved=True)
+            found.update((i, failure) for i in over.tolist())
     return found

@@ -20,6 +20,7 @@ from ik.chain import Floats
 
 if TYPE_CHECKING:
     from ..arrays import Ints
+from ..failure import Failure, Kind, Place, Slowed, Where
 
 HELD = 0.98  # share from which on a speed counts as held
 STRETCH = 5e-3  # m of a bead over which its speed is to be held: about its width, what the weld pool covers
@@ -98,7 +99,7 @@ def note_stretches(pace: Pace, targets: Ints, along: Floats, found: tuple[Floats
     pace.least[targets[some]] = least[some]
 
 
-def too_slow(pace: Pace, least_share: float, slack: float = 0.0) -> dict[int, dict[str, Any]]:
+def too_slow(pace: Pace, least_share: float, slack: float = 0.0) -> dict[int, Failure]:
     """Targets that are reached too slowly.
 
     Args:
@@ -107,22 +108,21 @@ def too_slow(pace: Pace, least_share: float, slack: float = 0.0) -> dict[int, di
         slack: share of that which does not count.
 
     Returns:
-        Why, by the number of the target at whose end of the way it is.
+        Failures, by the number of the target at whose end of the way it is.
     """
     share = pace.judged
     return {int(i) + 1: _slow(pace, int(i), least_share) for i in np.flatnonzero(share < least_share * (1 - slack))}
 
 
-def _slow(pace: Pace, i: int, least_share: float) -> dict[str, Any]:
-    return {
-        "from_target": i,
-        "on_the_way": "speed",
-        "share": round(float(pace.judged[i]), 4),
-        "limit": least_share,
-        "axis": str(pace.axis[i]),
-        "by": str(pace.by[i]),
-        "seconds": round(float(pace.taken_s[i]), 4),
-    }
+def _slow(pace: Pace, i: int, least_share: float) -> Failure:
+    return Failure(
+        Kind.DEPOSITION_SPEED,
+        measure=round(float(pace.judged[i]), 4),
+        limit=least_share,
+        axis=str(pace.axis[i]),
+        cause=Slowed(str(pace.by[i]), round(float(pace.taken_s[i]), 4)),
+        place=Place(Where.BEAD, from_target=i),
+    )
 
 
 def pace_document(pace: Pace, bead: Ints) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
+from ..failure import Failure, Place, Where
 from ..job.job import speeds
 from ..motion.deposition_speed import HELD, Pace, note_stretches, over_stretches
 from ..motion.motion import STANDING, Motion
@@ -106,7 +107,7 @@ def assemble(
 
 def corners(
     job: Job, context: Context, stretches: Sequence[Stretch], travels: Sequence[tuple[Floats, Clearances]]
-) -> dict[int, dict[str, Any]]:
+) -> dict[int, Failure]:
     """Where a motion that is free comes too near to something once it is run, its corners rounded.
 
     Args:
@@ -118,7 +119,7 @@ def corners(
     Returns:
         Why, by the target on the way to which it is.
     """
-    spoilt = bead_corners(context, job.case.process.blend_mm * METRES_PER_MM, stretches)
+    failures = bead_corners(context, job.case.process.blend_mm * METRES_PER_MM, stretches)
     for before, after, (q, found) in zip(stretches[:-1], stretches[1:], travels, strict=True):
         last, first = before.stop - 1, after.first
         if not _dwell(job, last, first):
@@ -126,10 +127,10 @@ def corners(
         # a stop on the way leaves other corners to be rounded than the planner knew
         path, rows = travel_path(q)
         stop = int(rows[_retracted(job, _on_the_part(job, path.q))])
-        why = travel_corners(context, q, found, int(context.laid[last]), [stop])
-        if why is not None:
-            spoilt[first] = {"from_target": last, "travel": True, "to_target": first, **why}
-    return spoilt
+        failure = travel_corners(context, q, found, int(context.laid[last]), [stop])
+        if failure is not None:
+            failures[first] = failure.at(Place(Where.TRAVEL, from_target=last, to_target=first))
+    return failures
 
 
 def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:

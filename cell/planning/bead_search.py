@@ -1,7 +1,7 @@
 """The search of one bead: a way through its nodes, checked where it leads, until one is free or there is none.
 
     plan = BeadSearch(bead, nodes).run(q_before)
-    plan.whole, plan.stretches, plan.cuts, plan.missing
+    plan.whole, plan.stretches, plan.cuts, plan.missing          # what failed, by target
 
 Metres, radians, seconds.
 """
@@ -22,7 +22,7 @@ from ik.roll import wrap
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..plain import plain
+from ..failure import Effort, Failure, Kind, Place, Where
 from .between_rolls import standing_between
 from .configurations import Nodes, near_cost
 from .edge_check import SearchedBead, Stretch, examine
@@ -41,21 +41,12 @@ class Missing:
     """Why a target has no configuration that could be used.
 
     Attributes:
-        reason: "unreachable", "joint_limit", "singular" or "collision".
-        detail: its measure.
+        failure: of its best candidate: unreachable, a joint limit, singular or a collision.
         attempt: the best attempt, (j,), rad, or None.
-        exhaustive: whether every configuration at every allowed roll was looked at.
     """
 
-    reason: str
-    detail: dict[str, Any]
+    failure: Failure
     attempt: Floats | None
-    exhaustive: bool
-
-    def __post_init__(self) -> None:
-        """Keep plain values only: the record goes into documents."""
-        object.__setattr__(self, "detail", plain(self.detail))
-        object.__setattr__(self, "exhaustive", bool(self.exhaustive))
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +64,7 @@ class BeadPlan:
     first: int
     stop: int
     stretches: tuple[Stretch, ...]
-    cuts: dict[int, dict[str, Any]]
+    cuts: dict[int, Failure]
     missing: dict[int, Missing]
 
     @property
@@ -84,7 +75,7 @@ class BeadPlan:
     @property
     def may_be_mended(self) -> bool:
         """Whether a roll between the samples could help: not where every target that is missing is proved out."""
-        return bool(self.cuts) or not all(m.exhaustive for m in self.missing.values())
+        return bool(self.cuts) or not all(m.failure.proved for m in self.missing.values())
 
     @property
     def lost(self) -> int:
@@ -116,7 +107,7 @@ class BeadSearch:
         self._free = np.zeros(self.cost.shape, dtype=bool)  # nodes known to be free
         self._least_bad: dict[int, tuple[float, Clearances, tuple[int, ...]]] = {}  # of the nodes that collide
         self._blocked: dict[int, set[Edge]] = {}
-        self._causes: dict[int, list[dict[str, Any]]] = {}
+        self._causes: dict[int, list[Failure]] = {}
         self._done: dict[tuple[int, Edge], Stretch] = {}
         self._followed: set[int] = set()  # targets from which all dear edges have been followed
         self._gave_up = False
@@ -242,7 +233,7 @@ class BeadSearch:
                 self._done[i, edge] = found.piece(e)
                 continue
             self._blocked.setdefault(i, set()).add(edge)
-            if cause["on_the_way"] == "collision" or move[e] <= self.bead.largest[i]:
+            if cause.kind is Kind.COLLISION or move[e] <= self.bead.largest[i]:
                 self._causes.setdefault(i, []).append(cause)
             elif i not in self._followed:
                 # it was none; of those like it most are none either
@@ -305,19 +296,19 @@ class BeadSearch:
             margin=joined(lambda s: s.margin),
         )
 
-    def _cuts(self, runs: list[Run]) -> dict[int, dict[str, Any]]:
+    def _cuts(self, runs: list[Run]) -> dict[int, Failure]:
         cuts = {}
         for before, after in pairwise(runs):
             if before.stop != after.start:
                 continue  # a target without configurations lies between, and says why itself
             i = after.start
             known = self._causes.get(i - 1)
-            why = known[-1] if known else self._without_edge(i - 1)
-            gave_up = {"searches": self.rounds} if self._gave_up else {}
-            cuts[self.first + i] = {"from_target": self.first + i - 1, **why, **gave_up}
+            failure = known[-1] if known else self._without_edge(i - 1)
+            failure = failure.at(Place(Where.BEAD, from_target=self.first + i - 1))
+            cuts[self.first + i] = replace(failure, effort=Effort(searches=self.rounds)) if self._gave_up else failure
         return cuts
 
-    def _without_edge(self, i: int) -> dict[str, Any]:
+    def _without_edge(self, i: int) -> Failure:
         """Why no edge joins two targets: a joint is too slow, or none of their configurations leads on to another."""
         pair = slice(i, i + 2)
         q, cost = self.nodes.q[pair], np.where(np.isfinite(self.cost[pair]), 0.0, np.inf)
@@ -338,17 +329,16 @@ class BeadSearch:
         )
         if len(slow) != 1 or len(fast) == 1:
             # even where two of their configurations are joined: not those that the bead arrives in
-            why = why_none_leads_on(self.bead, self.nodes, i, self.cost)
-            return {"on_the_way": "configuration change", **why}
+            return Failure(Kind.CONFIGURATION_CHANGE, because=why_none_leads_on(self.bead, self.nodes, i, self.cost))
         a, b = (q[k][tuple(node)] for k, node in enumerate(slow[0].nodes.tolist()))
         needed = np.abs(b - a) / self.bead.slowest[i]
         j = int(np.argmax(needed / self.bead.speed))
-        return {
-            "on_the_way": "speed",
-            "axis": self.nodes.solver.chain.names[j],
-            "needed_deg_s": round(float(np.rad2deg(needed[j])), 3),
-            "allowed_deg_s": round(float(np.rad2deg(self.bead.speed[j])), 3),
-        }
+        return Failure(
+            Kind.JOINT_SPEED,
+            measure=round(float(np.rad2deg(needed[j])), 3),
+            limit=round(float(np.rad2deg(self.bead.speed[j])), 3),
+            axis=self.nodes.solver.chain.names[j],
+        )
 
     def _missing(self, lost: list[int]) -> dict[int, Missing]:
         """Why targets have no node that could be used."""
@@ -356,22 +346,23 @@ class BeadSearch:
         out = {i: self._colliding(i) for i in lost if i not in bare}
         proofs = self._proofs(bare)
         for i in bare:
-            reason, detail, attempt = self.nodes.why_not(i)
-            proved, between = proofs.get(i, (False, None))
-            if between is not None:
+            failure, attempt = self.nodes.why_not(i)
+            proved, roll = proofs.get(i, (False, None))
+            between = None
+            if roll is not None:
                 T, table = self.placed.Ts_base_target[i], self.placed.tables(np.array([i]))[0]
-                detail |= standing_between(self.context, self.nodes, T, int(self.stage[i]), between, table)
-            out[i] = Missing(reason, detail, attempt, proved)
+                between = standing_between(self.context, self.nodes, T, int(self.stage[i]), roll, table)
+            out[i] = Missing(replace(failure, between=between, proved=proved), attempt)
         return out
 
     def _colliding(self, i: int) -> Missing:
         """The least bad of a target's configurations, all of which collide."""
         _, found, node = self._least_bad[i]
         roll = round(float(np.rad2deg(self.nodes.rolls[node[0]])), 3)
-        detail = {**self.context.describe(found, 0), "roll_deg": roll}
         # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to look at
         exhaustive = bool(self.nodes.exhaustive and self.nodes.window.is_fixed and self.context.limits.wrist > 0)
-        return Missing("collision", detail, self.nodes.q[i][node], exhaustive)
+        failure = replace(self.context.describe(found, 0), roll_deg=roll, proved=exhaustive)
+        return Missing(failure, self.nodes.q[i][node])
 
     def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:
         """Whether targets are proved out at every allowed roll; else, a roll between the samples that reaches, rad."""

@@ -1,7 +1,6 @@
 """A target that no sampled roll reaches may be reached at one between them: whether the arm can also stand there.
 
-    hint = standing_between(context, nodes, T, stage, roll)    # {"reached_alone_at_roll_deg": 93.6} or what is in the
-    way
+    hint = standing_between(context, nodes, T, stage, roll)    # RollBetween(roll_deg=93.6), or with what is in the way
 
 Kinematics alone names such a roll (``ik.reachability_proof``); here every configuration at it, and at rolls beside it,
 is held against the cell. Radians and metres.
@@ -9,7 +8,7 @@ is held against the cell. Radians and metres.
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from ik.chain import Floats
 from ik.roll import apply_roll
 from ik.singularity import margins
 
+from ..failure import Contact, RollBetween
 from .configurations import Nodes
 from .context import Context
 
@@ -28,7 +28,7 @@ STANDS = np.empty(0)  # axes of a table that does not move
 
 def standing_between(
     context: Context, nodes: Nodes, T: Floats, stage: int, roll: float, table: Floats = STANDS
-) -> dict[str, Any]:
+) -> RollBetween | None:
     """Whether the arm can stand at a target at a roll between the samples.
 
     Args:
@@ -40,8 +40,8 @@ def standing_between(
         table: E1, E2 there, (2,), rad; (0,) where the table stands.
 
     Returns:
-        ``reached_alone_at_roll_deg`` where a configuration keeps the clearance as well, there or beside it. Else
-        ``reached_in_collision_at_roll_deg``, with the nearest pair of the least bad configuration.
+        The roll at which a configuration keeps the clearance as well, there or beside it. Else the roll of the least
+        bad configuration, with its nearest pair. None where there is no configuration.
     """
     solver, window = context.solver, nodes.window
     rolls = roll + BESIDE
@@ -51,16 +51,13 @@ def standing_between(
     allowed = np.isfinite(q[..., 0]) & (margins(solver.chain, solver.geometry, q) >= least).all(axis=-1)
     at = np.argwhere(allowed)
     if not len(at):
-        return {}
+        return None
     axes = np.concatenate([q[tuple(at.T)], np.tile(table, (len(at), 1))], axis=1)
     found = context.screen.clearances(axes, np.full(len(at), stage))
     free = found.distance >= context.settings.clearance
     k = int(np.argmax(free)) if free.any() else int(np.argmax(found.distance))
     deg = round(float(np.rad2deg(rolls[at[k, 0]])), 3)
     if free.any():
-        return {"reached_alone_at_roll_deg": deg}
-    seen = context.describe(found, k)
-    return {
-        "reached_in_collision_at_roll_deg": deg,
-        "in_collision": {key: seen[key] for key in ("pair", "distance_mm", "required_mm")},
-    }
+        return RollBetween(deg)
+    hit = context.describe(found, k)
+    return RollBetween(deg, replace(hit, contact=Contact(hit.pair)))

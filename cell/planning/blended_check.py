@@ -1,7 +1,7 @@
 """Beads and travels as a controller runs them, corners rounded, held against the cell.
 
-    spoilt = bead_corners(context, blend, stretches)            # by target: where a rounded corner comes too near
-    why = travel_corners(context, q, clearances, stage)         # None: the rounded travel is free
+    failures = bead_corners(context, blend, stretches)          # by target: where a rounded corner comes too near
+    failure = travel_corners(context, q, clearances, stage)     # None: the rounded travel is free
 
 Metres and radians.
 """
@@ -9,7 +9,8 @@ Metres and radians.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from ..arrays import Ints
 from ..collision.blended_corners import BlendedPath, cut_corners
 from ..collision.checker import Checker
 from ..collision.clearances import Clearances
+from ..failure import ON_TRAVEL, Failure, Place, Seen, Where
 from ..motion.motion import STANDING
 from ..timing.blending import TRAVEL_ZONE
 from ..units import METRES_PER_MM
@@ -43,7 +45,7 @@ def travel_path(q: Floats) -> tuple[BlendedPath, Ints]:
     return BlendedPath(q[rows], np.concatenate([[0.0], np.cumsum(way)]), TRAVEL_ZONE), rows
 
 
-def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -> dict[int, dict[str, Any]]:
+def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -> dict[int, Failure]:
     """Where beads come too near to something when their corners are rounded.
 
     Args:
@@ -54,7 +56,7 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
     Returns:
         Why, by the target on the way to which it is.
     """
-    spoilt: dict[int, dict[str, Any]] = {}
+    failures: dict[int, Failure] = {}
     for bead in stretches:
         if len(bead.q) < 3:
             continue
@@ -63,14 +65,15 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
         step, nearest = cut_corners(context.checker, context.radius, path, stage, bead.clearances, least)
         for n in np.argsort(nearest.distance, kind="stable").tolist():
             at = int(bead.edge[step[n]])
-            why = {"from_target": at, "on_the_way": "collision", **context.describe(nearest, n), "rounded": True}
-            spoilt.setdefault(at + 1, why)
-    return spoilt
+            if at + 1 not in failures:
+                place = Place(Where.BEAD, from_target=at)
+                failures[at + 1] = context.describe(nearest, n, place, Seen.ROUNDED)
+    return failures
 
 
 def travel_corners(
     context: Context, q: Floats, found: Clearances, stage: int, stops: Sequence[int] = ()
-) -> dict[str, Any] | None:
+) -> Failure | None:
     """What a travel comes too near to when its corners are rounded, if anything.
 
     Args:
@@ -94,7 +97,7 @@ def travel_corners(
 
 def wire_corners(
     wire: Checker, context: Context, q: Floats, across: tuple[int, Clearances], stage: int
-) -> dict[str, Any] | None:
+) -> Failure | None:
     """What the wire is drawn through where a travel's corners are rounded, if anything.
 
     Args:
@@ -123,10 +126,9 @@ def _met(
     stage: int,
     least: float,
     which: NDArray[np.bool_] | None = None,
-) -> dict[str, Any] | None:
+) -> Failure | None:
     laid = np.full(len(path.s), stage)
     step, nearest = cut_corners(checker, context.radius, path, laid, found, least, which)
     if not len(step):
         return None
-    hit = {**context.describe(nearest, 0), "required_mm": round(least / METRES_PER_MM, 3)}
-    return {"on_the_way": "collision", **hit, "rounded": True}
+    return replace(context.describe(nearest, 0, ON_TRAVEL, Seen.ROUNDED), limit=round(least / METRES_PER_MM, 3))

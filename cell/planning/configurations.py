@@ -2,7 +2,7 @@
 
     nodes = evaluate(solver, placed, window, roll_step, limits)
     nodes.q, nodes.cost              # (n, r, g, k, 6), (n, r, g, k); infinite cost = not allowed
-    nodes.why_not(i)                 # reason and measure of a target without an allowed node
+    nodes.why_not(i)                 # the failure of a target without an allowed node
 
 Radians and metres.
 """
@@ -10,7 +10,6 @@ Radians and metres.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,9 @@ from ik.roll import RollWindow, apply_roll
 from ik.singularity import KINDS, SingularityLimits, margins, smallest_singular_value
 from ik.solver import Solver
 
+from ..failure import Effort, Failure, Kind
 from ..scene.placement import Placed
+from ..units import MARGIN_UNITS
 
 NEAR_LIMIT = np.deg2rad(10.0)  # joints closer to a limit than this cost extra
 NEAR = 0.3  # s that a node is worth avoiding at the clearance itself; nothing at twice as much
@@ -62,35 +63,33 @@ class Nodes:
         """(n, r, g, k): configurations inside the joint limits."""
         return np.isfinite(self.q[..., 0])
 
-    def why_not(self, i: int) -> tuple[str, dict[str, Any], Floats | None]:
+    def why_not(self, i: int) -> tuple[Failure, Floats | None]:
         """Why a target has no allowed node, by its best candidate.
 
         Args:
             i: the target; none of its costs is finite.
 
         Returns:
-            The reason ("singular", "joint_limit" or "unreachable"), its measure, and the best attempt (j,) or None.
+            What is wrong (singular, joint limit or unreachable), and the best attempt (j,) or None.
         """
         if self.within_limits[i].any():
-            return ("singular", *self.singular(i, self.within_limits[i]))
+            return self.singular(i, self.within_limits[i])
         outside = np.isfinite(self.over[i]).all(axis=-1)
         if outside.any():
-            return ("joint_limit", *self.joint_limit(i, outside))
-        return "unreachable", self.reach(i, np.ones(len(self.rolls), dtype=bool)), None
+            return self.joint_limit(i, outside)
+        return self.reach(i, np.ones(len(self.rolls), dtype=bool)), None
 
-    def reach(self, i: int, among: NDArray[np.bool_]) -> dict[str, Any]:
+    def reach(self, i: int, among: NDArray[np.bool_]) -> Failure:
         """How far a target is out of reach at the best of some rolls (r,)."""
-        detail: dict[str, Any] = {}
-        if np.isfinite(self.reach_excess[i]).any():
-            best = int(np.nanargmin(np.where(among, np.abs(self.reach_excess[i]), np.inf)))
-            beyond = float(self.reach_excess[i, best])
-            detail["beyond_reach_mm" if beyond > 0 else "inside_reach_mm"] = round(abs(beyond) * 1e3, 3)
-            detail["roll_deg"] = _deg(self.rolls[best])
-        else:
-            detail["search"] = f"not found from {self.solver.seeds} seeds at {len(self.rolls)} roll(s)"
-        return detail
+        if not np.isfinite(self.reach_excess[i]).any():
+            return Failure(Kind.UNREACHABLE, effort=Effort(seeds=self.solver.seeds, rolls=len(self.rolls)))
+        best = int(np.nanargmin(np.where(among, np.abs(self.reach_excess[i]), np.inf)))
+        beyond = float(self.reach_excess[i, best])
+        far = round(abs(beyond) * 1e3, 3)
+        # -0.0 says "too close" of what rounds to nothing
+        return Failure(Kind.UNREACHABLE, measure=far if beyond > 0 else -far, roll_deg=_deg(self.rolls[best]))
 
-    def singular(self, i: int, among: NDArray[np.bool_]) -> tuple[dict[str, Any], Floats]:
+    def singular(self, i: int, among: NDArray[np.bool_]) -> tuple[Failure, Floats]:
         """The margin of a target's best node.
 
         Args:
@@ -98,7 +97,7 @@ class Nodes:
             among: which of its nodes, (r, g, k).
 
         Returns:
-            The measure, and the configuration (j,).
+            The failure, and the configuration (j,).
         """
         limits = self.limits.values(self.solver.geometry is not None)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -107,18 +106,18 @@ class Nodes:
         node = np.unravel_index(int(np.argmax(share)), share.shape)
         kind = int(np.argmin(short[node]))
         q = self.q[i][node]
-        unit, factor = {0: ("deg", 180 / np.pi), 1: ("deg", 180 / np.pi), 2: ("mm", 1e3), 3: ("1", 1.0)}[kind]
-        detail = {
-            "singularity": KINDS[kind],
-            "margin": round(float(self.margin[i][node][kind]) * factor, 3),
-            "limit": round(float(limits[kind]) * factor, 3),
-            "unit": unit,
-            "smallest_singular_value": round(float(smallest_singular_value(self.solver.chain, q[None])[0]), 5),
-            "roll_deg": _deg(self.rolls[node[0]]),
-        }
-        return detail, q
+        _, factor = MARGIN_UNITS[KINDS[kind]]
+        failure = Failure(
+            Kind.SINGULAR,
+            measure=round(float(self.margin[i][node][kind]) * factor, 3),
+            limit=round(float(limits[kind]) * factor, 3),
+            singularity=KINDS[kind],
+            sigma=round(float(smallest_singular_value(self.solver.chain, q[None])[0]), 5),
+            roll_deg=_deg(self.rolls[node[0]]),
+        )
+        return failure, q
 
-    def joint_limit(self, i: int, among: NDArray[np.bool_]) -> tuple[dict[str, Any], Floats]:
+    def joint_limit(self, i: int, among: NDArray[np.bool_]) -> tuple[Failure, Floats]:
         """How far a target's best configuration is outside the joint limits.
 
         Args:
@@ -126,17 +125,18 @@ class Nodes:
             among: which of its rolls and groups, (r, g).
 
         Returns:
-            The measure, and the configuration (j,).
+            The failure, and the configuration (j,).
         """
         total = np.where(among, self.over[i].max(axis=-1), np.inf)
         node = np.unravel_index(int(np.argmin(total)), total.shape)
         joint = int(np.argmax(self.over[i][node]))
-        detail = {
-            "axis": self.solver.chain.names[joint],
-            "over_deg": round(float(np.rad2deg(self.over[i][node][joint])), 3),
-            "roll_deg": _deg(self.rolls[node[0]]),
-        }
-        return detail, self.raw[i][node]
+        failure = Failure(
+            Kind.JOINT_LIMIT,
+            measure=round(float(np.rad2deg(self.over[i][node][joint])), 3),
+            axis=self.solver.chain.names[joint],
+            roll_deg=_deg(self.rolls[node[0]]),
+        )
+        return failure, self.raw[i][node]
 
 
 def _deg(angle: float) -> float:

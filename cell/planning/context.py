@@ -1,7 +1,7 @@
 """What the searches for a motion share: the arm, the targets, the cell at a table pose, and what is to be kept.
 
     context = Context.of(job, table)            # E1, E2 in rad
-    context.describe(clearances, k)             # a collision in words and figures
+    context.describe(clearances, k)             # a collision as a failure
 
 Metres, radians, seconds.
 """
@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.reach_radii import all_radii, radii
 from ..collision.table import with_table_axes
 from ..collision.wire import wire_checker
+from ..failure import AT_TARGET, Contact, Failure, Kind, Place, Seen
 from ..job.job import Job, speeds
 from ..scene.placement import Placed, place, place_moving
 from ..scene.table_kinematics import TableKinematics
@@ -228,13 +228,22 @@ class Context:
         checker, screen = (Checker(c.scene, c.table, c.reach, deposits) for c in (self.checker, self.screen))
         return replace(self, checker=checker, screen=screen)
 
-    def describe(self, found: Clearances, k: int) -> dict[str, Any]:
-        """A collision in words and figures."""
+    def describe(self, found: Clearances, k: int, place: Place = AT_TARGET, seen: Seen = Seen.AT_SAMPLE) -> Failure:
+        """A collision as a failure.
+
+        Args:
+            found: clearances.
+            k: the one that is too small.
+            place: where it is.
+            seen: how it was found.
+        """
         scene = self.checker.scene
-        pair = [scene.geom_name(int(g)) for g in found.pair[k] if g >= 0]
-        return {
-            "pair": pair,
-            "distance_mm": round(float(found.distance[k]) / METRES_PER_MM, 3),
-            "required_mm": round(self.settings.clearance / METRES_PER_MM, 3),
-            "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[k]],
-        }
+        pair = tuple(scene.geom_name(int(g)) for g in found.pair[k] if g >= 0)
+        xyz = tuple(round(float(v) / METRES_PER_MM, 2) for v in found.position[k])
+        return Failure(
+            Kind.COLLISION,
+            measure=round(float(found.distance[k]) / METRES_PER_MM, 3),
+            limit=round(self.settings.clearance / METRES_PER_MM, 3),
+            contact=Contact(pair, xyz, seen),
+            place=place,
+        )

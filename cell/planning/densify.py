@@ -1,6 +1,6 @@
 """Rows close enough that straight joint motion between them stays on the bead.
 
-    dense, spoilt = refined(context, stretches)
+    dense, failures = refined(context, stretches)
 
 What replays or runs a motion moves the joints on straight lines from row to row. Where that leaves the bead by more
 than ``OFF`` or the wire by more than ``ASKEW`` half-way, a row is put in between: exactly on the bead, checked like any
@@ -23,6 +23,7 @@ from ik.singularity import margins
 from ..arrays import Ints
 from ..collision.between_samples import unproven_steps
 from ..collision.clearances import Clearances
+from ..failure import Failure, Kind, Place, Where
 from ..rigid import frames, great_circle
 from .context import Context
 from .edge_check import Stretch, between
@@ -32,7 +33,7 @@ ASKEW = np.deg2rad(0.03)
 ROUNDS = 6  # each halves the steps and quarters the error
 
 
-def refined(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretch], dict[int, dict[str, Any]]]:
+def refined(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretch], dict[int, Failure]]:
     """Put rows between the samples of beads where they are needed.
 
     Args:
@@ -43,12 +44,13 @@ def refined(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretc
         The beads with more samples, and targets on the way to which a new sample does not hold what the others do,
         with why.
     """
-    out, spoilt = [], {}
+    out: list[Stretch] = []
+    failures: dict[int, Failure] = {}
     for stretch in stretches:
-        dense, why = _refined(context, stretch)
+        dense, found = _refined(context, stretch)
         out.append(dense)
-        spoilt.update(why)
-    return out, spoilt
+        failures.update(found)
+    return out, failures
 
 
 def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Floats]:
@@ -67,26 +69,32 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
     return position, great_circle(n[edge], n[edge + 1], fraction)
 
 
-def _refined(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, dict[str, Any]]]:
-    spoilt: dict[int, dict[str, Any]] = {}
+def _refined(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, Failure]]:
+    failures: dict[int, Failure] = {}
     new = np.zeros(len(stretch.q), dtype=bool)
     for _ in range(ROUNDS):
         step = _open(context, stretch) if len(stretch.q) > 1 else np.zeros(0, dtype=np.int64)
         if not len(step):
             break
         more, lost = _between(context, stretch, step)
-        spoilt.update({int(e) + 1: {"from_target": int(e), "on_the_way": "joint_limit"} for e in lost})
+        failures.update({int(e) + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(int(e))) for e in lost})
         stretch = _merged(stretch, more, step)
         new = np.insert(new, step + 1, True)
-        if spoilt:
+        if failures:
             break
     else:
         # what is still off the bead after the last halving is not run along it
         for k in _open(context, stretch):
-            spoilt[int(stretch.edge[k]) + 1] = {"from_target": int(stretch.edge[k]), "on_the_way": "jump"}
+            edge = int(stretch.edge[k])
+            failures[edge + 1] = Failure(Kind.JUMP, place=_on_edge(edge))
     if new.any():
-        spoilt.update(_checked(context, stretch, new))
-    return stretch, spoilt
+        failures.update(_checked(context, stretch, new))
+    return stretch, failures
+
+
+def _on_edge(edge: int) -> Place:
+    """The way from a target to the next."""
+    return Place(Where.BEAD, from_target=edge)
 
 
 def _open(context: Context, stretch: Stretch) -> Ints:
@@ -165,18 +173,18 @@ def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
     )
 
 
-def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> dict[int, dict[str, Any]]:
+def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> dict[int, Failure]:
     """What is wrong with new samples and the steps to and from them."""
-    spoilt: dict[int, dict[str, Any]] = {}
+    failures: dict[int, Failure] = {}
 
-    def blame(edge: int, why: dict[str, Any]) -> None:
-        spoilt.setdefault(edge + 1, {"from_target": edge, **why})
+    def blame(edge: int, failure: Failure) -> None:
+        failures.setdefault(edge + 1, failure.at(_on_edge(edge)))
 
     least = context.limits.values(context.solver.geometry is not None)
     for k in np.flatnonzero(new & (stretch.margin < least).any(axis=1)):
-        blame(int(stretch.edge[k]), {"on_the_way": "singular"})
+        blame(int(stretch.edge[k]), Failure(Kind.SINGULAR))
     for k in np.flatnonzero(new & (stretch.clearances.distance < context.settings.clearance)):
-        blame(int(stretch.edge[k]), {"on_the_way": "collision", **context.describe(stretch.clearances, int(k))})
+        blame(int(stretch.edge[k]), context.describe(stretch.clearances, int(k)))
     # the steps from one old sample to the next are proved already
     wanted = new[:-1] | new[1:]
     rows = np.flatnonzero(np.append(wanted, False) | np.insert(wanted, 0, False))
@@ -186,6 +194,5 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> dict[int, d
     seen, kept = stretch.clearances.rows(rows), context.settings.kept
     step, nearest = unproven_steps(context.checker, context.radius, q, stage, seen, part, least=kept)
     for n, at in enumerate(rows[step].tolist()):
-        why = {"on_the_way": "collision", **context.describe(nearest, n), **between(nearest, n, context)}
-        blame(int(stretch.edge[at]), why)
-    return spoilt
+        blame(int(stretch.edge[at]), context.describe(nearest, n, seen=between(nearest, n, context)))
+    return failures

@@ -11,7 +11,6 @@ Metres, radians, seconds.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..collision.between_samples import unproven_steps
 from ..collision.clearances import Clearances
+from ..failure import ON_BEAD, Failure, Seen
 from ..motion.deposition_speed import STRETCH
 from ..scene.placement import Placed
 from .context import Context
@@ -141,7 +141,7 @@ class CheckedEdges:
     q: Floats
     track: Track
     clearances: Clearances
-    causes: list[dict[str, Any] | None]
+    causes: list[Failure | None]
 
     def piece(self, e: int) -> Stretch:
         """One edge as a stretch, its targets counted in the whole part."""
@@ -174,9 +174,9 @@ class CheckedEdges:
         )
 
 
-def between(nearest: Clearances, k: int, context: Context) -> dict[str, Any]:
-    """A note where what was seen nearest keeps the clearance: that it is kept between samples is not proved."""
-    return {"between_samples": True} if nearest.distance[k] >= context.settings.clearance else {}
+def between(nearest: Clearances, k: int, context: Context) -> Seen:
+    """Where what was seen nearest keeps the clearance, that it is kept between samples is not proved."""
+    return Seen.BETWEEN_SAMPLES if nearest.distance[k] >= context.settings.clearance else Seen.AT_SAMPLE
 
 
 def examine(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> CheckedEdges:
@@ -204,22 +204,16 @@ def examine(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> Checked
     unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
     first = np.searchsorted(track.edge, np.arange(len(start)))
     least = np.minimum.reduceat(clear.distance, first) if len(start) else clear.distance
-    causes: list[dict[str, Any] | None] = []
+    causes: list[Failure | None] = []
     for e in range(len(start)):
-        if track.broken[e]:
-            causes.append({"on_the_way": str(track.broken[e]), **track.why.get(e, {})})
+        if e in track.broken:
+            causes.append(track.broken[e])
         elif least[e] < context.settings.clearance:
             mine = np.flatnonzero(track.edge == e)
             worst = int(mine[np.argmin(clear.distance[mine])])
-            causes.append({"on_the_way": "collision", **context.describe(clear, worst)})
+            causes.append(context.describe(clear, worst, ON_BEAD))
         elif e in unsafe:
-            causes.append(
-                {
-                    "on_the_way": "collision",
-                    **context.describe(nearest, unsafe[e]),
-                    **between(nearest, unsafe[e], context),
-                }
-            )
+            causes.append(context.describe(nearest, unsafe[e], ON_BEAD, between(nearest, unsafe[e], context)))
         else:
             causes.append(None)
     return CheckedEdges(bead.first, start, roll, q, track, clear, causes)

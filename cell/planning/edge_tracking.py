@@ -2,7 +2,7 @@
 
     track = follow(solver, placed, first, rolls, q, steps)
     track.q                          # (m, j) samples of all edges, ends included
-    track.broken                     # (edges,) "", "jump", "joint_limit" or "singular"
+    track.broken                     # {edge: Failure} of those that cannot be followed
 
 Poses are interpolated in space, not joints: the position along the bead's chord, the wire's direction along the great
 circle, the roll evenly; damped least squares brings the arm onto every one of them from the joint-linear guess.
@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ik import closed_form, dls
 from ik.chain import Chain, Floats
@@ -25,9 +24,11 @@ from ik.singularity import KINDS, SingularityLimits, margins
 from ik.solver import Solver
 
 from ..arrays import Ints
+from ..failure import ON_BEAD, Failure, Kind
 from ..motion.motion import JUMP
 from ..rigid import frames
 from ..scene.placement import Placed
+from ..units import MARGIN_UNITS
 from .context import Steps
 
 DENSE = np.deg2rad(3.0)  # most that a joint turns between samples of a way that is followed from its beginning
@@ -47,8 +48,7 @@ class Track:
         position: TCP where the bead stands still, (m, 3), m; see ``Placed.bead``.
         table: E1, E2, (m, 2), rad; (m, 0) where the table stands.
         margin: singularity margins, (m, 4).
-        broken: what is wrong with each edge: "", "jump", "joint_limit", "singular" or "unreachable", (edges,).
-        why: measures of that, by edge, where they are known.
+        broken: what is wrong with edges, by edge: that they jump, or a joint limit, a margin or the reach.
     """
 
     edge: Ints
@@ -57,8 +57,7 @@ class Track:
     position: Floats
     table: Floats
     margin: Floats
-    broken: NDArray[np.str_]
-    why: dict[int, dict[str, Any]]
+    broken: dict[int, Failure]
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,18 +160,18 @@ def track_edges(
     found = dls.track_one(solver.chain, Ts[inner], guess[inner], RollWindow.fixed(0.0))
     out[inner] = found.q
     margin = margins(solver.chain, solver.geometry, out)
-    broken = np.full(len(start), "", dtype="<U12")
+    broken = np.zeros(len(start), dtype=bool)
     least = limits.values(solver.geometry is not None)
     # the ends have been judged as targets
     thin = inner & (margin < least).any(axis=1)
-    broken[edge[thin]] = "singular"
+    broken[edge[thin]] = True
     lost = np.flatnonzero(inner)[~found.ok]
-    broken[edge[lost]] = "joint_limit"
+    broken[edge[lost]] = True
     same = edge[1:] == edge[:-1]
     far = same & (np.abs(out[1:] - out[:-1]).max(axis=1) > JUMP)
-    broken[edge[1:][far]] = "jump"
-    track = Track(edge, t, out, ways.points(edge, t), ways.table_at(edge, t), margin, broken, {})
-    again = np.flatnonzero(broken != "")
+    broken[edge[1:][far]] = True
+    track = Track(edge, t, out, ways.points(edge, t), ways.table_at(edge, t), margin, {})
+    again = np.flatnonzero(broken)  # what is wrong with them is known once they are followed from their beginning
     return _with_dense(solver, ways, q, limits, track, again) if len(again) else track
 
 
@@ -196,12 +195,13 @@ def _with_dense(solver: Solver, ways: Ways, q: Floats, limits: SingularityLimits
     mine = ~kept
     edge, t, out = along(solver, ways, q[:, 0], track.edge[mine], track.fraction[mine])
     margin = margins(solver.chain, solver.geometry, out)
-    broken, why = track.broken.copy(), {}
+    broken = {}
     least = limits.values(solver.geometry is not None)
     for e in again.tolist():
         rows = np.flatnonzero(edge == e)
         found = _judged(solver, out[rows], margin[rows], least, q[e])
-        broken[e], why[e] = ("", {}) if found is None else found
+        if found is not None:
+            broken[e] = found
         out[rows[-1]] = q[e, 1]
     out = np.where(np.isfinite(out), out, q[edge, 0])
     order = np.lexsort((np.concatenate([track.fraction[kept], t]), np.concatenate([track.edge[kept], edge])))
@@ -217,7 +217,6 @@ def _with_dense(solver: Solver, ways: Ways, q: Floats, limits: SingularityLimits
         table=joined(track.table, ways.table_at(edge, t)),
         margin=joined(track.margin, margin),
         broken=broken,
-        why=why,
     )
 
 
@@ -292,9 +291,7 @@ def _step_by_step(chain: Chain, ways: Ways, start: Floats, edge: Ints, t: Floats
     return edge, t, out
 
 
-def _judged(
-    solver: Solver, q: Floats, margin: Floats, least: Floats, ends: Floats
-) -> tuple[str, dict[str, Any]] | None:
+def _judged(solver: Solver, q: Floats, margin: Floats, least: Floats, ends: Floats) -> Failure | None:
     """What is wrong with an edge followed from its beginning, by what comes first on the way; None: nothing."""
     chain = solver.chain
     over = np.maximum(chain.lower - q, q - chain.upper)
@@ -310,30 +307,33 @@ def _judged(
         j = int(np.argmax(np.abs(off)))
         if abs(off[j]) <= SAME:
             return None
-        return "jump", {"axis": chain.names[j], "arrives_off_deg": round(float(np.rad2deg(off[j])), 3)}
+        off_deg = round(float(np.rad2deg(off[j])), 3)
+        return Failure(Kind.ARRIVES_OFF, measure=off_deg, axis=chain.names[j], place=ON_BEAD)
     if first == 0:
-        return "singular", thinnest(solver, margin[inner][thin - 1], least)
+        return thinnest(margin[inner][thin - 1], least).at(ON_BEAD)
     if first == 1:
         j = int(np.argmax(np.nanmax(over, axis=0)))
-        return "joint_limit", {"axis": chain.names[j], "over_deg": round(float(np.rad2deg(np.nanmax(over[:, j]))), 3)}
+        over_deg = round(float(np.rad2deg(np.nanmax(over[:, j]))), 3)
+        return Failure(Kind.JOINT_LIMIT, measure=over_deg, axis=chain.names[j], place=ON_BEAD)
     if first == 2 and solver.form is None:
         j = int(np.argmax(over[come[first] - 1]))
-        return "joint_limit", {"axis": chain.names[j]}  # the limit that is nearest where it can follow no further
-    return ("unreachable", {}) if first == 2 else ("jump", {})
+        # the limit that is nearest where it can follow no further
+        return Failure(Kind.JOINT_LIMIT, axis=chain.names[j], place=ON_BEAD)
+    return Failure(Kind.UNREACHABLE if first == 2 else Kind.JUMP, place=ON_BEAD)
 
 
-def thinnest(solver: Solver, margin: Floats, least: Floats) -> dict[str, Any]:
-    """The margin (m, 4) that is smallest against what it has to keep, in words and figures."""
+def thinnest(margin: Floats, least: Floats) -> Failure:
+    """The margin (m, 4) that is smallest against what it has to keep (4,)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(least > 0, margin / least, np.inf)
     k, kind = np.unravel_index(int(np.argmin(share)), share.shape)
-    unit, factor = (("deg", 180 / np.pi), ("deg", 180 / np.pi), ("mm", 1e3), ("1", 1.0))[int(kind)]
-    return {
-        "singularity": KINDS[kind],
-        "margin": round(float(margin[k, kind]) * factor, 3),
-        "limit": round(float(least[kind]) * factor, 3),
-        "unit": unit,
-    }
+    _, factor = MARGIN_UNITS[KINDS[kind]]
+    return Failure(
+        Kind.SINGULAR,
+        measure=round(float(margin[k, kind]) * factor, 3),
+        limit=round(float(least[kind]) * factor, 3),
+        singularity=KINDS[kind],
+    )
 
 
 def _slerp(a: Floats, b: Floats, angle: Floats, t: Floats) -> Floats:

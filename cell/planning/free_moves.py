@@ -2,7 +2,7 @@
 
     edges = Edges(context, stage, step)
     edges(a, b)                     # (e,) share of each move from a to b, both (e, n), that can be gone
-    edges.met()                     # the pair met most often, with figures
+    edges.met()                     # the pair met most often, None: none was
 
 Looked at are samples, at the clearance to be kept; what a travel is made of in the end is checked as everything is.
 Radians and metres.
@@ -11,7 +11,6 @@ Radians and metres.
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from ik.chain import Floats
 
 from ..collision.checker import Checker
 from ..collision.clearances import Clearances
+from ..failure import ON_TRAVEL, Failure
 from .context import Context
 
 BLOCK = 6  # samples of a move looked at before it is known whether the next are wanted
@@ -87,9 +87,9 @@ class FreeMoves:
             self._count[pair] += 1
             self._example.setdefault(pair, found.rows(np.array([k])))
 
-    def met(self) -> dict[str, Any]:
-        """The pair met most often, in words and figures; empty where nothing was met."""
+    def met(self) -> Failure | None:
+        """The pair met most often; None where nothing was met."""
         if not self._count:
-            return {}
+            return None
         pair, _ = self._count.most_common(1)[0]
-        return self.context.describe(self._example[pair], 0)
+        return self.context.describe(self._example[pair], 0, ON_TRAVEL)

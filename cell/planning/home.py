@@ -10,12 +10,12 @@ from the last, other beginnings and ends of it are tried. Metres, radians.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ik.chain import Floats
 
+from ..failure import Failure, Place, Where
 from .bead_search import BeadPlan
 from .context import Context
 from .edge_check import Stretch
@@ -74,29 +74,30 @@ class _Home:
         ]
         out = stuck_at_home[0] or (self._way(None, first.stretches[0]) if first.whole and start is not None else None)
         back = stuck_at_home[1] or (self._way(last.stretches[0], None) if last.whole and end is not None else None)
-        if self.whole and isinstance(out, dict) and not stuck_at_home[0]:
+        if self.whole and isinstance(out, Failure) and not stuck_at_home[0]:
             joined = self._otherwise(0)
             out = out if joined is None else joined[0]
             back = joined[1] if joined is not None and len(self.beads) == 1 else back
-        if self.whole and isinstance(back, dict) and not stuck_at_home[1]:
+        if self.whole and isinstance(back, Failure) and not stuck_at_home[1]:
             joined = self._otherwise(len(self.beads) - 1)
             back = back if joined is None else joined[1]
             out = joined[0] if joined is not None and len(self.beads) == 1 else out
-        if isinstance(out, dict):
-            self._note(first.first, {"from": "home", "travel": True, "to_target": first.first, **out})
-        if isinstance(back, dict):
+        if isinstance(out, Failure):
+            place = replace(out.place, where=Where.FROM_HOME, to_target=first.first)
+            self._note(first.first, out.at(place))
+        if isinstance(back, Failure):
             at = last.stop - 1
-            self._note(at, {"from_target": at, "travel": True, "to": "home", **back})
-        ways = HomeWays(None if isinstance(out, dict) else out, None if isinstance(back, dict) else back)
+            self._note(at, back.at(replace(back.place, where=Where.TO_HOME, from_target=at)))
+        ways = HomeWays(None if isinstance(out, Failure) else out, None if isinstance(back, Failure) else back)
         return PartPlan(tuple(self.beads), tuple(self.travels), self.stuck), ways
 
-    def _note(self, target: int, why: dict[str, Any]) -> None:
+    def _note(self, target: int, failure: Failure) -> None:
         """Say it at a target that nothing else is wrong with."""
         bead = self.beads[0] if target < self.beads[0].stop else self.beads[-1]
         if target not in (*bead.missing, *bead.cuts, *self.stuck):
-            self.stuck[target] = why
+            self.stuck[target] = failure
 
-    def _home_itself(self, home: Floats | None, stage: int, target: int) -> dict[str, Any] | None:
+    def _home_itself(self, home: Floats | None, stage: int, target: int) -> Failure | None:
         """What the arm is too near to at home, if anything, with the table as at a target."""
         if home is None:
             return None
@@ -104,9 +105,9 @@ class _Home:
         found = self.context.checker.clearances(axes, np.array([stage]))
         if found.distance[0] >= self.context.settings.clearance:
             return None
-        return {"on_the_way": "collision", **self.context.describe(found, 0), "at_home": True}
+        return self.context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
 
-    def _way(self, end: Stretch | None, start: Stretch | None) -> Way | dict[str, Any]:
+    def _way(self, end: Stretch | None, start: Stretch | None) -> Way | Failure:
         stage = self.context.begun if end is None else int(self.context.laid[end.stop - 1])
         return travel(self.context, end, start, stage)
 
@@ -143,12 +144,12 @@ class _Home:
         on: Way | None = None
         if before is not None or span.start is not None:
             found = self._way(before, start)
-            if isinstance(found, dict):
+            if isinstance(found, Failure):
                 return None
             into, start = found, turned(start, found)
         if after is not None or span.end is not None:
             found = self._way(start, after)
-            if isinstance(found, dict) or (after is not None and (found[0][-1] != after.axes[0]).any()):
+            if isinstance(found, Failure) or (after is not None and (found[0][-1] != after.axes[0]).any()):
                 return None  # a way on that ends whole turns from the next bead would turn all that comes after it
             on = found
         self.beads[k] = replace(bead, stretches=(start,))

@@ -1,7 +1,7 @@
 """Whether the arm gets from a target's configurations to the next target's, and what stops it where it does not.
 
     kept = true_edges(bead, nodes, i, edges)          # those whose way leads where they say
-    why = why_none_leads_on(bead, nodes, i, cost)     # {"because": "joint_limit", "axis": "A6", "over_deg": 12.3}
+    why = why_none_leads_on(bead, nodes, i, cost)     # Failure(Kind.JOINT_LIMIT, measure=12.3, axis="A6")
 
 Ways are followed along the bead without regard to what is in their way. Metres and radians.
 """
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from ik.joint_turns import SLACK
 from ik.singularity import margins
 
 from ..arrays import Ints
+from ..failure import Failure, Kind
 from .configurations import Nodes
 from .edge_check import SearchedBead
 from .edge_tracking import SAME, Ways, along, thinnest
@@ -108,7 +108,7 @@ def true_edges(bead: SearchedBead, nodes: Nodes, i: int, edges: Collection[Edge]
     return {every[k] for k in np.flatnonzero(good)}
 
 
-def why_none_leads_on(bead: SearchedBead, nodes: Nodes, i: int, cost: Floats) -> dict[str, Any]:
+def why_none_leads_on(bead: SearchedBead, nodes: Nodes, i: int, cost: Floats) -> Failure | None:
     """What stops the way that gets furthest, of those that leave a target's usable configurations at a steady roll.
 
     Args:
@@ -118,11 +118,11 @@ def why_none_leads_on(bead: SearchedBead, nodes: Nodes, i: int, cost: Floats) ->
         cost: of the nodes as they are known by now, (t, r, g, k); infinite where they are of no use.
 
     Returns:
-        ``because`` and its measure; empty where nothing is known.
+        The failure; None where nothing is known.
     """
     at = np.argwhere(np.isfinite(cost[i]))
     if not len(at):
-        return {}
+        return None
     at = at[np.linspace(0, len(at) - 1, min(len(at), MOST_WAYS)).round().astype(np.int64)]
     q = nodes.q[i][tuple(at.T)]
     followed = _follow(bead, i, np.repeat(nodes.rolls[at[:, :1]], 2, axis=1), q)
@@ -140,21 +140,21 @@ def why_none_leads_on(bead: SearchedBead, nodes: Nodes, i: int, cost: Floats) ->
     if len(only):
         k = int(only[np.argmin(over[only].max(axis=1))])
         j = int(np.argmax(over[k]))
-        return {
-            "because": "joint_limit",
-            "axis": chain.names[j],
-            "over_deg": round(float(np.rad2deg(over[k, j])), 3),
-            "roll_deg": round(float(np.rad2deg(nodes.rolls[at[k, 0]])), 3),
-        }
+        return Failure(
+            Kind.JOINT_LIMIT,
+            measure=round(float(np.rad2deg(over[k, j])), 3),
+            axis=chain.names[j],
+            roll_deg=round(float(np.rad2deg(nodes.rolls[at[k, 0]])), 3),
+        )
     if thin.any():
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(least > 0, followed.margin / least, np.inf).min(axis=1)
         k = int(np.argmax(np.where(thin, share, -np.inf)))
-        return {"because": "singular", **thinnest(solver, followed.margin[k : k + 1], least)}
-    return {"because": "unreachable"} if lost.all() else {}
+        return thinnest(followed.margin[k : k + 1], least)
+    return Failure(Kind.UNREACHABLE) if lost.all() else None
 
 
-def _in_the_way(bead: SearchedBead, i: int, q: Floats) -> dict[str, Any] | None:
+def _in_the_way(bead: SearchedBead, i: int, q: Floats) -> Failure | None:
     """What is in the way at the next target of configurations (m, j) that ways end in, the one with most room."""
     if not len(q):
         return None
@@ -163,4 +163,4 @@ def _in_the_way(bead: SearchedBead, i: int, q: Floats) -> dict[str, Any] | None:
     found = context.screen.clearances(bead.placed.axes(q, np.full(len(q), i + 1)), stage)
     k = int(np.argmax(found.distance))
     free: NDArray[np.bool_] = found.distance >= context.settings.clearance
-    return None if free.any() else {"because": "collision", **context.describe(found, k)}
+    return None if free.any() else context.describe(found, k)

@@ -1,7 +1,7 @@
 """Layers that lock the torch out: what cannot be welded only because of what was welded before.
 
     plan = with_lockouts(job, context, plan)
-    plan.beads[3].missing[17].detail["blocked_by_layers"]     # [{"sub_volume": "SV1", "layer": 0}, ..]
+    plan.beads[3].missing[17].failure.locked_by      # (LaidLayer("SV1", 0), ..)
 
 It is tried out: the bead or the travel is planned once more without these layers, and only what succeeds then is said
 to be locked out by them. Named are layers of another sub-volume where those are enough, and of these as few of the last
@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Ints
+from ..failure import Failure, Kind, LaidLayer
 from .bead_search import BeadPlan
 from .configurations import evaluate
 from .context import Context
@@ -42,14 +43,14 @@ class _Layers:
         """Deposits of a sub-volume laid by a stage, as they were laid."""
         return [d for d in self.numbers[sub_volume].tolist() if d < stage]
 
-    def words(self, deposits: list[int]) -> list[dict[str, Any]]:
+    def named(self, deposits: list[int]) -> tuple[LaidLayer, ...]:
         """Deposits as a report names them."""
         named = {
-            d: {"sub_volume": name, "layer": layer}
+            d: LaidLayer(name, layer)
             for name, numbers in zip(self.names, self.numbers, strict=True)
             for layer, d in enumerate(numbers.tolist())
         }
-        return [named[d] for d in deposits]
+        return tuple(named[d] for d in deposits)
 
 
 def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
@@ -61,7 +62,7 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
         plan: from ``cell.planning.part_plan.plan_part``.
 
     Returns:
-        The plan; ``blocked_by_layers`` is added to details of collisions that go away without those layers.
+        The plan; ``locked_by`` is set of collisions that go away without those layers.
     """
     layers = _Layers(job.targets.sub_volume, job.deposits)
     beads, stuck = list(plan.beads), dict(plan.stuck)
@@ -73,27 +74,34 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
             left -= 1
             trial, target = _bead_trial(bead, failed), min(failed)
             found, known = _blame(job, context, layers, target, int(context.stage[target]), trial, known)
-            beads[k] = _noted(bead, found, layers.words(known))
+            beads[k] = _noted(bead, found, layers.named(known))
     for target in sorted(plan.stuck):
-        if left and stuck[target]["on_the_way"] == "collision":
+        if left and stuck[target].kind is Kind.COLLISION:
             left -= 1
-            stage = int(context.laid[stuck[target]["from_target"]])
+            stage = int(context.laid[_leaves(stuck[target])])
             found, known = _blame(job, context, layers, target, stage, _travel_trial(plan, target), known)
             if found:
-                stuck[target] = {**stuck[target], "blocked_by_layers": layers.words(known)}
+                stuck[target] = replace(stuck[target], locked_by=layers.named(known))
     return PartPlan(tuple(beads), plan.travels, stuck)
 
 
 def _collided(bead: BeadPlan) -> set[int]:
-    missing = {i for i, m in bead.missing.items() if m.reason == "collision"}
-    return missing | {i for i, detail in bead.cuts.items() if detail["on_the_way"] == "collision"}
+    missing = {i for i, m in bead.missing.items() if m.failure.kind is Kind.COLLISION}
+    return missing | {i for i, failure in bead.cuts.items() if failure.kind is Kind.COLLISION}
 
 
-def _noted(bead: BeadPlan, targets: set[int], words: list[dict[str, Any]]) -> BeadPlan:
-    note = {"blocked_by_layers": words}
-    missing = {i: replace(m, detail={**m.detail, **note}) if i in targets else m for i, m in bead.missing.items()}
-    cuts = {i: {**detail, **note} if i in targets else detail for i, detail in bead.cuts.items()}
-    return replace(bead, missing=missing, cuts=cuts)
+def _leaves(stuck: Failure) -> int:
+    """The target that a travel leaves."""
+    assert stuck.from_target is not None
+    return stuck.from_target
+
+
+def _noted(bead: BeadPlan, targets: set[int], locked_by: tuple[LaidLayer, ...]) -> BeadPlan:
+    def noted(i: int, failure: Failure) -> Failure:
+        return replace(failure, locked_by=locked_by) if i in targets else failure
+
+    missing = {i: replace(m, failure=noted(i, m.failure)) for i, m in bead.missing.items()}
+    return replace(bead, missing=missing, cuts={i: noted(i, failure) for i, failure in bead.cuts.items()})
 
 
 @dataclass(frozen=True)
@@ -128,12 +136,12 @@ def _has_configuration(context: Context, i: int) -> bool:
 
 def _travel_trial(plan: PartPlan, target: int) -> _LayerTrial:
     start = next(s for s in plan.stretches if s.first == target)
-    end = next(s for s in plan.stretches if s.stop - 1 == plan.stuck[target]["from_target"])
+    end = next(s for s in plan.stretches if s.stop - 1 == plan.stuck[target].from_target)
 
     def works(context: Context) -> set[int]:
         few = replace(context.settings, travel_attempts=max(context.settings.travel_attempts // FEWER, 1))
         way = travel(replace(context, settings=few), end, start, int(context.laid[end.stop - 1]))
-        return set() if isinstance(way, dict) else {target}
+        return set() if isinstance(way, Failure) else {target}
 
     return _LayerTrial(works, lambda context: bool(works(context)))
 

@@ -2,7 +2,7 @@
 
     plan = plan_part(context, path)             # path (n,): bead of each target
     plan.beads[0].stretches                   # what can be run through; cuts and missing say what cannot
-    plan.travels, plan.stuck                  # between the beads
+    plan.travels, plan.stuck                  # between the beads, and the failures of those that are not found
 
 A bead that does not come out whole is searched again with the roll sampled finer, turning as fast as the joints can,
 and with rolls at which its targets are free between the samples; one to which no travel leads, with its beginning
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from ik.chain import Floats
 from ik.roll import wrap
 
 from ..arrays import Ints
+from ..failure import Failure, Place, Where
 from ..progress import Progress, counted
 from .bead_search import ROUNDS, BeadPlan, BeadSearch
 from .configurations import evaluate
@@ -43,12 +43,12 @@ class PartPlan:
     Attributes:
         beads: in order.
         travels: to each whole bead from the one before.
-        stuck: targets that begin a bead to which no travel leads, with why.
+        stuck: failures of travels, by the target that begins a bead to which none leads.
     """
 
     beads: tuple[BeadPlan, ...]
     travels: tuple[Way, ...]
-    stuck: dict[int, dict[str, Any]]
+    stuck: dict[int, Failure]
 
     @property
     def stretches(self) -> list[Stretch]:
@@ -71,7 +71,7 @@ def plan_part(context: Context, path: Ints, progress: Progress | None = None) ->
     firsts = [i for i in np.flatnonzero(np.diff(path, prepend=-1)).tolist() if span.first <= i < span.stop]
     beads: list[BeadPlan] = []
     travels: list[Way] = []
-    stuck: dict[int, dict[str, Any]] = {}
+    stuck: dict[int, Failure] = {}
     last: Stretch | None = None
     with counted(progress, "beads", len(firsts)) as count:
         for first, stop in zip(firsts, [*firsts[1:], span.stop], strict=True):
@@ -82,8 +82,8 @@ def plan_part(context: Context, path: Ints, progress: Progress | None = None) ->
                 # where the part is lost, what is still searched for is what to report
                 whole = not stuck and all(bead.whole for bead in beads)
                 bead, way = _travel_to(context if whole else _hurried(context), last, bead)
-                if isinstance(way, dict):
-                    stuck[first] = {"from_target": last.stop - 1, "travel": True, "to_target": first, **way}
+                if isinstance(way, Failure):
+                    stuck[first] = way.at(Place(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
                 else:
                     travels.append(way)
             beads.append(bead)
@@ -113,24 +113,31 @@ def _that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = 
     return bead, False
 
 
-def _travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, Way | dict[str, Any]]:
-    """The travel to a whole bead; the bead begins elsewhere if that is the only way to reach it."""
+def _travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, Way | Failure]:
+    """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it."""
     stage = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
     avoid: list[Floats] = []
     tried = bead
-    failed: dict[str, Any] = {}
-    while tried.whole:
+    failed: Failure | None = None
+    while True:
         start = tried.stretches[0]
         way = travel(context, last, start, stage)
-        if not isinstance(way, dict):
+        if not isinstance(way, Failure):
             return replace(tried, stretches=(turned(start, way),)), way
         failed = failed or way
         avoid.append(start.q_targets[0])
-        if len(avoid) == BEGINNINGS or (way.get("while") == "leaving" and "attempts" not in way):
-            break
+        if len(avoid) == BEGINNINGS or _cannot_leave(way):
+            return bead, failed
         tried = _search(context, bead.first, bead.stop, last.q_targets[-1], context.settings.roll_step, avoid)
         tried, _ = _that_can_leave(context, tried, avoid)
-    return bead, failed
+        if not tried.whole:
+            return bead, failed
+
+
+def _cannot_leave(travel: Failure) -> bool:
+    """Whether a travel failed on the way out of the bead before it, where no other beginning of the next can help."""
+    effort = travel.effort
+    return effort is not None and effort.shut_in == "leaving" and effort.attempts is None
 
 
 def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None) -> BeadPlan:
@@ -167,9 +174,10 @@ def _free_between(
     context: Context, plan: BeadPlan, step: float, known: Mapping[int, Stretches] | None = None
 ) -> dict[int, Stretches]:
     """Rolls at which the missing targets of a bead are free by themselves, of those that are not proved out."""
-    some = [i for i, missing in plan.missing.items() if not missing.exhaustive and i not in (known or {})]
-    reached = {i: plan.missing[i].detail.get("reached_alone_at_roll_deg") for i in some}
-    return free_rolls(context, some, step, {i: float(np.deg2rad(deg)) for i, deg in reached.items() if deg is not None})
+    some = [i for i, missing in plan.missing.items() if not missing.failure.proved and i not in (known or {})]
+    between = {i: plan.missing[i].failure.between for i in some}
+    alone = {i: float(np.deg2rad(b.roll_deg)) for i, b in between.items() if b is not None and b.collision is None}
+    return free_rolls(context, some, step, alone)
 
 
 def _all(found: Mapping[int, Stretches]) -> Floats:

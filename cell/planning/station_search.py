@@ -26,6 +26,7 @@ from ik.roll import apply_roll, wrap
 from ik.singularity import margins
 
 from ..arrays import Ints
+from ..failure import Kind
 from ..scene.placement import Placed
 from .configurations import NEAR, near_cost, standing_cost
 from .edge_check import SearchedBead, Stretch, examine
@@ -107,7 +108,7 @@ class StationSearch:
             bad = [i for i, cause in enumerate(found.causes) if cause is not None]
             if not bad:
                 return found.whole()
-            if any(cause["on_the_way"] != "collision" for cause in found.causes if cause):
+            if any(cause.kind is not Kind.COLLISION for cause in found.causes if cause is not None):
                 break
             ends = np.unique([*bad, *(i + 1 for i in bad)])
             if not self._add(ends):

@@ -1,7 +1,7 @@
 """From the end of one bead to the start of the next: out along the normal, across, in again; or from home and back.
 
     way = travel(context, end, start, stage)   # None for either: the arm's home
-    q, clearances = way                      # or a dict: why there is no way
+    q, clearances = way                      # or a Failure: why there is no way
 
 Retracting and approaching are straight lines of the TCP. Across, all joints move together; where that is not free it is
 tried further out, and then a way round is searched, which may end a whole turn of a joint from where the next bead was
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from ik.roll import RollWindow, apply_roll
 
 from ..collision.between_samples import unproven_steps
 from ..collision.clearances import Clearances
+from ..failure import ON_TRAVEL, Effort, Failure, Kind
 from ..motion.motion import JUMP
 from ..units import METRES_PER_MM
 from .blended_check import travel_corners, wire_corners
@@ -46,7 +46,7 @@ UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
 Way = tuple[Floats, Clearances]
 
 
-def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> Way | dict[str, Any]:
+def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> Way | Failure:
     """From the end of one bead to the start of the next: out along the normal, across, in again.
 
     Args:
@@ -74,7 +74,7 @@ def turned(start: Stretch, way: Way) -> Stretch:
 def can_leave(context: Context, end: Stretch, stage: int) -> bool:
     """Whether the torch can be drawn back from the end of a bead as far as the case asks for."""
     (leg,) = _legs(context, [(end, -1)], context.settings.retract)
-    return not leg.why and isinstance(_collision(context, leg.q, stage), Clearances)
+    return leg.failure is None and isinstance(_collision(context, leg.q, stage), Clearances)
 
 
 def drawn_back(context: Context, way: Way, stretch: Stretch, at: int) -> float:
@@ -95,11 +95,11 @@ class _Leg:
 
     Attributes:
         q: as far as the arm can follow it, (m, j), rad.
-        why: what stops it there, and after how much of it; empty where nothing does.
+        failure: what stops it there, and after how much of it; None where nothing does.
     """
 
     q: Floats
-    why: dict[str, Any]
+    failure: Failure | None = None
 
 
 class _Travel:
@@ -107,10 +107,10 @@ class _Travel:
 
     def __init__(self, context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> None:
         self.context, self.end, self.start, self.stage = context, end, start, stage
-        self.why: dict[str, Any] = {}
+        self.failure: Failure | None = None
         self.wire = context.wire
 
-    def search(self) -> Way | dict[str, Any]:
+    def search(self) -> Way | Failure:
         """The first way that is free with room, of ever dearer ones; without room, the one that has most of it."""
         clearest: Way | None = None
         leaves: list[_Leg] = []
@@ -120,8 +120,8 @@ class _Travel:
             leave, arrive = self._ends(retract)
             leaves.append(leave)
             arrives.append(arrive)
-            if leave.why or arrive.why:
-                self.why = self.why or leave.why or arrive.why
+            if leave.failure or arrive.failure:
+                self.failure = self.failure or leave.failure or arrive.failure
                 continue
             way = self._straight(leave.q, arrive.q)
             if way is None:
@@ -135,8 +135,9 @@ class _Travel:
         out = self._free(leaves, "leaving")
         back = self._free(arrives, "arriving") if out else []
         if not out or not back:
-            return self.why
-        if len(out[0]) < len(leaves[0].q) or len(back[0]) < len(arrives[0].q) or leaves[0].why or arrives[0].why:
+            return self._failed()
+        cut = len(out[0]) < len(leaves[0].q) or len(back[0]) < len(arrives[0].q)
+        if cut or leaves[0].failure or arrives[0].failure:
             for shorter in zip(out, back, strict=False):  # of which none has been tried
                 way = self._straight(*shorter)
                 if way is not None:
@@ -146,6 +147,11 @@ class _Travel:
             turns = _turns(self.context, self.start, back)
         return self._around(out, [arrive + turn for arrive in back for turn in turns])
 
+    def _failed(self) -> Failure:
+        """Why there is no way: what was met first, or last."""
+        assert self.failure is not None
+        return self.failure
+
     def _straight(self, leave: Floats, arrive: Floats) -> Way | None:
         """Out, straight across and in, if that is free."""
         return self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
@@ -154,7 +160,7 @@ class _Travel:
         """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of."""
         ends = [(self.end, -1), (self.start, 0)]
         legs = iter(_legs(self.context, [(bead, at) for bead, at in ends if bead is not None], retract))
-        return [_Leg(self._home(), {}) if bead is None else next(legs) for bead, _ in ends]
+        return [_Leg(self._home()) if bead is None else next(legs) for bead, _ in ends]
 
     def _home(self) -> Floats:
         """The arm where it comes from or goes to, the table as at the bead, (1, j) or (1, j + 2), rad."""
@@ -169,16 +175,17 @@ class _Travel:
         """Those ways out of a bead that are free themselves; where none is, as much of them as is."""
         free: list[Floats] = []
         for leg in legs:
-            found = leg.why or _collision(self.context, leg.q, self.stage)
-            if isinstance(found, dict):
-                self.why = self.why if free else {**found, "while": doing}
+            found = leg.failure or _collision(self.context, leg.q, self.stage)
+            if isinstance(found, Failure):
+                if not free:
+                    self.failure = _with(found, shut_in=doing)
             else:
                 free.append(leg.q)
         if free:
             return free
         leg = max(legs, key=lambda leg: len(leg.q))
         for length in self._free_lengths(leg):
-            if not isinstance(_collision(self.context, leg.q[:length], self.stage), dict):
+            if not isinstance(_collision(self.context, leg.q[:length], self.stage), Failure):
                 free.append(leg.q[:length])
         return free
 
@@ -195,31 +202,31 @@ class _Travel:
         middle = sampled(across, self.context.settings.steps.angle)
         q = np.concatenate([leave, middle[1:], arrive[::-1][1:]])
         found = _collision(self.context, q, self.stage)
-        if not isinstance(found, Clearances):
-            self.why = found
+        if isinstance(found, Failure):
+            self.failure = found
             return None
         cut = travel_corners(self.context, q, found, self.stage) or self._dragged(middle, q, len(leave) - 1)
         if cut is not None:
-            self.why = cut
+            self.failure = cut
             return None
         return q, found
 
-    def _dragged(self, q: Floats, whole: Floats, first: int) -> dict[str, Any] | None:
+    def _dragged(self, q: Floats, whole: Floats, first: int) -> Failure | None:
         """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
         if self.wire is None:
             return None
         laid = np.full(len(q), self.stage)
         found = self.wire.clearances(q, laid)
         if found.distance.min() <= 0:
-            hit = self.context.describe(found, int(np.argmin(found.distance)))
+            hit = self.context.describe(found, int(np.argmin(found.distance)), ON_TRAVEL)
         else:
             step, nearest = unproven_steps(self.wire, self.context.radius, q, laid, found)
             if not len(step):
                 return wire_corners(self.wire, self.context, whole, (first, found), self.stage)
-            hit = self.context.describe(nearest, 0)
-        return {"on_the_way": "collision", **hit, "required_mm": 0.0}
+            hit = self.context.describe(nearest, 0, ON_TRAVEL)
+        return replace(hit, limit=0.0)
 
-    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> Way | dict[str, Any]:
+    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> Way | Failure:
         """Search a way round what is in the way of the straight ones."""
         context = self.context
         starts, goals = (np.array([leg[-1] for leg in legs]) for legs in (leaves, arrives))
@@ -230,8 +237,7 @@ class _Travel:
             found = connect(space, trees, edges, context.settings.travel_attempts, SEED + turn)
             if found.way is None:
                 shut_in = "leaving" if found.sizes[0] <= found.sizes[1] else "arriving"
-                tried = {"attempts": context.settings.travel_attempts, "while": shut_in}
-                return {**self.why, "on_the_way": "collision", **edges.met(), **tried}
+                return _with(self._met(edges.met()), attempts=context.settings.travel_attempts, shut_in=shut_in)
             short = shortened(space, found.way, edges, SHORTCUTS, SEED + turn)
             leave = leaves[int(np.argmin(np.abs(starts - short[0]).max(axis=1)))]
             arrive = arrives[int(np.argmin(np.abs(goals - short[-1]).max(axis=1)))]
@@ -239,7 +245,15 @@ class _Travel:
                 way = self._checked(leave, across, arrive)
                 if way is not None:
                     return way
-        return self.why
+        return self._failed()
+
+    def _met(self, met: Failure | None) -> Failure:
+        """The collision that a search met most often, in place of what the straight way met."""
+        known = replace(self._failed(), kind=Kind.COLLISION)
+        if met is None or met.contact is None:
+            return known
+        contact = met.contact if known.contact is None else replace(met.contact, seen=known.contact.seen)
+        return replace(known, measure=met.measure, limit=met.limit, contact=contact)
 
     def _hints(self, start: Floats, goal: Floats) -> Floats:
         """Configurations with the arm drawn up, turned to either end or between them."""
@@ -271,7 +285,7 @@ def _legs(context: Context, ends: list[tuple[Stretch, int]], distance: float) ->
         mine = slice(k * count, (k + 1) * count)
         q = np.concatenate([stretch.q_targets[at][None], found.q[mine]])
         whole = found.ok[mine].all() and np.abs(np.diff(q, axis=0)).max() <= JUMP
-        leg = _Leg(q, {}) if whole else _stopped(context, stretch, at, distance)
+        leg = _Leg(q) if whole else _stopped(context, stretch, at, distance)
         i = stretch.first if at == 0 else stretch.stop - 1
         legs.append(replace(leg, q=context.placed.axes(leg.q, np.full(len(leg.q), i))))
     return legs
@@ -294,12 +308,20 @@ def _stopped(context: Context, stretch: Stretch, at: int, distance: float) -> _L
     good[1:] &= np.abs(np.diff(q, axis=0)).max(axis=1) <= JUMP
     stop = int(np.argmin(good)) if not good.all() else len(q)
     if stop == len(q):
-        return _Leg(q, {})
-    asked = {"reached_mm": round(float(t[stop - 1]) * distance / METRES_PER_MM, 3)}
-    asked["retract_mm"] = round(distance / METRES_PER_MM, 3)
+        return _Leg(q)
+    reached = round(float(t[stop - 1]) * distance / METRES_PER_MM, 3)
+    effort = Effort(reached_mm=reached, retract_mm=round(distance / METRES_PER_MM, 3))
     if (over[stop] > SLACK).any():
-        return _Leg(q[:stop], {"on_the_way": "joint_limit", "axis": chain.names[int(np.argmax(over[stop]))], **asked})
-    return _Leg(q[:stop], {"on_the_way": "jump" if np.isfinite(q[stop, 0]) else "unreachable", **asked})
+        axis = chain.names[int(np.argmax(over[stop]))]
+        return _Leg(q[:stop], Failure(Kind.JOINT_LIMIT, axis=axis, place=ON_TRAVEL, effort=effort))
+    kind = Kind.JUMP if np.isfinite(q[stop, 0]) else Kind.UNREACHABLE
+    return _Leg(q[:stop], Failure(kind, place=ON_TRAVEL, effort=effort))
+
+
+def _with(failure: Failure, *, shut_in: str, attempts: int | None = None) -> Failure:
+    """A failure with where the travel is shut in, and after how many attempts; what was known of the search stays."""
+    effort = replace(failure.effort or Effort(), shut_in=shut_in)
+    return replace(failure, effort=effort if attempts is None else replace(effort, attempts=attempts))
 
 
 def _room(way: Way) -> float:
@@ -307,16 +329,16 @@ def _room(way: Way) -> float:
     return float(way[1].distance.min())
 
 
-def _collision(context: Context, q: Floats, stage: int) -> Clearances | dict[str, Any]:
+def _collision(context: Context, q: Floats, stage: int) -> Clearances | Failure:
     """Clearances of samples that are free, between them as well; or what they collide with."""
     laid = np.full(len(q), stage)
     found = context.checker.clearances(q, laid)
     if found.distance.min() < context.settings.clearance:
-        return {"on_the_way": "collision", **context.describe(found, int(np.argmin(found.distance)))}
+        return context.describe(found, int(np.argmin(found.distance)), ON_TRAVEL)
     step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)
     if not len(step):
         return found
-    return {"on_the_way": "collision", **context.describe(nearest, 0), **between(nearest, 0, context)}
+    return context.describe(nearest, 0, ON_TRAVEL, between(nearest, 0, context))
 
 
 def _space(context: Context, start: Floats, goal: Floats) -> Space:

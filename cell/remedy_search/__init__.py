@@ -1,5 +1,6 @@
 """What would help an infeasible case: the smallest changes that a whole check agrees to.
 
-Modules: ``search``, ``changes`` and ``seam_changes`` (what can be changed), ``screening`` (what has no chance),
-``bead_trial`` (one bead on trial), ``target_groups`` (targets that fail alike), ``words``.
+Modules: ``search``, ``change`` with ``angle_changes`` and ``cell_changes`` (one class a kind), ``changes`` (those a
+case has), ``seam_changes``, ``screening`` (what has no chance), ``bead_trial`` (one bead on trial), ``target_groups``
+(targets that fail alike).
 """

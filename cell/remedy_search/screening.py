@@ -1,7 +1,7 @@
 """Hundreds of changes to a case, screened by the arm's kinematics on a sample of the targets.
 
-    screening = Screening(start, bad, good, knobs)
-    screening.border(knob, wanted)       # (too small, large enough): from where on the change can help
+    screening = Screening(start, bad, good, changes)
+    screening.border(change, wanted)       # (too small, large enough): from where on the change can help
 
 What screening refuses cannot help: some target is out of reach, limits or margins at every allowed roll. What it
 lets pass may still collide, or lack a way. With damped least squares, which proves nothing, it is a search.
@@ -22,7 +22,9 @@ from ik.singularity import SingularityLimits, margins
 from ik.solver import Solver
 
 from ..arrays import Ints
-from .changes import Knob, Start
+from ..farthest_points import farthest_points
+from .change import Change
+from .changes import Start
 
 Bools = NDArray[np.bool_]
 BAD, GOOD = 96, 48  # targets in the sample; a quarter of them without a closed form
@@ -45,48 +47,48 @@ class Screening:
         fewer = 4 if start.job.solver.form is None else 1
         chosen = [*must, *self._spread(bad, BAD // fewer), *self._spread(good, GOOD // fewer)]
         self.sample = np.unique(np.array(chosen, dtype=np.int64))
-        self.reached: dict[Knob, Bools] = {}
+        self.reached: dict[Change, Bools] = {}
 
-    def add(self, knobs: Iterable[Knob]) -> None:
-        """Screen all sizes of some knobs; those that leave the window of the roll alone in one pass."""
+    def add(self, changes: Iterable[Change]) -> None:
+        """Screen all sizes of some changes; those that leave the window of the roll alone in one pass."""
         start = self.start
-        todo: dict[RollWindow, list[tuple[Knob, int, Floats, Floats]]] = {}
-        for knob in knobs:
-            self.reached[knob] = np.zeros((len(knob.steps), len(self.sample)), dtype=bool)
-            # the start of a bead is nothing to the arm in a single target
-            for k, size in enumerate(knob.steps[: 1 if knob.unit == "seam" else None]):
-                window = start.window(knob, size)
-                todo.setdefault(window, []).append((knob, k, *start.poses(knob, size, self.sample)))
+        todo: dict[RollWindow, list[tuple[Change, int, Floats, Floats]]] = {}
+        for change in changes:
+            self.reached[change] = np.zeros((len(change.steps), len(self.sample)), dtype=bool)
+            # a seam does not change the pose of a target, so one size is enough
+            for k, size in enumerate(change.steps[: 1 if change.other_targets else None]):
+                window = start.window(change, size)
+                todo.setdefault(window, []).append((change, k, *start.poses(change, size, self.sample)))
         for window, items in todo.items():
             Ts, normal = (np.concatenate([item[i] for item in items]) for i in (2, 3))
             ok = self._solved(Ts, normal, window).reshape(len(items), -1)
-            for (knob, k, *_), row in zip(items, ok, strict=True):
-                self.reached[knob][slice(None) if knob.unit == "seam" else k] = row
+            for (change, k, *_), row in zip(items, ok, strict=True):
+                self.reached[change][slice(None) if change.other_targets else k] = row
 
-    def allowed(self, knob: Knob, wanted: Ints | None) -> list[float]:
+    def allowed(self, change: Change, wanted: Ints | None) -> list[float]:
         """Sizes at which the sampled ones of some targets (None: of all) can be reached."""
-        ok = self.reached[knob][:, self._mine(wanted)]
-        return [size for size, row in zip(knob.steps, ok, strict=True) if row.all()]
+        ok = self.reached[change][:, self._mine(wanted)]
+        return [size for size, row in zip(change.steps, ok, strict=True) if row.all()]
 
-    def border(self, knob: Knob, wanted: Ints | None) -> tuple[float, float]:
-        """Where screening begins to allow a change, to the knob's resolution.
+    def border(self, change: Change, wanted: Ints | None) -> tuple[float, float]:
+        """Where screening begins to allow a change, to the change's resolution.
 
         Returns:
             A size that is too small and one that is not; infinite where none is large enough. Where the arm is no
             obstacle as things stand, zero and the first size.
         """
-        allowed = self.allowed(knob, wanted)
+        allowed = self.allowed(change, wanted)
         if not allowed:
             return 0.0, np.inf
-        if knob.numbered:
+        if change.numbered:
             return -1.0, allowed[0]
         high, mine = allowed[0], self.sample[self._mine(wanted)]
-        low = max((s for s in knob.steps if s < high), default=0.0)
-        if low == 0.0 and self._reached(knob, 0.0, mine).all():
+        low = max((s for s in change.steps if s < high), default=0.0)
+        if low == 0.0 and self._reached(change, 0.0, mine).all():
             return 0.0, high
-        while high - low > knob.resolution * 1.001:
-            middle = between(knob, low, high)
-            if self._reached(knob, middle, mine).all():
+        while high - low > change.resolution * 1.001:
+            middle = between(change, low, high)
+            if self._reached(change, middle, mine).all():
                 high = middle
             else:
                 low = middle
@@ -95,10 +97,10 @@ class Screening:
     def _mine(self, wanted: Ints | None) -> Bools:
         return np.ones(len(self.sample), dtype=bool) if wanted is None else np.isin(self.sample, wanted)
 
-    def _reached(self, knob: Knob, size: float, index: Ints) -> Bools:
-        if not self.start.has(knob, size):
+    def _reached(self, change: Change, size: float, index: Ints) -> Bools:
+        if not self.start.has(change, size):
             return np.zeros(len(index), dtype=bool)
-        return self._solved(*self.start.poses(knob, size, index), self.start.window(knob, size))
+        return self._solved(*self.start.poses(change, size, index), self.start.window(change, size))
 
     def _solved(self, Ts: Floats, normal: Floats, window: RollWindow) -> Bools:
         job = self.start.job
@@ -115,12 +117,7 @@ class Screening:
         if len(index) <= most:
             return np.array(index, dtype=np.int64)
         points = np.hstack([targets.position[index], TURN_MM * targets.normal[index]])
-        chosen = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
-        far = np.full(len(points), np.inf)
-        for _ in range(most - 1):
-            far = np.minimum(far, np.linalg.norm(points - points[chosen[-1]], axis=1))
-            chosen.append(int(np.argmax(far)))
-        return np.array(index, dtype=np.int64)[chosen]
+        return np.array(index, dtype=np.int64)[farthest_points(points, most)]
 
 
 def reachable(solver: Solver, Ts: Floats, window: RollWindow, limits: SingularityLimits) -> Bools:
@@ -144,7 +141,7 @@ def reachable(solver: Solver, Ts: Floats, window: RollWindow, limits: Singularit
     return np.asarray(keeps.any(axis=1), dtype=bool)
 
 
-def between(knob: Knob, low: float, high: float) -> float:
-    """The middle of two sizes, on the knob's lattice."""
-    middle = round((low + high) / 2 / knob.resolution) * knob.resolution
-    return float(min(max(middle, low + knob.resolution), high - knob.resolution))
+def between(change: Change, low: float, high: float) -> float:
+    """The middle of two sizes, on the change's lattice."""
+    middle = round((low + high) / 2 / change.resolution) * change.resolution
+    return float(min(max(middle, low + change.resolution), high - change.resolution))

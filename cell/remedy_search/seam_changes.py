@@ -20,6 +20,7 @@ from ik.chain import Floats
 from ..case.read import with_changes
 from ..case.seam_section import SeamSection
 from ..case.sections import Case
+from ..failure import Where
 from ..job.job import Job, bead_parameters, sample_part
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ NEAR = 0.02  # of a bead's length: nearer places are one
 
 def may_be_mended(row: TargetVerdict) -> bool:
     """Whether a start elsewhere could mend a target: nothing does where it is infeasible by itself."""
-    return row.reason in ("no_path", "speed") or "blocked_by_layers" in row.detail
+    return row.reason in ("no_path", "speed") or (row.failure is not None and bool(row.failure.locked_by))
 
 
 def seam_places(job: Job, rows: Sequence[TargetVerdict]) -> dict[str, tuple[SeamSection, ...]]:
@@ -52,11 +53,8 @@ def seam_places(job: Job, rows: Sequence[TargetVerdict]) -> dict[str, tuple[Seam
         return {}  # another slicer's beads start where they start
     bad = [i for i, row in enumerate(rows) if may_be_mended(row)]
     # a travel may fail at the end of the bead that it leaves
-    bad += [
-        int(rows[i].detail["from_target"])
-        for i in bad
-        if rows[i].detail.get("travel") and "from_target" in rows[i].detail
-    ]
+    failures = [failure for i in bad if (failure := rows[i].failure) is not None]
+    bad += [f.from_target for f in failures if f.from_target is not None and f.where in (Where.TRAVEL, Where.TO_HOME)]
     closed = [i for i in bad if t.closed[t.path[i]]]
     out = {}
     for k, name in enumerate(t.sub_volume):

@@ -5,7 +5,7 @@
 One thing is changed at a time (``cell.remedy_search.changes``), and both table angles together where no single thing
 helps. Hundreds of changes are screened by kinematics alone (``cell.remedy_search.screening``), which settles from what
 size on a change can help. From there sizes grow until the verdict's own checker agrees on some of the group's beads;
-halving between the last size that fails and the first that holds finds the smallest to the knob's resolution. What is
+halving between the last size that fails and the first that holds finds the smallest to the change's resolution. What is
 said has been through ``cell.verdict.check`` on the whole part. A smaller size that holds between larger ones that do
 not can be missed.
 """
@@ -21,27 +21,28 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Ints
+from ..failure import Where
 from ..job.job import Job
 from ..plain import plain
 from ..progress import Progress, counted
 from ..verdict.check import Result, check
+from .angle_changes import RollFree, RollRange
 from .bead_trial import first_failure
-from .changes import Knob, Start, knobs, pair_knob, seam_knobs
+from .change import Change
+from .changes import Start, seam_changes, single_changes, table_pose_change
 from .screening import Screening, between
 from .seam_changes import counterparts, seam_places
 from .target_groups import Group, groups
-from .words import change_in_words
 
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
 LARGE = 600  # targets from which on parts get fewer of them
 MAX_TRIES = 4  # times as much where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
-TRIES = 5  # growing sizes of one knob
+TRIES = 5  # growing sizes of one change
 GROW = 1.9
 SHOWN = 3  # remedies for the part as a whole
 PROBES = 3  # beads that are tried before the whole part
-_WIDER = {"low": "wider", "high": "wider"}  # of these one is enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,17 +118,17 @@ def _unless_known(own: list[Remedy], best: list[Remedy], mended: bool) -> Iterat
 
 @dataclass(eq=False)
 class _ChangeTrial:
-    """How far a knob has been turned.
+    """How far a change has been turned.
 
     Attributes:
-        knob: which.
+        change: which.
         fails: a size that is too small.
         size: the next one to try; infinite where none is left.
         creep: steps of the resolution to grow by, where what stands in the way shows in the whole part alone.
         left: sizes that may still be tried.
     """
 
-    knob: Knob
+    change: Change
     fails: float
     size: float
     creep: int = 0
@@ -150,13 +151,16 @@ class _RemedySearch:
         self.start = Start(result.job, *result.asked)
         self.bad = {i for i, row in enumerate(result.rows) if row.reason is not None}
         slow = any(row.reason == "speed" for row in result.rows)
-        cut = any(row.detail.get("rounded") and not row.detail.get("travel") for row in result.rows)
-        self.knobs = [*seam_knobs(seam_places(result.job, result.rows)), *knobs(self.start, slower=slow, sharper=cut)]
+        cut = any(f.rounded and f.where is Where.BEAD for f in result.failures.values())
+        self.changes = [
+            *seam_changes(seam_places(result.job, result.rows)),
+            *single_changes(self.start, slower=slow, sharper=cut),
+        ]
         good = [i for i in range(len(result.rows)) if i not in self.bad]
         must = [int(i) for group in found for i in group.targets[[0, len(group.targets) // 2, -1]]]
         self.screening = Screening(self.start, sorted(self.bad), good, must)
-        self.screening.add(self.knobs)
-        self.checked: dict[tuple[Knob, float], set[int]] = {}
+        self.screening.add(self.changes)
+        self.checked: dict[tuple[Change, float], set[int]] = {}
         self.left = self.tries = 0
 
     @property
@@ -188,46 +192,48 @@ class _RemedySearch:
         self.left = checks if n <= LARGE else max(checks * LARGE // n, 2)
         self.tries = TRIALS * self.left
         entire = len(wanted) == len(self.bad)
-        found = self._best(self.knobs, wanted, entire, reason, want)
+        found = self._best(self.changes, wanted, entire, reason, want)
         if entire and not found:
             found = self._freed(wanted, reason)
-        pair = pair_knob(self.start)
+        pair = table_pose_change(self.start)
         if entire and not found and pair is not None:
             self.screening.add([pair])
             found = self._best([pair], wanted, entire, reason, 1)
         found.sort(key=lambda r: (r.checked != "part", r.effort))
         return found[:want] or [self._nothing(wanted, reason, entire)]
 
-    def _best(self, choice: Iterable[Knob], wanted: Ints, entire: bool, reason: str | None, want: int) -> list[Remedy]:
-        """Remedies, the least effort of all knobs tried first, until no effort left can be less than what is found."""
+    def _best(
+        self, choice: Iterable[Change], wanted: Ints, entire: bool, reason: str | None, want: int
+    ) -> list[Remedy]:
+        """Remedies, the least effort tried first, until no effort left can be less than what is found."""
         found: dict[tuple[str, str], Remedy] = {}
         probes = self._probes(wanted)
         queue: list[tuple[float, int, _ChangeTrial]] = []
-        for n, knob in enumerate(choice):
-            fails, size = self.screening.border(knob, None if entire else wanted)
+        for n, change in enumerate(choice):
+            fails, size = self.screening.border(change, None if entire else wanted)
             if np.isfinite(size):
-                tries = len(knob.steps) if knob.unit == "seam" else TRIES
-                heapq.heappush(queue, (knob.effort(size), n, _ChangeTrial(knob, fails, size, left=tries)))
+                tries = len(change.steps) if change.other_targets else TRIES
+                heapq.heappush(queue, (change.effort(size), n, _ChangeTrial(change, fails, size, left=tries)))
         while queue and not self.spent:
             effort, n, trial = heapq.heappop(queue)
             efforts = sorted(r.effort for r in found.values())
             if len(efforts) >= want and effort >= efforts[want - 1]:
                 break
-            kind = (trial.knob.key, _WIDER.get(trial.knob.how, trial.knob.how))
+            kind = trial.change.family
             if kind in found and found[kind].effort <= effort:
                 continue
-            if trial.knob.how == "free" and (trial.knob.key, "wider") in found:
-                continue
+            if isinstance(trial.change, RollFree) and RollRange.family in found:
+                continue  # of these one is enough
             holds = self._try(trial, wanted, entire, probes)
             if holds is not None:
-                found[kind] = self._remedy(trial.knob, holds, wanted, reason)
+                found[kind] = self._remedy(trial.change, holds, wanted, reason)
             elif np.isfinite(trial.size):
-                heapq.heappush(queue, (trial.knob.effort(trial.size), n, trial))
+                heapq.heappush(queue, (trial.change.effort(trial.size), n, trial))
         return list(found.values())
 
     def _freed(self, wanted: Ints, reason: str | None) -> list[Remedy]:
         """The greatest change of the roll, should the search have ended before it: a free one."""
-        free = next((knob for knob in self.knobs if knob.how == "free"), None)
+        free = next((change for change in self.changes if isinstance(change, RollFree)), None)
         if free is None or not self.screening.allowed(free, None):
             return []
         if (free, free.steps[0]) not in self.checked and not self._has_time():
@@ -241,19 +247,19 @@ class _RemedySearch:
 
         Some beads decide about sizes, the whole part about the last one; a bead that it fails at joins them.
         """
-        knob, size = trial.knob, trial.size
-        enough = self._known_to_hold(knob, wanted, entire)
+        change, size = trial.change, trial.size
+        enough = self._known_to_hold(change, wanted, entire)
         if size >= enough:
             return enough
         self.tries -= 1
-        if self._promises(knob, size, wanted, entire, probes) and self._has_time():
+        if self._promises(change, size, wanted, entire, probes) and self._has_time():
             if not trial.creep:
-                size = self._refined(knob, trial.fails, size, wanted, entire, probes)
-            blame = self._blame(knob, size, wanted, entire)
+                size = self._refined(change, trial.fails, size, wanted, entire, probes)
+            blame = self._blame(change, size, wanted, entire)
             if not blame:
                 return size
-            bead = int(self._numbering(knob, size).targets.path[min(blame)])
-            trial.creep = 2 * trial.creep or int(bead in probes or self._bead_holds(knob, size, bead))
+            bead = int(self._numbering(change, size).targets.path[min(blame)])
+            trial.creep = 2 * trial.creep or int(bead in probes or self._bead_holds(change, size, bead))
             if bead not in probes:
                 probes.insert(0, bead)
         trial.fails, trial.left = size, trial.left - 1
@@ -261,72 +267,74 @@ class _RemedySearch:
         trial.size = min(larger, enough)
         return None
 
-    def _known_to_hold(self, knob: Knob, wanted: Ints, entire: bool) -> float:
+    def _known_to_hold(self, change: Change, wanted: Ints, entire: bool) -> float:
         """The smallest size of which a whole check has said so already; infinite if there is none."""
-        known = [size for k, size in self.checked if k == knob and not self._blame(k, size, wanted, entire)]
+        known = [size for k, size in self.checked if k == change and not self._blame(k, size, wanted, entire)]
         return min(known, default=np.inf)
 
     def _larger(self, trial: _ChangeTrial, wanted: Ints | None) -> float:
         """The next size to try, infinite where there is none."""
-        knob, size = trial.knob, trial.fails
-        crept = size + trial.creep * knob.resolution
-        if trial.creep and not knob.numbered and crept <= knob.steps[-1] and self.start.has(knob, crept):
+        change, size = trial.change, trial.fails
+        crept = size + trial.creep * change.resolution
+        if trial.creep and not change.numbered and crept <= change.steps[-1] and self.start.has(change, crept):
             return crept
-        enough = size if knob.numbered else GROW * size
-        allowed = self.screening.allowed(knob, wanted)
-        return min((s for s in allowed if s > size and (s >= enough or s == knob.steps[-1])), default=np.inf)
+        enough = size if change.numbered else GROW * size
+        allowed = self.screening.allowed(change, wanted)
+        return min((s for s in allowed if s > size and (s >= enough or s == change.steps[-1])), default=np.inf)
 
-    def _bead_holds(self, knob: Knob, size: float, bead: int) -> bool:
-        return not first_failure(*self.start.changed(knob, size), [bead], None)
+    def _bead_holds(self, change: Change, size: float, bead: int) -> bool:
+        return not first_failure(*self.start.changed(change, size), [bead], None)
 
-    def _refined(self, knob: Knob, fails: float, holds: float, wanted: Ints, entire: bool, probes: list[int]) -> float:
-        if knob.numbered:
+    def _refined(
+        self, change: Change, fails: float, holds: float, wanted: Ints, entire: bool, probes: list[int]
+    ) -> float:
+        if change.numbered:
             return holds
-        while holds - fails > knob.resolution * 1.001 and time.process_time() < self.deadline:
-            middle = between(knob, fails, holds)
-            if self._promises(knob, middle, wanted, entire, probes):
+        while holds - fails > change.resolution * 1.001 and time.process_time() < self.deadline:
+            middle = between(change, fails, holds)
+            if self._promises(change, middle, wanted, entire, probes):
                 holds = middle
             else:
                 fails = middle
         return holds
 
-    def _promises(self, knob: Knob, size: float, wanted: Ints, entire: bool, probes: list[int]) -> bool:
+    def _promises(self, change: Change, size: float, wanted: Ints, entire: bool, probes: list[int]) -> bool:
         """Whether a change makes some beads feasible: their targets that are wanted, or all of them."""
-        if (knob, size) in self.checked:
-            return not self._blame(knob, size, wanted, entire)
-        if not self.start.has(knob, size):
+        if (change, size) in self.checked:
+            return not self._blame(change, size, wanted, entire)
+        if not self.start.has(change, size):
             return False
-        job, e1, e2 = self.start.changed(knob, size)
-        mine = None if entire else counterparts(self.start.job, self._numbering(knob, size), wanted)
+        job, e1, e2 = self.start.changed(change, size)
+        mine = None if entire else counterparts(self.start.job, self._numbering(change, size), wanted)
         return not first_failure(job, e1, e2, probes, mine)
 
-    def _blame(self, knob: Knob, size: float, wanted: Ints, entire: bool) -> set[int]:
+    def _blame(self, change: Change, size: float, wanted: Ints, entire: bool) -> set[int]:
         """Targets that are infeasible with a change though they are wanted, by a whole check."""
-        if (knob, size) not in self.checked:
+        if (change, size) not in self.checked:
             self.left -= 1
             self.count()
-            found = check(*self.start.changed(knob, size))
-            self.checked[knob, size] = {i for i, row in enumerate(found.rows) if row.reason is not None}
-        bad = self.checked[knob, size]
-        return bad if entire else bad & counterparts(self.start.job, self._numbering(knob, size), wanted)
+            found = check(*self.start.changed(change, size))
+            self.checked[change, size] = {i for i, row in enumerate(found.rows) if row.reason is not None}
+        bad = self.checked[change, size]
+        return bad if entire else bad & counterparts(self.start.job, self._numbering(change, size), wanted)
 
-    def _numbering(self, knob: Knob, size: float) -> Job:
+    def _numbering(self, change: Change, size: float) -> Job:
         """A job whose targets are numbered as those of a changed case."""
-        return self.start.changed(knob, size)[0] if knob.unit == "seam" else self.start.job
+        return self.start.changed(change, size)[0] if change.other_targets else self.start.job
 
     def _probes(self, wanted: Ints) -> list[int]:
         beads = np.unique(self.result.job.targets.path[wanted])
         return [int(b) for b in beads[np.unique(np.linspace(0, len(beads) - 1, PROBES).round().astype(int))]]
 
-    def _remedy(self, knob: Knob, size: float, wanted: Ints, reason: str | None) -> Remedy:
-        bad = self.checked[knob, size]
-        change = self.start.describe(knob, size)
+    def _remedy(self, change: Change, size: float, wanted: Ints, reason: str | None) -> Remedy:
+        bad = self.checked[change, size]
+        document = self.start.describe(change, size)
         said = "whole part feasible" if not bad else f"{_these(wanted)} feasible, {len(bad)} of the part not"
-        sentence = f"{change_in_words(change)} (checked: {said})"
-        return Remedy(wanted, reason, change, "group" if bad else "part", len(bad), sentence, knob.effort(size))
+        sentence = f"{change.words(document['from'], document['to'])} (checked: {said})"
+        return Remedy(wanted, reason, document, "group" if bad else "part", len(bad), sentence, change.effort(size))
 
     def _nothing(self, wanted: Ints, reason: str | None, entire: bool) -> Remedy:
-        bounds = "; ".join(dict.fromkeys(_bounds(self.start, knob, self.knobs) for knob in self.knobs))
+        bounds = "; ".join(dict.fromkeys(_bounds(self.start, change, self.changes) for change in self.changes))
         what = "the whole part" if entire else _these(wanted)
         cut = " before the search was cut off (--remedies searches longer)" if self.spent else ""
         sentence = f"no single change found that mends {what}{cut}; searched: {bounds}"
@@ -337,23 +345,6 @@ def _these(targets: Ints) -> str:
     return "this target" if len(targets) == 1 else f"these {len(targets)} targets"
 
 
-def _bounds(start: Start, knob: Knob, every: list[Knob]) -> str:
+def _bounds(start: Start, change: Change, every: list[Change]) -> str:
     """How far a key was searched, in words."""
-    if knob.key == "roll":
-        return "any roll" if start.job.window.is_fixed else "wider rolls up to free"
-    same = [k for k in every if k.key == knob.key]
-    if knob.unit == "seam":
-        return f"seams of {knob.how} at {len(knob.steps)} other places"
-    if knob.key.startswith("table"):
-        k = 0 if knob.key.endswith("E1_deg") else 1
-        low, high = np.rad2deg(start.job.scene.table_range[k])
-        axis = "E1" if k == 0 else "E2"
-        return f"{axis} {low:g} .. {high:g} deg" if np.isfinite([low, high]).all() else f"{axis} all round"
-    most = max(k.steps[-1] for k in same)
-    if knob.unit == "blend":
-        return f"rounding of corners down to {1 - most:.0%}"
-    if knob.unit == "share":
-        return f"deposition speed down to {1 - most:.0%}"
-    name = {"support.height_mm": "support height", "tool.dimensions.stick_out_mm": "stick-out"}.get(knob.key)
-    name = name or knob.key.split(".")[0]
-    return f"{name} by up to {most:g} mm"
+    return change.bounds(start.job, max(k.steps[-1] for k in every if k.key == change.key))

@@ -18,7 +18,8 @@ from slicing import metal_document, typed
 from ..job.part_input import found_document
 from ..motion.deposition_speed import pace_document
 from ..rigid import inverse, pose
-from ..units import METRES_PER_MM
+from ..units import MARGIN_UNITS, METRES_PER_MM
+from ..verdict.all_reasons import Excluded
 from ..verdict.check import Result
 from ..verdict.table_use import table_use
 
@@ -41,7 +42,7 @@ def tcp_in_flange(result: Result) -> Floats:
 def report_document(
     result: Result,
     remedies: Sequence[Remedy] = (),
-    all_reasons: Mapping[int, list[dict[str, Any]]] | None = None,
+    all_reasons: Mapping[int, list[Excluded]] | None = None,
 ) -> dict[str, Any]:
     """The contract "rbam-report/1": see docs/formats.md.
 
@@ -75,7 +76,7 @@ def report_document(
     ]
     if all_reasons is not None:
         for i, reasons in all_reasons.items():
-            rows[i]["all_reasons"] = reasons
+            rows[i]["all_reasons"] = [one.document() for one in reasons]
     return {
         "schema": "rbam-report/1",
         "case": job.case.title,
@@ -144,7 +145,7 @@ def least_document(result: Result, what: str) -> dict[str, Any] | None:
     if s is None:
         return None
     kind = s.what[0]
-    factor, unit = {"shoulder": (1e3, "mm"), "sigma": (1.0, "1")}.get(kind, (180 / np.pi, "deg"))
+    unit, factor = MARGIN_UNITS[kind]
     return {"kind": kind, "margin": round(s.value * factor, 3), "unit": unit, "target": s.target}
 
 

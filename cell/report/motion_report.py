@@ -17,10 +17,10 @@ import numpy as np
 from slicing import typed
 
 from ..motion.deposition_speed import pace_document
-from ..units import METRES_PER_MM
-from ..verdict.words import overhang_in_words
+from ..units import MARGIN_UNITS, METRES_PER_MM
+from ..verdict.failure_words import failure_in_words
 from ..verification.bead_order import REASONS, Finding
-from ..verification.motion_check import UNITS, MotionResult
+from ..verification.motion_check import MotionResult
 from .facts import facts_table
 
 if TYPE_CHECKING:
@@ -88,58 +88,13 @@ def _margin(result: MotionResult) -> dict[str, Any] | None:
     if result.singularity is None:
         return None
     value, row, kind = result.singularity
-    factor, unit = UNITS[kind]
+    unit, factor = MARGIN_UNITS[kind]
     return {"kind": kind, "margin": round(value * factor, 3), "unit": unit, "row": row}
 
 
 def finding_in_words(f: Finding) -> str:
-    """A finding's measure in a few words."""
-    d = f.detail
-    if f.reason == "joint_limit":
-        return f"{d['axis']} {d['over_deg']:g} deg outside its range"
-    if f.reason == "collision":
-        where = "nothing proves the way between rows free: " if d.get("between_rows") else ""
-        where = "where a corner is rounded: " if d.get("rounded") else where
-        near = "" if d["distance_mm"] is None else f" {d['distance_mm']:.1f} mm"
-        return f"{where}{' - '.join(d['pair'])}{near}, needs {d['required_mm']:g}"
-    if f.reason == "singular":
-        return f"{d['singularity']} at {d['margin']:g} {d['unit']}, needs {d['limit']:g}"
-    if f.reason == "overhang":
-        return overhang_in_words(d)
-    if f.reason == "gravity":
-        return f"{d['angle_deg']:.1f} deg off up, limit {d['limit_deg']:g}"
-    if f.reason == "no_path":
-        return f"{d['on_the_way']}{', ' + d['singularity'] if 'singularity' in d else ''} inside a bead"
-    if f.reason == "speed":
-        return _speed_in_words(d)
-    return _place_in_words(f.reason, d)
-
-
-def _speed_in_words(d: dict[str, Any]) -> str:
-    if d["by"] == "deposition":
-        return f"{100 * d['share']:.0f} % of the deposition speed from target {d['from_target']}"
-    if d["by"] == "standing still":
-        return f"the arc burns for {d['seconds']:g} s at a standstill, allowed {d['limit_s']:g} s"
-    unit = "deg/s" if d["by"] == "speed" else "deg/s2"
-    key = unit.replace("/", "_")
-    return f"{d['axis']} needs {d[f'needed_{key}']:.1f} {unit}, has {d[f'limit_{key}']:g}"
-
-
-def _place_in_words(reason: str, d: dict[str, Any]) -> str:
-    if reason == "not_welded":
-        more = "" if d["to_target"] == d["target"] else f" to {d['to_target']}"
-        return f"target {d['target']}{more}"
-    if reason == "order":
-        if "goes_back_mm" in d:
-            return f"goes back by {d['goes_back_mm']:g} mm along its bead"
-        if "skips_mm" in d:
-            return f"gets on along its bead by {d['skips_mm']:g} mm more than it moves"
-        return f"bead {d['bead']} " + ("first" if d["after_bead"] is None else f"after bead {d['after_bead']}")
-    if "off_mm" in d:
-        return f"TCP {d['off_mm']:g} mm off the bead, allowed {d['limit']:g}"
-    if "off_wire_deg" in d:
-        return f"wire {d['off_wire_deg']:g} deg off its direction, allowed {d['limit']:g}"
-    return f"roll {d['roll_outside_deg']:g} deg outside what the case allows"
+    """What a finding is about in a few words."""
+    return failure_in_words(f.failure)
 
 
 def motion_lines(result: MotionResult, path: str) -> Iterator[RenderableType]:

@@ -8,16 +8,18 @@ Use:
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ..verdict.check import Result, TargetVerdict
+from ..verdict.all_reasons import Excluded
+from ..verdict.check import Result
+from ..verdict.failure_words import failure_in_words
 from ..verdict.severity import worst_first
-from ..verdict.words import in_words
 from .check_report import WORST
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from ..failure import Failure
     from ..remedy_search.search import Remedy
 
 
@@ -54,7 +56,7 @@ def _where(result: Result, targets: Iterable[int]) -> str:
 
 
 def all_reasons_lines(
-    result: Result, found: Mapping[int, list[dict[str, Any]]], *, every: bool = False
+    result: Result, found: Mapping[int, list[Excluded]], *, every: bool = False
 ) -> Iterator[RenderableType]:
     """Of the worst infeasible targets, how many candidates each reason excludes, and its best measure.
 
@@ -81,19 +83,17 @@ def all_reasons_lines(
     shown = found if every else sorted(worst_first(result)[:WORST])
     for i, reasons in ((i, found[i]) for i in shown):
         for k, entry in enumerate(reasons):
-            row = TargetVerdict(entry["reason"], entry, False, None)
-            table.add_row(
-                "" if k else str(i), entry["reason"], str(entry["candidates"]), _candidate_in_words(result, i, row)
-            )
+            words = _candidate_in_words(result, i, entry.failure)
+            table.add_row("" if k else str(i), entry.reason, str(entry.candidates), words)
     if len(found) > len(shown):
         table.caption = f"and {len(found) - len(shown)} more; all of them with --verbose or --json"
         table.caption_justify = "left"
     yield table
 
 
-def _candidate_in_words(result: Result, i: int, row: TargetVerdict) -> str:
-    if row.reason == "free":
+def _candidate_in_words(result: Result, i: int, failure: Failure | None) -> str:
+    if failure is None:
         why = result.rows[i].reason
         return f"nothing is wrong with the target by itself; its verdict is {why}"
-    roll = f", at roll {row.detail['roll_deg']:g}" if "roll_deg" in row.detail else ""
-    return str(row.detail["note"]) if "note" in row.detail else in_words(row) + roll
+    roll = "" if failure.roll_deg is None else f", at roll {failure.roll_deg:g}"
+    return failure_in_words(failure) + roll

@@ -25,6 +25,7 @@ from ik.reachability_proof import certify
 from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.table import table_alone
+from ..farthest_points import farthest_points
 from ..job.job import Job
 from ..planning.configurations import Nodes, evaluate
 from ..planning.context import LEAST_REACH, settings_of
@@ -101,12 +102,7 @@ def spread(position: Floats, normal: Floats, count: int = SPREAD) -> Ints:
         Their numbers, ascending.
     """
     points = np.concatenate([position, NORMAL_MM * normal], axis=1)
-    chosen = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
-    nearest = np.full(len(points), np.inf)
-    while len(chosen) < min(count, len(points)):
-        nearest = np.minimum(nearest, np.linalg.norm(points - points[chosen[-1]], axis=1))
-        chosen.append(int(np.argmax(nearest)))
-    return np.unique(chosen)
+    return np.unique(farthest_points(points, count))
 
 
 def _steep(job: Job, placed: Placed) -> dict[int, str]:
@@ -127,7 +123,7 @@ def _proved_out(job: Job, placed: Placed) -> dict[int, str]:
     if not len(out):
         return {}
     nodes = _nodes(job, placed, out, roll_steps(job)[0])
-    return {int(i): nodes.why_not(k)[0] for k, i in enumerate(out)}
+    return {int(i): nodes.why_not(k)[0].reason for k, i in enumerate(out)}
 
 
 def _nodes(job: Job, placed: Placed, targets: Ints, roll_step: float) -> Nodes:
@@ -144,7 +140,7 @@ def _blocked(job: Job, placed: Placed, targets: Ints, checker: Checker) -> dict[
         nodes = _nodes(job, placed, targets, roll_step)
         open_ones = [k for k, i in enumerate(targets) if not _free(job, nodes, k, int(i), checker)]
         bare = {k: not np.isfinite(nodes.cost[k]).any() for k in open_ones}
-        reasons = {int(targets[k]): nodes.why_not(k)[0] if bare[k] else "collision" for k in open_ones}
+        reasons = {int(targets[k]): nodes.why_not(k)[0].reason if bare[k] else "collision" for k in open_ones}
         targets = targets[open_ones]
     return reasons
 

@@ -1,5 +1,5 @@
 """The verdict on a part at a table pose: every target, bead and travel, with reasons and measures.
 
 Modules: ``check`` (the verdict), ``all_reasons`` (every reason of a target), ``severity`` (which target is worst),
-``words`` and ``layer_words`` (reasons in words).
+``failure_words`` and ``words`` (verdicts in words).
 """

@@ -1,6 +1,6 @@
 """Everything that keeps a target out: of all its candidates, how many each reason excludes, and how nearly.
 
-    found = all_reasons(result)               # {target: [{"reason", "candidates", **measure}, ...]}
+    found = all_reasons(result)               # {target: [Excluded(reason, candidates, failure), ...]}
 
 A candidate is a configuration (one of the closed form's eight) at a sampled roll. It counts for the last test it fails
 in the order reach, joint limits, singularity margins, collision; what passes all of them is "free", and why it does not
@@ -10,11 +10,12 @@ that of the candidate that is closest to passing.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ..plain import plain
+from ..failure import Effort, Failure, Kind
 from ..planning.configurations import Nodes, evaluate
 from ..planning.context import Context
 from .check import Result
@@ -23,15 +24,35 @@ ORDER = ("unreachable", "joint_limit", "singular", "collision", "free")
 BLOCK = 256  # targets evaluated together
 
 
-def all_reasons(result: Result) -> dict[int, list[dict[str, Any]]]:
+@dataclass(frozen=True)
+class Excluded:
+    """Candidates of a target that one reason excludes.
+
+    Attributes:
+        reason: one of ``ORDER``.
+        candidates: how many.
+        failure: of the candidate that is closest to passing; None of those that are free.
+    """
+
+    reason: str
+    candidates: int
+    failure: Failure | None
+
+    def document(self) -> dict[str, Any]:
+        """As the report has it."""
+        measure = {} if self.failure is None else self.failure.document()
+        return {"reason": self.reason, "candidates": self.candidates, **measure}
+
+
+def all_reasons(result: Result) -> dict[int, list[Excluded]]:
     """Count the candidates of every infeasible target by what excludes them.
 
     Args:
         result: a verdict.
 
     Returns:
-        By target: one entry a reason that excludes any, in the order of the tests, with ``candidates`` and the
-        reason's measure (as ``detail`` of a report's row), and "free" with the candidates that pass. With damped least
+        By target: one entry a reason that excludes any, in the order of the tests, and "free" with the candidates
+        that pass. With damped least
         squares, which finds some configurations and not others, "unreachable" counts rolls at which nothing was found.
     """
     job = result.job
@@ -46,7 +67,7 @@ def all_reasons(result: Result) -> dict[int, list[dict[str, Any]]]:
     return out
 
 
-def _of_target(context: Context, nodes: Nodes, i: int, stage: int) -> list[dict[str, Any]]:
+def _of_target(context: Context, nodes: Nodes, i: int, stage: int) -> list[Excluded]:
     inside = nodes.within_limits[i]  # (r, g, k)
     allowed = np.isfinite(nodes.cost[i])
     free = np.zeros_like(allowed)
@@ -58,30 +79,27 @@ def _of_target(context: Context, nodes: Nodes, i: int, stage: int) -> list[dict[
     passed = [exists, inside.any(axis=-1), allowed.any(axis=-1), free.any(axis=-1)]
     last = np.sum(passed, axis=0)
     count = [int((last == k).sum()) for k in range(len(ORDER))]
-    measures: dict[str, dict[str, Any]] = {"free": {}}
+    failures: dict[str, Failure] = {}
     if count[0]:
-        measures["unreachable"] = _reach(nodes, i, ~exists)
+        failures["unreachable"] = _reach(nodes, i, ~exists)
     if count[1]:
-        measures["joint_limit"] = nodes.joint_limit(i, last == 1)[0]
+        failures["joint_limit"] = nodes.joint_limit(i, last == 1)[0]
     if count[2]:
-        measures["singular"] = nodes.singular(i, inside & (last == 2)[..., None])[0]
+        failures["singular"] = nodes.singular(i, inside & (last == 2)[..., None])[0]
     if count[3]:
         mine = np.flatnonzero(hit & (last[tuple(at[:, :2].T)] == 3))
         best = int(mine[np.argmax(found.distance[mine])])
         roll = round(float(np.rad2deg(nodes.rolls[at[best, 0]])), 3)
-        measures["collision"] = {**context.describe(found, best), "roll_deg": roll}
-    return [
-        plain({"reason": reason, "candidates": n, **measures[reason]})
-        for reason, n in zip(ORDER, count, strict=True)
-        if n
-    ]
+        failures["collision"] = replace(context.describe(found, best), roll_deg=roll)
+    return [Excluded(reason, n, failures.get(reason)) for reason, n in zip(ORDER, count, strict=True) if n]
 
 
-def _reach(nodes: Nodes, i: int, missing: np.ndarray) -> dict[str, Any]:
+def _reach(nodes: Nodes, i: int, missing: np.ndarray) -> Failure:
     """The reach at the best roll at which it is what a candidate lacks."""
     excess = nodes.reach_excess[i]
     out = missing.any(axis=1) & (excess != 0.0)
     if np.isfinite(excess).any() and not out.any():
         # the arm that faces away has a shorter reach than the one that faces the target
-        return {"note": "within reach for other configurations at these rolls"}
+        note = "within reach for other configurations at these rolls"
+        return Failure(Kind.UNREACHABLE, effort=Effort(note=note))
     return nodes.reach(i, out)

@@ -1,7 +1,7 @@
 """The verdict: can the arm weld every target, bead by bead, and what stops it where it cannot.
 
     result = check(prepare(case), E1_deg, E2_deg)
-    result.feasible, result.reasons, result.rows[0].detail
+    result.feasible, result.reasons, result.failures
 
 "Feasible" is said of a motion that was followed and checked between the targets as well; a target that is not feasible
 carries the reason of its best candidate, and ``proved`` where every configuration it could have has been looked at.
@@ -26,11 +26,11 @@ from ..case.sections import REASONS
 from ..collision.between_samples import least_on_the_way
 from ..collision.clearances import Clearances
 from ..collision.table import table_alone
+from ..failure import Contact, Failure, Kind
 from ..job.job import Job
 from ..job.unsupported import past_horizontal, unsupported_targets
 from ..motion.deposition_speed import too_slow
 from ..motion.motion import Motion
-from ..plain import plain
 from ..planning.assemble import assemble, corners
 from ..planning.context import Context
 from ..planning.densify import refined
@@ -50,23 +50,34 @@ class TargetVerdict:
     """The verdict on one target.
 
     Attributes:
-        reason: None where it is feasible, else one of ``REASONS``.
-        detail: the reason's measure.
-        proved: of an infeasible target, whether every configuration was looked at.
+        failure: what is wrong with it or on the way to it; None where it is feasible.
         q: the configuration it is welded in, (j,), rad; None where infeasible.
         attempt: of an infeasible target the best attempt, (j,), rad, if there is one.
     """
 
-    reason: str | None
-    detail: dict[str, Any]
-    proved: bool
+    failure: Failure | None
     q: Floats | None
     attempt: Floats | None = None
 
-    def __post_init__(self) -> None:
-        """Keep plain values only: the record goes into documents."""
-        object.__setattr__(self, "detail", plain(self.detail))
-        object.__setattr__(self, "proved", bool(self.proved))
+    @property
+    def reason(self) -> str | None:
+        """None where it is feasible, else one of ``REASONS``."""
+        return None if self.failure is None else self.failure.reason
+
+    @property
+    def proved(self) -> bool:
+        """Of an infeasible target, whether every configuration was looked at."""
+        return self.failure is not None and bool(self.failure.proved)
+
+    @property
+    def pair(self) -> tuple[str, ...]:
+        """Names of the geoms that are too near; empty where none are."""
+        return () if self.failure is None else self.failure.pair
+
+    @property
+    def detail(self) -> dict[str, Any]:
+        """The failure as reports have it; empty where it is feasible."""
+        return {} if self.failure is None else self.failure.document()
 
 
 @dataclass(frozen=True)
@@ -184,6 +195,11 @@ class Result:
         return self.motion is not None
 
     @property
+    def failures(self) -> dict[int, Failure]:
+        """What is wrong, by target."""
+        return {i: row.failure for i, row in enumerate(self.rows) if row.failure is not None}
+
+    @property
     def infeasible(self) -> int:
         """How many targets cannot be welded."""
         return sum(row.reason is not None for row in self.rows)
@@ -279,19 +295,19 @@ def check_span(job: Job, context: Context, gravity: Floats, progress: Progress |
     moves = context.placed.moving is not None  # what it meets then is asked of all of its way
     blocked = None if moves else _table_in_the_way(job, table, context.done)
     if blocked is not None:
-        return SpanVerdict((TargetVerdict("collision", blocked, True, None),) * (span.stop - span.first))
+        return SpanVerdict(tuple(failed(blocked, i) for i in range(span.first, span.stop)))
     plan, home = with_home(context, with_lockouts(job, context, plan_part(context, job.targets.path, progress)))
     rows = _rows(job, plan, gravity)
     stretches = plan.stretches
     motion = None
     if all(row.reason is None for row in rows.values()):
-        stretches, spoilt = refined(context, stretches)
-        spoilt.update(corners(job, context, stretches, plan.travels))
+        stretches, failures = refined(context, stretches)
+        failures.update(corners(job, context, stretches, plan.travels))
         motion = assemble(job, table, stretches, plan.travels, home)
         if motion.pace is not None:
-            spoilt.update(too_slow(motion.pace, job.case.process.least_speed_share))
-        if spoilt:
-            rows, motion = _with(rows, spoilt), None
+            failures.update(too_slow(motion.pace, job.case.process.least_speed_share))
+        if failures:
+            rows, motion = _with(rows, failures), None
     return SpanVerdict(
         rows=tuple(rows[i] for i in range(span.first, span.stop)),
         motion=motion,
@@ -327,18 +343,23 @@ def _short_retracts(context: Context, plan: PartPlan, home: HomeWays | None) -> 
     return [Warning(Code.SHORT_RETRACT, text)]
 
 
-def _table_in_the_way(job: Job, table: tuple[float, float], stage: int) -> dict[str, Any] | None:
+def _table_in_the_way(job: Job, table: tuple[float, float], stage: int) -> Failure | None:
     """A collision that no arm can help: the workpiece, as far as it is built by then, or the table in the cell."""
     found = table_alone(job.scene, table, stage)
     if found.distance[0] >= 0.0:
         return None
-    return {
-        "pair": [job.scene.geom_name(int(g)) for g in found.pair[0]],
-        "distance_mm": round(float(found.distance[0]) / METRES_PER_MM, 3),
-        "required_mm": 0.0,
-        "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[0]],
-        "note": "the table and what stands on it, whatever the arm does",
-    }
+    contact = Contact(
+        pair=tuple(job.scene.geom_name(int(g)) for g in found.pair[0]),
+        world_xyz_mm=tuple(round(float(v) / METRES_PER_MM, 2) for v in found.position[0]),
+        note="the table and what stands on it, whatever the arm does",
+    )
+    distance = round(float(found.distance[0]) / METRES_PER_MM, 3)
+    return Failure(Kind.COLLISION, measure=distance, limit=0.0, contact=contact, proved=True)
+
+
+def failed(failure: Failure, i: int, q: Floats | None = None) -> TargetVerdict:
+    """The verdict on a target, with its best attempt."""
+    return TargetVerdict(failure.at(replace(failure.place, target=i)), None, q)
 
 
 def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]:
@@ -347,34 +368,26 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
     for bead in plan.beads:
         for stretch in bead.stretches:
             targets = range(stretch.first, stretch.stop)
-            rows.update((i, TargetVerdict(None, {}, False, q)) for i, q in zip(targets, stretch.q_targets, strict=True))
-        for i, m in bead.missing.items():
-            rows[i] = TargetVerdict(m.reason, m.detail, m.exhaustive, None, m.attempt)
-        for i, detail in bead.cuts.items():
-            reason = "speed" if detail["on_the_way"] == "speed" else "no_path"
-            rows[i] = TargetVerdict(reason, detail, False, None, rows[i].q)
-    for i, detail in plan.stuck.items():
-        rows[i] = TargetVerdict("no_path", detail, False, None, rows[i].q)
+            rows.update((i, TargetVerdict(None, q)) for i, q in zip(targets, stretch.q_targets, strict=True))
+        rows.update((i, failed(m.failure, i, m.attempt)) for i, m in bead.missing.items())
+        rows.update((i, failed(failure, i, rows[i].q)) for i, failure in bead.cuts.items())
+    rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.stuck.items())
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:
         for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
             if i in rows and rows[i].reason is None:
-                measure = {"angle_deg": round(float(np.rad2deg(gravity[i])), 3), "limit_deg": steepest}
-                rows[i] = TargetVerdict("gravity", measure, True, None, rows[i].q)
-    for i, detail in unsupported_targets(job).items():
+                angle_deg = round(float(np.rad2deg(gravity[i])), 3)
+                failure = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
+                rows[i] = failed(failure, i, rows[i].q)
+    for i, failure in unsupported_targets(job).items():
         if i in rows and rows[i].reason is None:
-            rows[i] = TargetVerdict("overhang", detail, True, None, rows[i].q)
+            rows[i] = failed(failure, i, rows[i].q)
     return rows
 
 
-def _with(rows: dict[int, TargetVerdict], spoilt: dict[int, dict[str, Any]]) -> dict[int, TargetVerdict]:
+def _with(rows: dict[int, TargetVerdict], failures: dict[int, Failure]) -> dict[int, TargetVerdict]:
     """Rows of which some turn out not to be feasible when they are run in time."""
-    out = dict(rows)
-    for i, detail in spoilt.items():
-        out[i] = TargetVerdict(
-            "speed" if detail["on_the_way"] == "speed" else "no_path", detail, False, None, rows[i].q
-        )
-    return out
+    return {i: failed(failures[i], i, row.q) if i in failures else row for i, row in rows.items()}
 
 
 def _least_clearance(

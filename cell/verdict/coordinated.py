@@ -22,6 +22,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..coordination.table_check import table_in_the_way
 from ..coordination.table_schedule import Schedule, TableWay
+from ..failure import Failure, Kind
 from ..job.job import Job
 from ..job.table_winding import freedom_of, upright_of
 from ..motion.motion import Motion
@@ -31,7 +32,7 @@ from ..progress import Progress, stage
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
 from ..verification.collisions import stages, table_collisions
-from .check import Result, SpanVerdict, TargetVerdict, check_span, off_upright
+from .check import Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
 
 LEANS = 4  # directions in which the table may lean where it does no good upright
 LEAN = 0.5  # of the cone
@@ -172,21 +173,25 @@ def _lost(context: Context, some: Ints) -> int:
 def _judged(job: Job, context: Context, trial: _Trial, least: Floats, progress: Progress | None) -> SpanVerdict:
     """The verdict on one way of the table."""
     found = check_span(job, context, off_upright(job, context.placed), progress)
-    rows = [replace(row, proved=False) for row in found.rows]
+    rows = [row if row.failure is None else _not_proved(row) for row in found.rows]
     for i, met in (table_in_the_way(job, trial.way.tables) if trial.blocked else {}).items():
-        rows[i] = TargetVerdict("collision", met, False, None)
+        rows[i] = failed(met, i)
     limit = upright_of(job.case)
     for i in np.flatnonzero(trial.way.off > limit).tolist():
-        measure = {"angle_deg": _deg(max(trial.way.off[i], least[i])), "limit_deg": _deg(limit)}
         proved = bool(least[i] > limit)
-        if proved:
-            measure = {**measure, "angle_deg": _deg(least[i]), "at_best": True}
+        angle = _deg(least[i] if proved else trial.way.off[i])
         if proved or rows[i].reason is None:
-            rows[i] = TargetVerdict("gravity", measure, proved, None, rows[i].q)
+            rows[i] = failed(Failure(Kind.GRAVITY, measure=angle, limit=_deg(limit), proved=proved), i, rows[i].q)
     if found.motion is not None and all(row.reason is None for row in rows):
         rows = _with_table_met(job, found.motion, rows)
     lost = any(row.reason is not None for row in rows)
     return replace(found, rows=tuple(rows), motion=None if lost else found.motion)
+
+
+def _not_proved(row: TargetVerdict) -> TargetVerdict:
+    """A verdict that was proved at the table's angles, but not at others."""
+    assert row.failure is not None
+    return replace(row, failure=replace(row.failure, proved=False))
 
 
 def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list[TargetVerdict]:
@@ -195,8 +200,7 @@ def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list
     for met in table_collisions(job, rows_of(job, motion), stages(job, motion, every)):
         i = int(motion.target[met.to_row])
         if rows[i].reason is None:
-            detail = {**met.detail, "note": "the table and what stands on it, whatever the arm does"}
-            rows[i] = TargetVerdict("collision", detail, False, None, rows[i].q)
+            rows[i] = failed(met.failure, i, rows[i].q)
     return rows
 
 

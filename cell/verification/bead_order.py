@@ -8,7 +8,7 @@ Metres and seconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,10 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
+from ..failure import IN_ROWS, Beads, Failure, Kind, Place, Slowed, Where
 from ..job.job import Job, speeds
 from ..motion.deposition_speed import Pace, note_stretches, over_stretches, too_slow
 from ..motion.motion import JUMP, Motion
-from ..plain import plain
 from ..units import METRES_PER_MM
 from .bead_samples import OnBead, Way, along_beads
 
@@ -49,22 +49,29 @@ class Finding:
     """Something that is wrong with a motion.
 
     Attributes:
-        reason: one of ``REASONS``.
+        failure: the worst of it on them.
         row: first row concerned.
         to_row: last row concerned.
-        detail: the worst measure on them.
     """
 
-    reason: str
+    failure: Failure
     row: int
     to_row: int
-    detail: dict[str, Any]
 
     def __post_init__(self) -> None:
         """Keep plain values only: the record goes into documents."""
-        object.__setattr__(self, "detail", plain(self.detail))
         object.__setattr__(self, "row", int(self.row))
         object.__setattr__(self, "to_row", int(self.to_row))
+
+    @property
+    def reason(self) -> str:
+        """One of ``REASONS``."""
+        return self.failure.reason
+
+    @property
+    def detail(self) -> dict[str, Any]:
+        """The failure as reports have it."""
+        return self.failure.document()
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +107,8 @@ def order_findings(job: Job, motion: Motion, progress: Floats) -> Order:
     for first, stop in _blocks(motion):
         bead = int(motion.bead[first])
         if bead != last_bead + 1:
-            what = {"bead": bead, "after_bead": last_bead if last_bead >= 0 else None}
-            found.append(Finding("order", first, stop - 1, what))
+            beads = Beads(bead, last_bead if last_bead >= 0 else None)
+            found.append(Finding(Failure(Kind.BEAD_ORDER, cause=beads, place=IN_ROWS), first, stop - 1))
         last_bead = max(last_bead, bead)
         rows = np.arange(first, stop)
         found += _inside(job, motion, progress, rows)
@@ -132,12 +139,12 @@ def _inside(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Find
     behind = np.maximum.accumulate(progress[rows]) - progress[rows]
     if behind.max() > _tolerance(job):
         first, worst = int(np.argmax(behind > _tolerance(job))), float(behind.max())
-        back = {"goes_back_mm": round(worst / METRES_PER_MM, 3)}
-        found.append(Finding("order", int(rows[first - 1]), int(rows[first]), back))
+        back = Failure(Kind.GOES_BACK, measure=round(worst / METRES_PER_MM, 3), place=IN_ROWS)
+        found.append(Finding(back, int(rows[first - 1]), int(rows[first])))
     turn = np.abs(np.diff(motion.q[rows], axis=0)).max(axis=1, initial=0.0)
     for k in np.flatnonzero(turn > JUMP)[:1]:
-        what = {"on_the_way": "jump", "turns_deg": round(float(np.rad2deg(turn[k])), 3)}
-        found.append(Finding("no_path", int(rows[k]), int(rows[k + 1]), what))
+        jump = Failure(Kind.JUMP, measure=round(float(np.rad2deg(turn[k])), 3), place=IN_ROWS)
+        found.append(Finding(jump, int(rows[k]), int(rows[k + 1])))
     return found
 
 
@@ -156,10 +163,11 @@ def skips(way: Way, on: OnBead, bead: Ints) -> list[Finding]:
     with np.errstate(invalid="ignore"):
         more = np.diff(on.progress) - moved
     more = np.where((np.diff(bead) == 0) & (np.diff(way.row) <= 1) & np.isfinite(more), more, 0.0)
-    return [
-        Finding("order", int(way.row[k]), int(way.row[k + 1]), {"skips_mm": round(float(more[k]) / METRES_PER_MM, 3)})
-        for k in np.flatnonzero(more > SKIP).tolist()
-    ]
+    found = []
+    for k in np.flatnonzero(more > SKIP).tolist():
+        skip = Failure(Kind.SKIPS, measure=round(float(more[k]) / METRES_PER_MM, 3), place=IN_ROWS)
+        found.append(Finding(skip, int(way.row[k]), int(way.row[k + 1])))
+    return found
 
 
 def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.ndarray, pace: Pace) -> None:
@@ -205,8 +213,8 @@ def _waits(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Findi
     for at, allowed in waits:
         stands = float(t[at[-1]] - t[at[0]])
         if stands > allowed + WAIT_SLACK:
-            what = {"by": "standing still", "seconds": round(stands, 3), "limit_s": allowed}
-            found.append(Finding("speed", int(at[0]), int(at[-1]), what))
+            still_s = Failure(Kind.STANDSTILL, measure=round(stands, 3), limit=allowed, place=IN_ROWS)
+            found.append(Finding(still_s, int(at[0]), int(at[-1])))
     return found
 
 
@@ -216,7 +224,8 @@ def _left_out(job: Job, welded: np.ndarray, end: int) -> list[Finding]:
     if not len(missing):
         return []
     groups = np.split(missing, np.flatnonzero(np.diff(missing) > 1) + 1)
-    return [Finding("not_welded", end, end, {"target": int(g[0]), "to_target": int(g[-1])}) for g in groups]
+    places = [Place(Where.ROWS, target=int(g[0]), to_target=int(g[-1])) for g in groups]
+    return [Finding(Failure(Kind.NOT_WELDED, place=place), end, end) for place in places]
 
 
 def _paced(job: Job, motion: Motion, pace: Pace) -> list[Finding]:
@@ -224,19 +233,15 @@ def _paced(job: Job, motion: Motion, pace: Pace) -> list[Finding]:
     welding = motion.arc == 1
     found = []
 
-    def note(i: int, detail: dict[str, Any]) -> None:
+    def note(i: int, failure: Failure) -> None:
         rows = np.flatnonzero(welding & (motion.target == i))
         a, b = (int(rows[0]), int(rows[-1])) if len(rows) else (0, 0)
-        found.append(Finding("speed", a, b, {"by": "deposition", **detail}))
+        found.append(Finding(replace(failure, axis="", place=Place(Where.ROWS, from_target=i)), a, b))
 
     for target, slow in too_slow(pace, job.case.process.least_speed_share, SHARE_SLACK).items():
-        note(target - 1, {key: slow[key] for key in ("from_target", "share", "limit", "seconds")})
+        note(target - 1, slow)
     share = np.where(pace.asked_s * speeds(job) < SHORT, np.nan, pace.share)
     for i in np.flatnonzero(np.nan_to_num(share) > FASTEST_SHARE).tolist():
-        measure = {
-            "share": round(float(share[i]), 4),
-            "limit": FASTEST_SHARE,
-            "seconds": round(float(pace.taken_s[i]), 4),
-        }
-        note(i, {"from_target": i, **measure})
+        taken = Slowed("", round(float(pace.taken_s[i]), 4))
+        note(i, Failure(Kind.DEPOSITION_SPEED, round(float(share[i]), 4), FASTEST_SHARE, cause=taken))
     return found

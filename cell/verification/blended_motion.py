@@ -19,6 +19,7 @@ from ..arrays import Ints
 from ..collision.blended_corners import BlendedPath, cut_corners
 from ..collision.clearances import Clearances
 from ..collision.reach_radii import all_radii
+from ..failure import Seen
 from ..job.job import Job
 from ..motion.motion import STANDING, Motion
 from ..timing.blending import TRAVEL_ZONE, rounded
@@ -87,6 +88,6 @@ def corner_collisions(job: Job, motion: Motion, rows: Way, way: Way, stage: Ints
         near[step] = -nearest.distance
         bad = np.isfinite(near) & (np.minimum(seen.distance[:-1], seen.distance[1:]) >= least)
         for low_row, high_row, k in stretches_of(bad, row[low:high], near):
-            what = {"rounded": True, **hit(scene, nearest, int(np.searchsorted(step, k)), least)}
-            found.append(Finding("collision", low_row, high_row + 1, what))
+            failure = hit(scene, nearest, int(np.searchsorted(step, k)), least, Seen.ROUNDED)
+            found.append(Finding(failure, low_row, high_row + 1))
     return found

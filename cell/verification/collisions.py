@@ -9,8 +9,6 @@ other. Radians, metres.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +22,7 @@ from ..collision.reach_radii import all_radii, table_radii
 from ..collision.table import TableChecker, with_table_axes
 from ..collision.wire import REACH as WIRE_REACH
 from ..collision.wire import wire_scene
+from ..failure import IN_ROWS, Contact, Failure, Kind, Seen
 from ..job.job import Job
 from ..motion.motion import STANDING, Motion
 from ..scene.scene import Scene
@@ -103,15 +102,15 @@ def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[F
     checker = arm_checker(job, way)
     clear = checker.clearances(way.q, stage)
     found = [
-        Finding("collision", a, b, hit(scene, clear, k, least))
+        Finding(hit(scene, clear, k, least), a, b)
         for a, b, k in stretches_of(clear.distance < least, way.row, -clear.distance)
     ]
     radius = all_radii(scene)
     step, nearest = unproven_steps(checker, radius, way.q, stage, clear, least=least)
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] >= least and clear.distance[at + 1] >= least:
-            between = {"between_rows": True, **hit(scene, nearest, n, least)}
-            found.append(Finding("collision", int(way.row[at]), int(way.row[at + 1]), between))
+            between = hit(scene, nearest, n, least, Seen.BETWEEN_ROWS)
+            found.append(Finding(between, int(way.row[at]), int(way.row[at + 1])))
     return clear, found
 
 
@@ -125,7 +124,7 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
     checker = Checker(with_table_axes(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
     clear = checker.clearances(q, laid)
     found = [
-        Finding("collision", a, b, hit(scene, clear, k, 0.0))
+        Finding(hit(scene, clear, k, 0.0), a, b)
         for a, b, k in stretches_of(clear.distance <= 0.0, row, -clear.distance)
     ]
     radius = all_radii(job.scene)
@@ -133,8 +132,8 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
     step, nearest = unproven_steps(checker, radius, q, laid, clear, run)
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] > 0.0 and clear.distance[at + 1] > 0.0:
-            between = {"between_rows": True, **hit(scene, nearest, n, 0.0)}
-            found.append(Finding("collision", int(row[at]), int(row[at + 1]), between))
+            between = hit(scene, nearest, n, 0.0, Seen.BETWEEN_ROWS)
+            found.append(Finding(between, int(row[at]), int(row[at + 1])))
     return found
 
 
@@ -173,7 +172,7 @@ def table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
     tables = way.q[:, scene.chain.n :]
     clear = checker.clearances(tables, stage)
     found = [
-        Finding("collision", a, b, hit(scene, clear, k, 0.0))
+        Finding(hit(scene, clear, k, 0.0), a, b)
         for a, b, k in stretches_of(clear.distance < 0.0, way.row, -clear.distance)
     ]
     step, nearest = unproven_steps(checker, table_radii(scene), tables, stage, clear)
@@ -181,15 +180,26 @@ def table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
     moves = (np.diff(tables, axis=0) != 0).any(axis=1)
     for n, at in enumerate(step.tolist()):
         if moves[at] and clear.distance[at] >= 0.0 and clear.distance[at + 1] >= 0.0:
-            between = {"between_rows": True, **hit(scene, nearest, n, 0.0)}
-            found.append(Finding("collision", int(way.row[at]), int(way.row[at + 1]), between))
+            between = hit(scene, nearest, n, 0.0, Seen.BETWEEN_ROWS)
+            found.append(Finding(between, int(way.row[at]), int(way.row[at + 1])))
     return found
 
 
-def hit(scene: Scene, clear: Clearances, k: int, least: float) -> dict[str, Any]:
-    """A collision in words and figures."""
-    return {
-        "pair": [scene.geom_name(int(g)) for g in clear.pair[k] if g >= 0],
-        "distance_mm": round(float(clear.distance[k]) / METRES_PER_MM, 3) if np.isfinite(clear.distance[k]) else None,
-        "required_mm": round(least / METRES_PER_MM, 3),
-    }
+def hit(scene: Scene, clear: Clearances, k: int, least: float, seen: Seen = Seen.AT_SAMPLE) -> Failure:
+    """A collision on rows of a motion.
+
+    Args:
+        scene: the cell.
+        clear: clearances.
+        k: the one that is too small.
+        least: clearance asked for, m.
+        seen: how it was found.
+    """
+    distance = float(clear.distance[k])
+    return Failure(
+        Kind.COLLISION,
+        measure=round(distance / METRES_PER_MM, 3) if np.isfinite(distance) else None,
+        limit=round(least / METRES_PER_MM, 3),
+        contact=Contact(tuple(scene.geom_name(int(g)) for g in clear.pair[k] if g >= 0), seen=seen),
+        place=IN_ROWS,
+    )

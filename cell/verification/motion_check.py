@@ -1,7 +1,7 @@
 """A motion from outside against the cell: everything that ``rbam check`` asks of its own.
 
     found = check_motion(job, read_motion("blade.csv", job))
-    found.feasible, found.findings[0].reason, found.findings[0].detail
+    found.feasible, found.findings[0].reason, found.findings[0].failure
 
 Between its rows all axes, E1 and E2 among them, move on straight lines. The part grows as the rows say. Findings are
 data: stretches of rows with a reason and the worst measure on them. Radians, metres, seconds.
@@ -21,13 +21,14 @@ from ..arrays import Ints
 from ..collision.between_samples import least_on_the_way
 from ..collision.clearances import Clearances
 from ..collision.reach_radii import all_radii
+from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
 from ..job.table_winding import upright_of
 from ..job.unsupported import past_horizontal, unsupported_targets
 from ..motion.deposition_speed import Pace
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
-from ..units import METRES_PER_MM
+from ..units import MARGIN_UNITS, METRES_PER_MM
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
 from .blended_motion import corner_collisions, rounded_rows
@@ -38,7 +39,6 @@ SPEED_SLACK = 1.001
 ACCELERATION_SLACK = 1.02
 WINDOWS = (0.0, 0.005, 0.01, 0.02, 0.05)  # s to either side over which accelerations are measured; 0: from row to row
 ROLL_SLACK = np.deg2rad(0.05)
-UNITS = {"wrist": (180 / np.pi, "deg"), "elbow": (180 / np.pi, "deg"), "shoulder": (1e3, "mm"), "sigma": (1.0, "1")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +146,7 @@ def _limit_findings(job: Job, motion: Motion, q: Floats) -> list[Finding]:
     over = np.maximum(lower - q, q - upper)
     row = np.arange(len(q))
     return [
-        Finding("joint_limit", a, b, {"axis": name, "over_deg": _deg(over[k, j])})
+        Finding(Failure(Kind.JOINT_LIMIT, measure=_deg(over[k, j]), axis=name, place=IN_ROWS), a, b)
         for j, name in enumerate(job.drives.names)
         for a, b, k in stretches_of(over[:, j] > SLACK, row, over[:, j])
     ]
@@ -201,16 +201,15 @@ def _drive_findings(job: Job, use: Floats) -> list[Finding]:
     """Axes that would have to be faster than they are."""
     drives, row = job.drives, np.arange(use.shape[1])
     found = []
-    for kind, limit, slack, unit in (
-        ("speed", drives.speed, SPEED_SLACK, "deg_s"),
-        ("acceleration", drives.acceleration, ACCELERATION_SLACK, "deg_s2"),
+    for share, kind, limit, slack in (
+        (use[0], Kind.DRIVE_SPEED, drives.speed, SPEED_SLACK),
+        (use[1], Kind.DRIVE_ACCELERATION, drives.acceleration, ACCELERATION_SLACK),
     ):
-        share = use[0 if kind == "speed" else 1]
         for j, name in enumerate(drives.names):
             for a, b, k in stretches_of(share[:, j] > slack, row, share[:, j]):
                 most = float(limit[j])
-                measure = {f"needed_{unit}": _deg(share[k, j] * most), f"limit_{unit}": _deg(most)}
-                found.append(Finding("speed", a, b, {"axis": name, "by": kind, **measure}))
+                failure = Failure(kind, _deg(share[k, j] * most), _deg(most), axis=name, place=IN_ROWS)
+                found.append(Finding(failure, a, b))
     return found
 
 
@@ -218,14 +217,14 @@ def _bead_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
     """Rows and what lies between them that are not on the bead."""
     checks, window = job.case.checks, job.window
     found = []
-    for name, values, limit, unit in (
-        ("off_mm", on.off / METRES_PER_MM, checks.off_bead_mm, "mm"),
-        ("off_wire_deg", np.rad2deg(on.wire_angle), checks.off_wire_deg, "deg"),
-        ("roll_outside_deg", np.rad2deg(np.abs(window.excess(on.roll))), np.rad2deg(ROLL_SLACK), "deg"),
+    for kind, values, limit in (
+        (Kind.OFF_BEAD, on.off / METRES_PER_MM, checks.off_bead_mm),
+        (Kind.OFF_WIRE, np.rad2deg(on.wire_angle), checks.off_wire_deg),
+        (Kind.ROLL_OUTSIDE, np.rad2deg(np.abs(window.excess(on.roll))), np.rad2deg(ROLL_SLACK)),
     ):
         for a, b, k in stretches_of(values > limit * (1 + 1e-9) + 1e-6, way.row, values):
-            measure = {name: round(float(values[k]), 4), "limit": round(float(limit), 4), "unit": unit}
-            found.append(Finding("off_bead", a, b, measure))
+            failure = Failure(kind, round(float(values[k]), 4), round(float(limit), 4), place=IN_ROWS)
+            found.append(Finding(failure, a, b))
     return found
 
 
@@ -235,14 +234,18 @@ def _singular_findings(job: Job, way: Way, margin: Floats) -> list[Finding]:
     least = job.singularity_limits.values(geometry is not None)
     found = []
     for j, kind in enumerate(KINDS):
-        factor, unit = UNITS[kind]
+        _, factor = MARGIN_UNITS[kind]
         if not np.isfinite(least[j]):
             continue
         for a, b, k in stretches_of(margin[:, j] < least[j] - SLACK, way.row, -margin[:, j]):
-            measure = {"singularity": kind, "margin": round(float(margin[k, j]) * factor, 3)}
-            found.append(
-                Finding("singular", a, b, {**measure, "limit": round(float(least[j]) * factor, 3), "unit": unit})
+            failure = Failure(
+                Kind.SINGULAR,
+                measure=round(float(margin[k, j]) * factor, 3),
+                limit=round(float(least[j]) * factor, 3),
+                singularity=kind,
+                place=IN_ROWS,
             )
+            found.append(Finding(failure, a, b))
     return [*found, *_changes(job, way)]
 
 
@@ -260,8 +263,9 @@ def _changes(job: Job, way: Way) -> list[Finding]:
     crossed = side[1:] != side[:-1]
     found = []
     for at in np.flatnonzero(crossed.any(axis=1) & (np.diff(way.row) <= 1)).tolist():
-        what = {"on_the_way": "configuration change", "singularity": kinds[int(np.argmax(crossed[at]))]}
-        found.append(Finding("no_path", int(way.row[at]), int(way.row[at + 1]), what))
+        kind = kinds[int(np.argmax(crossed[at]))]
+        change = Failure(Kind.CONFIGURATION_CHANGE, singularity=kind, place=IN_ROWS)
+        found.append(Finding(change, int(way.row[at]), int(way.row[at + 1])))
     return found
 
 
@@ -287,7 +291,7 @@ def _gravity_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
     steepest = min(limits)
     angle = np.rad2deg(_off_upright(job, way, on))
     return [
-        Finding("gravity", a, b, {"angle_deg": round(float(angle[k]), 3), "limit_deg": steepest})
+        Finding(Failure(Kind.GRAVITY, round(float(angle[k]), 3), steepest, place=IN_ROWS), a, b)
         for a, b, k in stretches_of(angle > steepest + 1e-6, way.row, angle)
     ]
 
@@ -297,7 +301,7 @@ def _hanging_findings(job: Job, motion: Motion) -> list[Finding]:
     found, row = unsupported_targets(job), np.arange(len(motion.t_s))
     over = np.isin(motion.target, list(found)) & (np.asarray(motion.arc) == 1)
     return [
-        Finding("overhang", a, b, found[int(motion.target[a])])
+        Finding(replace(found[int(motion.target[a])], place=IN_ROWS, proved=False), a, b)
         for a, b, _ in stretches_of(over, row, np.ones(len(row)))
     ]
 

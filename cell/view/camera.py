@@ -150,7 +150,7 @@ def still(result: Result, target: int) -> Frame:
     row = result.rows[target]
     q = next((x for x in (row.q, row.attempt) if x is not None), result.job.scene.home)
     bad = row.reason is not None
-    pair = tuple(row.detail.get("pair", ())) if row.reason == "collision" else ()
+    pair = row.pair if row.reason == "collision" else ()
     table = np.array(result.table)
     return Frame(q, table, target, float(target), pair=pair, marks=bad, arrow=bad)
 

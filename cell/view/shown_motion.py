@@ -17,7 +17,6 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..job.job import Job
 from ..motion.motion import Motion
-from ..report.motion_report import finding_in_words
 from ..scene.placement import place
 from ..verdict.check import Result, TargetVerdict
 from ..verification.motion_check import MotionResult
@@ -73,15 +72,15 @@ def _first_rows(motion: Motion, n: int) -> Ints:
 
 def _rows(found: MotionResult, motion: Motion, first: Ints) -> tuple[TargetVerdict, ...]:
     """What is wrong at each target: the first finding on rows that are about it."""
-    rows = [TargetVerdict(None, {}, False, motion.q[k]) for k in first]
+    rows = [TargetVerdict(None, motion.q[k]) for k in first]
     for f in found.findings:
-        detail = {**f.detail, "in_words": finding_in_words(f)}
-        if f.reason == "not_welded":
-            about = np.arange(f.detail["target"], f.detail["to_target"] + 1)
+        first_target, last_target = f.failure.target, f.failure.to_target
+        if first_target is not None and last_target is not None:
+            about = np.arange(first_target, last_target + 1)
         else:
             here = (found.read.row >= f.row) & (found.read.row <= f.to_row)
             about = np.unique(motion.target[here])
         for i in about.tolist():
             if rows[i].reason is None:
-                rows[i] = TargetVerdict(f.reason, detail, False, None, motion.q[first[i]])
+                rows[i] = TargetVerdict(f.failure, None, motion.q[first[i]])
     return tuple(rows)

@@ -211,10 +211,10 @@ def test_the_propeller_agrees_with_sampled_candidates(job, table, degrees):
     if window.is_fixed:
         assert (found.reachable == sampled_in).all()
         for i in np.flatnonzero(found.unreachable):
-            reason, detail, _ = nodes.why_not(i)
-            assert found.cause[i] == reason
-            if reason == "joint_limit":
-                assert solver.chain.names[found.axis[i]] == detail["axis"]
+            failure, _ = nodes.why_not(i)
+            assert found.cause[i] == failure.reason
+            if failure.reason == "joint_limit":
+                assert solver.chain.names[found.axis[i]] == failure.axis
 
 
 def moved_to(chain, wrist_at):

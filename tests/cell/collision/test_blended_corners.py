@@ -20,6 +20,7 @@ from cell.collision.blended_corners import pieces
 from cell.collision.checker import Checker
 from cell.collision.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.reach_radii import radii
+from cell.failure import Kind
 from cell.job.job import prepare
 from cell.motion.motion import STANDING, Motion
 from cell.motion.motion_file import ReadMotion
@@ -27,7 +28,7 @@ from cell.planning import blended_check as as_run
 from cell.planning.blended_check import travel_corners, travel_path
 from cell.planning.context import Context, settings_of
 from cell.remedy_search import search as remedies_module
-from cell.remedy_search.changes import knobs
+from cell.remedy_search.changes import single_changes
 from cell.remedy_search.search import remedies
 from cell.report.motion_report import finding_in_words
 from cell.timing.blending import rounded
@@ -153,7 +154,9 @@ def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(
     # less rounding is what would help (a stop in that corner would as well: a seam there)
     monkeypatch.setattr(remedies_module, "seam_places", lambda *_: {})
     monkeypatch.setattr(
-        remedies_module, "knobs", lambda *a, **k: [x for x in knobs(*a, **k) if x.key.startswith("process")]
+        remedies_module,
+        "single_changes",
+        lambda *a, **k: [x for x in single_changes(*a, **k) if x.key.startswith("process")],
     )
     best = next(iter(remedies(cut)))
     assert best.checked == "part"
@@ -199,10 +202,10 @@ def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypat
         monkeypatch.setattr(as_run, "TRAVEL_ZONE", turn)
         settings = replace(settings_of(job), clearance=float(least))
         context = Context.of(job, result.table, settings)
-        why = travel_corners(context, q, found, stage)
-        assert (why is None) is free
-        if why is not None:
-            assert (why["on_the_way"], why["rounded"]) == ("collision", True)
-            assert closely * 1e3 - 1e-3 <= why["distance_mm"] < found.distance.min() * 1e3
+        failure = travel_corners(context, q, found, stage)
+        assert (failure is None) is free
+        if failure is not None:
+            assert (failure.kind, failure.rounded) == (Kind.COLLISION, True)
+            assert closely * 1e3 - 1e-3 <= failure.measure < found.distance.min() * 1e3
         # a stop at every corner leaves nothing to be rounded
         assert travel_corners(context, q, found, stage, range(1, len(q) - 1)) is None

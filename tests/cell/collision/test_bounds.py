@@ -10,6 +10,7 @@ from cell.collision.blended_corners import BlendedPath, cut_corners
 from cell.collision.clearances import Clearances
 from cell.collision.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.reach_radii import radii, table_radii
+from cell.failure import Failure, Kind, Place, Where
 from cell.job.job import prepare
 from cell.planning import assemble as motion
 from cell.timing.blending import rounded
@@ -200,7 +201,7 @@ def test_corners_of_travels_that_stop_for_a_dwell_are_looked_at_again(monkeypatc
 
     def told(setup, q, found, stage, stops):
         asked.append(stops)
-        return {"on_the_way": "collision"}
+        return Failure(Kind.COLLISION)
 
     monkeypatch.setattr(motion, "bead_corners", lambda *a: {})
     monkeypatch.setattr(motion, "travel_corners", told)
@@ -217,6 +218,7 @@ def test_corners_of_travels_that_stop_for_a_dwell_are_looked_at_again(monkeypatc
     job.scene.chain.forward = lambda q: np.tile(np.eye(4), (len(q), 1, 1))
     setup.laid = np.arange(12)
     q = np.linspace(0, 1, 5)[:, None] * np.ones(6)
-    spoilt = motion.corners(job, setup, beads, [(q, Clearances.none(5))] * 2)
-    assert list(spoilt) == [8]
+    failures = motion.corners(job, setup, beads, [(q, Clearances.none(5))] * 2)
+    assert list(failures) == [8]
+    assert failures[8].place == Place(Where.TRAVEL, from_target=7, to_target=8)
     assert asked == [[1]]

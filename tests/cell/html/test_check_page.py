@@ -21,6 +21,7 @@ from support.browser import Browser, wait_for
 
 from cell.case.read import load_case, with_changes
 from cell.case.sections import REASONS
+from cell.failure import AT_TARGET, ON_BEAD, Contact, Failure, Kind
 from cell.html import series as html_series
 from cell.html import shapes as html_shapes
 from cell.html.check_page import html_report, packed
@@ -196,8 +197,9 @@ def test_the_numbers_are_those_of_an_infeasible_result(bad: Result, bad_page: st
 
 
 def test_a_result_without_any_configuration_has_a_page(good: Result) -> None:
-    detail = {"pair": ["floor", "deposit/3/SV1/0"], "distance_mm": -2.0, "required_mm": 0.0, "note": "whatever"}
-    rows = tuple(TargetVerdict("collision", detail, True, None) for _ in good.rows)
+    contact = Contact(("floor", "deposit/3/SV1/0"), note="whatever")
+    failure = Failure(Kind.COLLISION, -2.0, 0.0, contact=contact, proved=True)
+    rows = tuple(TargetVerdict(failure, None) for _ in good.rows)
     blocked = replace(good, rows=rows, clearance=None, singularity=None, sigma=None, motion=None)
     page = html_report(blocked)
     assert "floor and layer 3 of SV1: -2.0 mm, needs 0" in page
@@ -265,8 +267,8 @@ def test_ten_thousand_targets_stay_below_five_megabytes(good: Result, monkeypatc
     monkeypatch.setattr(html_series.Checker, "clearances", clearances)
     page = html_report(result)
     assert len(page.encode()) < 5e6
-    row = TargetVerdict("joint_limit", {"axis": "A5", "over_deg": 12.3456}, True, None, good.rows[0].q)
-    rows = tuple(replace(row, detail={"axis": "A5", "over_deg": float(v)}) for v in noise.uniform(0, 90, 10_000))
+    over = [Failure(Kind.JOINT_LIMIT, measure=float(v), axis="A5") for v in noise.uniform(0, 90, 10_000)]
+    rows = tuple(TargetVerdict(failure, None, good.rows[0].q) for failure in over)
     assert len(html_report(replace(result, rows=rows, motion=None)).encode()) < 5e6
 
 
@@ -360,10 +362,13 @@ def test_the_header_says_how_far_the_speed_is_held(good: Result, good_page: str)
 
 
 def test_every_reason_has_its_place_in_the_order_and_its_words() -> None:
-    rows = {reason: TargetVerdict(reason, {}, False, None) for reason in REASONS}
-    assert len({severity(row) for row in rows.values()}) == len(REASONS)
-    deep = TargetVerdict("collision", {"distance_mm": -9.0, "required_mm": 5.0}, False, None)
-    assert severity(deep) > severity(TargetVerdict("collision", {"distance_mm": 4.0, "required_mm": 5.0}, False, None))
+    failures = [Failure(kind, place=place) for kind in Kind for place in (AT_TARGET, ON_BEAD)]
+    rows = {failure.reason: TargetVerdict(failure, None) for failure in failures}
+    assert set(REASONS) <= set(rows)
+    assert len({severity(rows[reason]) for reason in REASONS}) == len(REASONS)
+    contact = Contact(("a", "b"))
+    deep, near = (TargetVerdict(Failure(Kind.COLLISION, mm, 5.0, contact=contact), None) for mm in (-9.0, 4.0))
+    assert severity(deep) > severity(near)
 
 
 # ---- the page in a browser

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cell.case.read import load_case
+from cell.failure import Kind
 from cell.job.job import prepare
 from cell.planning.context import Context
 from cell.planning.densify import refined
@@ -51,8 +52,8 @@ def off_and_askew(context: Context, stretch: Stretch, between: float) -> tuple[n
 
 def test_rows_are_put_where_straight_joint_motion_leaves_the_bead(context: Context, bead: Stretch) -> None:
     assert np.rad2deg(off_and_askew(context, bead, 0.5)[1].max()) > 0.05
-    (dense,), spoilt = refined(context, [bead])
-    assert spoilt == {}
+    (dense,), failures = refined(context, [bead])
+    assert failures == {}
     assert len(dense.q) > len(bead.q)
     for between in (0.0, 0.3, 0.5, 0.8):
         off, wire_angle = off_and_askew(context, dense, between)
@@ -67,31 +68,32 @@ def test_rows_are_put_where_straight_joint_motion_leaves_the_bead(context: Conte
 
 def test_a_new_row_that_is_too_near_to_something_is_refused(context: Context, bead: Stretch) -> None:
     strict = replace(context, settings=replace(context.settings, clearance=0.049))
-    _, spoilt = refined(strict, [bead])
-    assert spoilt
-    target, detail = next(iter(spoilt.items()))
-    assert detail["from_target"] == target - 1
-    assert detail["on_the_way"] == "collision"
-    assert detail["required_mm"] == 49.0
+    _, failures = refined(strict, [bead])
+    assert failures
+    target, failure = next(iter(failures.items()))
+    assert failure.from_target == target - 1
+    assert failure.kind is Kind.COLLISION
+    assert failure.reason == "no_path"
+    assert (failure.limit, failure.unit) == (49.0, "mm")
 
 
 def test_a_new_row_that_is_near_a_singularity_is_refused(context: Context, bead: Stretch) -> None:
     strict = replace(context, limits=replace(context.limits, wrist=np.deg2rad(89.0)))
-    assert {d["on_the_way"] for d in refined(strict, [bead])[1].values()} == {"singular"}
+    assert {f.kind for f in refined(strict, [bead])[1].values()} == {Kind.SINGULAR}
 
 
 def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cell.planning.densify.ROUNDS", 1)
     monkeypatch.setattr("cell.planning.densify.ASKEW", np.deg2rad(0.001))
-    _, spoilt = refined(context, [bead])
-    assert spoilt
-    assert {why["on_the_way"] for why in spoilt.values()} == {"jump"}
-    assert all(i == why["from_target"] + 1 for i, why in spoilt.items())
+    _, failures = refined(context, [bead])
+    assert failures
+    assert {failure.kind for failure in failures.values()} == {Kind.JUMP}
+    assert all(failure.from_target == i - 1 for i, failure in failures.items())
 
 
 def test_new_rows_that_come_too_near_are_refused(context: Context, bead: Stretch) -> None:
     # the bead's own rows were passed before: what is found now is found of what is put between them
     beyond = float(bead.clearances.distance.max()) + 1e-3
-    (dense,), spoilt = refined(replace(context, settings=replace(context.settings, clearance=beyond)), [bead])
+    (dense,), failures = refined(replace(context, settings=replace(context.settings, clearance=beyond)), [bead])
     assert len(dense.q) > len(bead.q)
-    assert {why["on_the_way"] for why in spoilt.values()} == {"collision"}
+    assert {failure.kind for failure in failures.values()} == {Kind.COLLISION}

@@ -15,6 +15,7 @@ from support.cases import radial
 
 from cell.collision.checker import Checker
 from cell.errors import InputError
+from cell.failure import ON_TRAVEL, Contact, Failure, Kind
 from cell.html.check_page import html_report
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
@@ -166,7 +167,7 @@ def test_a_bead_begins_or_ends_elsewhere_where_home_is_else_not_reached(
             q = start.q_targets[0] if shut == "out" else end.q_targets[-1]
             asked.append(q)
             if len(asked) == 1:
-                return {"on_the_way": "collision", "pair": ["a", "b"], "distance_mm": 0.0, "required_mm": 5.0}
+                return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
         return travel(setup, end, start, stage)
 
     monkeypatch.setattr(home_module, "travel", refusing)

@@ -16,13 +16,14 @@ from support.searches import setup_of
 from cell.case.read import load_case, with_changes
 from cell.collision.clearances import Clearances
 from cell.errors import InputError
+from cell.failure import Contact, Effort, Failure, Kind, Place, Seen, Where
 from cell.motion.deposition_speed import STRETCH, Pace, note_stretches, over_stretches, too_slow
 from cell.motion.motion_file import read_motion, write_motion
 from cell.planning.edge_tracking import Ways, along
 from cell.planning.free_rolls import free_rolls, stabbing
 from cell.planning.part_plan import plan_bead
 from cell.rigid import frames
-from cell.verdict.way_words import hit_in_words, way_in_words
+from cell.verdict.failure_words import failure_in_words
 from cell.verification.motion_check import check_motion
 from ik.roll import roll_of, wrap
 from ik.singularity import sides
@@ -183,18 +184,20 @@ def test_changes_are_refused_that_the_case_file_would_refuse(tmp_path):
 
 
 def test_messages_say_what_was_found_and_what_is_needed():
-    hit = {"pair": ["a", "b"], "distance_mm": 4.981, "required_mm": 5.0}
-    assert hit_in_words(hit) == "a - b 4.981 mm, needs 5"
-    assert hit_in_words({**hit, "distance_mm": 1.2}) == "a - b 1.2 mm, needs 5"
-    assert "not proved" in hit_in_words({**hit, "distance_mm": 6.0, "between_samples": True})
-    way = {"from_target": 3, "travel": True, "on_the_way": "joint_limit", "axis": "A5"}
-    way |= {"reached_mm": 24.0, "retract_mm": 50.0, "while": "leaving"}
-    words = way_in_words(way)
+    hit = Failure(Kind.COLLISION, 4.981, 5.0, contact=Contact(("a", "b")))
+    assert failure_in_words(hit) == "a - b 4.981 mm, needs 5"
+    assert failure_in_words(replace(hit, measure=1.2)) == "a - b 1.2 mm, needs 5"
+    assert "not proved" in failure_in_words(replace(hit, measure=6.0).seen(Seen.BETWEEN_SAMPLES))
+    effort = Effort(reached_mm=24.0, retract_mm=50.0, shut_in="leaving")
+    place = Place(Where.TRAVEL, from_target=3, to_target=4)
+    way = Failure(Kind.JOINT_LIMIT, axis="A5", place=place, effort=effort)
+    words = failure_in_words(way)
     assert words.startswith("travel from target 3: A5 at its limit after 24 of 50 mm")
     assert "process.retract_mm" in words
-    assert "no way found in 60 attempts" in way_in_words({**way, "attempts": 60})
-    changed = {"from_target": 0, "on_the_way": "configuration change", "because": "joint_limit", "axis": "A6"}
-    assert way_in_words({**changed, "over_deg": 12.3}).endswith("no configuration leads on: A6 12.3 deg over its limit")
+    assert "no way found in 60 attempts" in failure_in_words(replace(way, effort=replace(effort, attempts=60)))
+    limit = Failure(Kind.JOINT_LIMIT, measure=12.3, axis="A6")
+    changed = Failure(Kind.CONFIGURATION_CHANGE, because=limit, place=Place(Where.BEAD, from_target=0))
+    assert failure_in_words(changed).endswith("no configuration leads on: A6 12.3 deg over its limit")
 
 
 @pytest.mark.parametrize("seed", [10, 24])

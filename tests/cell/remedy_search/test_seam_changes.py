@@ -13,6 +13,8 @@ from support.meshes import BODY, box
 from cell.case.read import load_case, parse_case
 from cell.case.seam_section import SeamSection
 from cell.errors import InputError
+from cell.failure import Failure, Kind, Where
+from cell.failure import Place as FailurePlace
 from cell.job.job import prepare
 from cell.remedy_search import search as remedies_module
 from cell.remedy_search.seam_changes import reseamed, seam_places
@@ -136,7 +138,7 @@ def test_only_closed_beads_that_a_start_could_mend_get_other_seams(make_case):
     assert {row.reason for row in rows} == {"unreachable"}
     assert seam_places(job, rows) == {}
     k = int(np.searchsorted(job.targets.path, 1)) + 3
-    cut = replace(rows[k], reason="no_path", detail={"from_target": k - 1, "on_the_way": "collision"})
+    cut = replace(rows[k], failure=Failure(Kind.COLLISION, place=FailurePlace(Where.BEAD, k, k - 1)))
     mixed = [cut if i == k else row for i, row in enumerate(rows)]
     ((name, places),) = seam_places(job, mixed).items()
     # this bead does not go round the axis: points, the first of them where it was cut, all of them apart

@@ -10,7 +10,7 @@ from cell.case.read import load_case
 from cell.cli.main import main
 from cell.job.job import prepare
 from cell.remedy_search import search as remedies_module
-from cell.remedy_search.changes import Start, knobs, pair_knob
+from cell.remedy_search.changes import Start, single_changes, table_pose_change
 from cell.remedy_search.screening import Screening
 from cell.remedy_search.search import remedies
 from cell.remedy_search.target_groups import groups
@@ -64,11 +64,11 @@ def test_what_is_screened_is_what_the_changed_case_has(roll, make_case):
     start = start_of(path)
     index = np.arange(0, len(start.job.targets), 5)
     seen = set()
-    for knob in [*knobs(start, slower=True), pair_knob(start)]:
-        size = knob.steps[len(knob.steps) // 2]
-        Ts, normal = start.poses(knob, size, index)
-        window = start.window(knob, size)
-        job, e1, e2 = start.changed(knob, size)
+    for change in [*single_changes(start, slower=True), table_pose_change(start)]:
+        size = change.steps[len(change.steps) // 2]
+        Ts, normal = start.poses(change, size, index)
+        window = start.window(change, size)
+        job, e1, e2 = start.changed(change, size)
         placed = place(job.targets, job.scene.T_base_part(*np.deg2rad([e1, e2])))
         np.testing.assert_allclose(normal, placed.normal[index], atol=1e-12)
         q = start.job.solver.candidates(apply_roll(Ts, np.full(len(Ts), window.low))).raw
@@ -77,10 +77,10 @@ def test_what_is_screened_is_what_the_changed_case_has(roll, make_case):
         there = np.broadcast_to(own[:, None], (*ok.shape, 4, 4))[ok]
         np.testing.assert_allclose(job.solver.chain.forward(q[ok]), there, atol=1e-9)
         assert np.isclose(job.window.high - job.window.low, window.high - window.low)
-        if knob.key == "process.deposition_speed_mm_s":
+        if change.key == "process.deposition_speed_mm_s":
             assert (job.targets.speed_mm_s == job.case.process.deposition_speed_mm_s).all()
             assert (job.targets.speed_mm_s < start.job.targets.speed_mm_s).all()
-        seen.add((knob.key, knob.how))
+        seen.add(change.family)
     assert {key for key, _ in seen} >= {"roll", "table.E1_deg", "table.E2_deg", "table", "positioner.position_mm"}
     assert ("part.position_mm", "x") in seen or ("support.height_mm", "") in seen
 
@@ -135,12 +135,12 @@ def test_screening_refuses_nothing_that_can_be_reached(make_case):
     start = start_of(make_case(**FEW, roll={"fixed_deg": -60}, table={"E1_deg": -45, "E2_deg": 0}))
     n = len(start.job.targets)
     screening = Screening(start, range(n), [])
-    some = [knob for knob in knobs(start) if knob.key in ("roll", "positioner.position_mm")][:4]
+    some = [change for change in single_changes(start) if change.key in ("roll", "positioner.position_mm")][:4]
     screening.add(some)
-    for knob in some:
-        for k in (0, len(knob.steps) // 2, -1):
-            Ts, _ = start.poses(knob, knob.steps[k], screening.sample)
-            window = start.window(knob, knob.steps[k])
+    for change in some:
+        for k in (0, len(change.steps) // 2, -1):
+            Ts, _ = start.poses(change, change.steps[k], screening.sample)
+            window = start.window(change, change.steps[k])
             rolls = np.linspace(window.low, window.high, 9)
             c = start.job.solver.candidates(apply_roll(Ts[:, None], rolls).reshape(-1, 4, 4))
             from ik.singularity import margins
@@ -148,7 +148,7 @@ def test_screening_refuses_nothing_that_can_be_reached(make_case):
             solver = start.job.solver
             keeps = margins(solver.chain, solver.geometry, c.q) >= start.job.singularity_limits.values(True)
             sampled = keeps.all(axis=-1).any(axis=(1, 2)).reshape(len(Ts), -1).any(axis=1)
-            assert screening.reached[knob][k][sampled].all()
+            assert screening.reached[change][k][sampled].all()
 
 
 def test_nothing_is_made_up_where_nothing_helps(make_case):

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from cell.cli.main import main
+from cell.failure import AT_TARGET, IN_ROWS, Contact, Failure, Kind, Seen
 from cell.plain import plain
-from cell.planning.bead_search import Missing
 from cell.verdict.check import TargetVerdict
 from cell.verification.bead_order import Finding
 
@@ -25,14 +25,22 @@ def test_numpys_values_become_pythons() -> None:
 
 
 def test_records_keep_plain_values() -> None:
-    detail = {"distance_mm": np.float32(-1.0), "rounded": np.bool_(True)}
-    missing = Missing("collision", detail, None, np.bool_(True))  # type: ignore[arg-type]
-    row = TargetVerdict("collision", detail, np.bool_(False), None)  # type: ignore[arg-type]
-    finding = Finding("collision", np.int64(3), np.int64(4), detail)  # type: ignore[arg-type]
-    assert type(missing.exhaustive) is type(row.proved) is bool
-    assert type(finding.row) is type(finding.to_row) is int
-    for record in (missing, row, finding):
-        assert json.loads(json.dumps(record.detail)) == {"distance_mm": -1.0, "rounded": True}
+    for place in (AT_TARGET, IN_ROWS):
+        failure = Failure(
+            Kind.COLLISION,
+            measure=np.float32(-1.0),  # type: ignore[arg-type]
+            limit=np.int64(5),  # type: ignore[arg-type]
+            contact=Contact(("a", "b"), seen=Seen.ROUNDED),
+            place=place,
+            proved=np.bool_(True),  # type: ignore[arg-type]
+        )
+        row = TargetVerdict(failure, None)
+        finding = Finding(failure, np.int64(3), np.int64(4))  # type: ignore[arg-type]
+        assert type(row.proved) is bool
+        assert type(finding.row) is type(finding.to_row) is int
+        for detail in (row.detail, finding.detail):
+            written = {"pair": ["a", "b"], "distance_mm": -1.0, "required_mm": 5, "rounded": True}
+            assert json.loads(json.dumps(detail)) == written
 
 
 def test_a_fixed_roll_at_which_all_collides_is_written(make_case: Callable[..., Path], tmp_path: Path) -> None:

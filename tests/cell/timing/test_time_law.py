@@ -151,8 +151,8 @@ def test_how_far_a_speed_is_held_is_data() -> None:
     pace.axis[1], pace.by[1] = "A2", "acceleration"
     slow = too_slow(pace, 0.5)
     assert list(slow) == [2]
-    assert slow[2]["from_target"] == 1
-    assert slow[2]["share"] == 0.25
+    assert slow[2].from_target == 1
+    assert (slow[2].measure, slow[2].axis, slow[2].reason) == (0.25, "A2", "speed")
     document = pace_document(pace, np.zeros(4, dtype=np.int64))
     assert document["least_share"] == 0.25
     assert document["axis"] == "A2"

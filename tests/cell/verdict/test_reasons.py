@@ -139,19 +139,19 @@ def test_all_reasons_account_for_every_candidate(changes, make_case):
     assert bad
     assert sorted(found) == bad
     for i in bad:
-        entries = {entry["reason"]: entry for entry in found[i]}
-        assert sum(entry["candidates"] for entry in found[i]) == 8 * rolls
-        assert [r for r in ORDER if r in entries] == [entry["reason"] for entry in found[i]]
+        entries = {entry.reason: entry for entry in found[i]}
+        assert sum(entry.candidates for entry in found[i]) == 8 * rolls
+        assert [r for r in ORDER if r in entries] == [entry.reason for entry in found[i]]
         row = result.rows[i]
         if row.reason in ORDER:
             # the target's reason is that of its best candidate: of the last test that any of them gets to
-            assert found[i][-1]["reason"] == row.reason
+            assert found[i][-1].reason == row.reason
             # two places of one pair may be equally near: which of them is told is nobody's concern
-            ours, theirs = found[i][-1], {**row.detail, "reason": row.reason}
+            ours, theirs = found[i][-1].document(), {**row.detail, "reason": row.reason}
             left_out = {"candidates", "roll_deg", "world_xyz_mm"}
             assert {k: ours[k] for k in ours.keys() - left_out} == {k: theirs[k] for k in theirs.keys() - left_out}
         else:
-            assert entries["free"]["candidates"] > 0
+            assert entries["free"].candidates > 0
 
 
 def test_the_command_shows_all_reasons(make_case, tmp_path, capsys):

@@ -16,6 +16,7 @@ from support.cases import little_case
 from support.paths import ROOT
 
 from cell.errors import InputError
+from cell.failure import Contact, Failure, Kind
 from cell.verdict.check import Result, TargetVerdict
 from cell.view.picture import StagedScene
 from cell.view.player import DWELL, FASTER, KEYS, SLOWER, Player
@@ -34,15 +35,10 @@ BAD = (2, 3, 12)
 def infeasible(result: Result) -> Result:
     """Three targets that fail: a collision with an attempt, one out of reach, one too far over."""
     rows = list(result.rows)
-    collision = {
-        "pair": ["torch_nozzle", "deposit/0/SV1/0"],
-        "distance_mm": -1.0,
-        "required_mm": 5.0,
-        "world_xyz_mm": [0.0, 0.0, 0.0],
-    }
-    rows[2] = TargetVerdict("collision", collision, True, None, rows[2].q)
-    rows[3] = TargetVerdict("unreachable", {"beyond_reach_mm": 12.3}, True, None)
-    rows[12] = TargetVerdict("joint_limit", {"axis": "A5", "over_deg": 3.0}, False, None, rows[12].q)
+    contact = Contact(("torch_nozzle", "deposit/0/SV1/0"), (0.0, 0.0, 0.0))
+    rows[2] = TargetVerdict(Failure(Kind.COLLISION, -1.0, 5.0, contact=contact, proved=True), None, rows[2].q)
+    rows[3] = TargetVerdict(Failure(Kind.UNREACHABLE, 12.3, proved=True), None)
+    rows[12] = TargetVerdict(Failure(Kind.JOINT_LIMIT, 3.0, axis="A5"), None, rows[12].q)
     return replace(result, rows=tuple(rows), motion=None)
 
 

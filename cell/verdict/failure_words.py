@@ -1,0 +1,198 @@
+"""Failures in words: what was found, what is needed, and the key to set. No other module says them.
+
+Use:
+
+    failure_in_words(Failure(Kind.JOINT_LIMIT, measure=2.1, axis="A5"))      # "A5 2.1 deg over its limit"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..failure import Beads, Contact, Failure, Hanging, Kind, LaidLayer, Place, Seen, Slowed, Where
+from ..units import MARGIN_UNITS
+
+KEYS = {
+    "wrist": "checks.wrist_deg",
+    "elbow": "checks.elbow_deg",
+    "shoulder": "checks.shoulder_mm",
+    "sigma": "checks.sigma",
+}
+
+
+def failure_in_words(failure: Failure) -> str:
+    """A failure in a few words: of a target, of the way to it, or of rows of a motion.
+
+    Args:
+        failure: of a verdict's row or a motion's finding.
+
+    Returns:
+        One line without the reason itself.
+    """
+    if failure.kind is Kind.OVERHANG:
+        return _overhang(failure)
+    if failure.kind is Kind.GRAVITY:
+        return f"{_number(failure.measure):.1f} deg off up, limit {failure.limit:g}"
+    if failure.where is Where.ROWS:
+        return _rows(failure)
+    if failure.kind is Kind.DEPOSITION_SPEED:
+        return _deposition(failure)
+    if failure.where is Where.TARGET and failure.kind in (Kind.UNREACHABLE, Kind.SINGULAR):
+        return _reach(failure) if failure.kind is Kind.UNREACHABLE else _margin(failure)
+    return f"{_way(failure.place)}{_on_a_way(failure)}"
+
+
+def _number(value: float | None) -> float:
+    """A measure that its kind always has."""
+    assert value is not None
+    return value
+
+
+def _reach(failure: Failure) -> str:
+    effort, measure = failure.effort, failure.measure
+    if measure is not None:
+        beyond = np.copysign(1.0, measure) > 0
+        return f"{abs(measure):.1f} mm " + ("beyond the arm's reach" if beyond else "too close to fold up for")
+    assert effort is not None
+    return effort.note or f"not found from {effort.seeds} seeds at {effort.rolls} roll(s)"
+
+
+def _margin(failure: Failure) -> str:
+    """A singularity's margin and what is needed."""
+    unit = MARGIN_UNITS[failure.singularity][0]
+    return f"{failure.singularity} at {failure.measure:g}{'' if unit == '1' else ' ' + unit}, needs {failure.limit:g}"
+
+
+def _overhang(failure: Failure) -> str:
+    """How far a layer stands out over what lies below it."""
+    assert isinstance(failure.cause, Hanging)
+    out = "with nothing below anywhere" if failure.measure is None else f"up to {failure.measure:.1f} mm"
+    area = failure.cause.area_mm2
+    return f"{area:.1f} mm2 stand out over what lies below, {out}, limit {failure.limit:g}"
+
+
+def _deposition(failure: Failure) -> str:
+    assert isinstance(failure.cause, Slowed)
+    why = f"; {failure.axis}'s {failure.cause.by}" if failure.axis else ""
+    held = f"{100 * _number(failure.measure):.0f} % of the speed held, needs {100 * _number(failure.limit):.0f} %"
+    return f"from target {failure.from_target}: {held}{why}"
+
+
+def _hit(failure: Failure, contact: Contact) -> str:
+    """A pair with its distance and the one that is needed; figures in which the one is less than the other."""
+    distance, needed = _number(failure.measure), _number(failure.limit)
+    digits = 1 if round(distance, 1) < needed or distance >= needed else 3
+    words = f"{' - '.join(contact.pair)} {distance:.{digits}f} mm"
+    if contact.seen is Seen.BETWEEN_SAMPLES:
+        return f"{words} at a sample, not proved to keep {needed:g} between it and the next"
+    return f"{words}, needs {needed:g}" + (" where a corner is rounded" if contact.seen is Seen.ROUNDED else "")
+
+
+def _way(place: Place) -> str:
+    """Which way does not hold, as the beginning of a sentence."""
+    if place.at_home:
+        return "the arm at home: "
+    if place.where in (Where.FROM_HOME, Where.TO_HOME):
+        return "way from home: " if place.where is Where.FROM_HOME else "way home: "
+    if place.from_target is None:
+        return ""
+    return f"{'travel' if place.where is Where.TRAVEL else 'bead'} from target {place.from_target}: "
+
+
+def _on_a_way(failure: Failure) -> str:
+    words, effort = _what(failure.root), failure.effort
+    if failure.kind is Kind.CONFIGURATION_CHANGE:
+        words = f"no configuration leads on{': ' if words else ''}{words}"
+    if effort is not None:
+        if effort.retract_mm is not None and effort.reached_mm is not None:
+            drawn = f"{effort.reached_mm:.0f} of {effort.retract_mm:g} mm drawn back"
+            words += f" after {drawn} (process.retract_mm)"
+        if effort.attempts is not None:
+            shut = f", shut in while {effort.shut_in}" if effort.shut_in else ""
+            words = f"no way found in {effort.attempts} attempts (process.travel_attempts){shut}; {words}"
+        elif effort.shut_in:
+            words += f" while {effort.shut_in}"
+        if effort.searches is not None:
+            words = f"no way found in {effort.searches} searches; {words}"
+    if failure.locked_by:
+        words += f"; locked out by {layers_in_words(failure.locked_by)}"
+    return words
+
+
+def _what(failure: Failure) -> str:
+    """What stops the arm."""
+    kind, axis, measure = failure.kind, failure.axis, failure.measure
+    if failure.contact is not None:
+        return _hit(failure, failure.contact)
+    if kind is Kind.JOINT_LIMIT and axis:
+        return f"{axis} at its limit" if measure is None else f"{axis} {measure:.1f} deg over its limit"
+    if kind is Kind.SINGULAR and failure.singularity:
+        return f"{_margin(failure)} ({KEYS[failure.singularity]})"
+    if kind is Kind.JOINT_SPEED:
+        return f"{axis} needs {measure:g} deg/s, has {failure.limit:g}"
+    if kind is Kind.ARRIVES_OFF:
+        return f"{axis} arrives {_number(measure):.1f} deg off"
+    words = {Kind.CONFIGURATION_CHANGE: "", Kind.UNREACHABLE: "out of reach on the way"}
+    return words.get(kind, kind.word.replace("_", " "))
+
+
+def _rows(failure: Failure) -> str:
+    """What is wrong on rows of a motion."""
+    kind, measure, limit = failure.kind, failure.measure, failure.limit
+    if kind is Kind.JOINT_LIMIT:
+        return f"{failure.axis} {measure:g} deg outside its range"
+    if failure.contact is not None:
+        seen = {
+            Seen.BETWEEN_ROWS: "nothing proves the way between rows free: ",
+            Seen.ROUNDED: "where a corner is rounded: ",
+        }
+        near = "" if measure is None else f" {measure:.1f} mm"
+        return f"{seen.get(failure.contact.seen, '')}{' - '.join(failure.pair)}{near}, needs {limit:g}"
+    if kind is Kind.SINGULAR:
+        return f"{failure.singularity} at {measure:g} {failure.unit}, needs {limit:g}"
+    if kind.reason == "no_path":
+        return f"{kind.word}{', ' + failure.singularity if failure.singularity else ''} inside a bead"
+    if kind.reason == "speed":
+        return _rows_speed(failure)
+    return _rows_place(failure)
+
+
+def _rows_speed(failure: Failure) -> str:
+    measure, limit = _number(failure.measure), failure.limit
+    if failure.kind is Kind.DEPOSITION_SPEED:
+        return f"{100 * measure:.0f} % of the deposition speed from target {failure.from_target}"
+    if failure.kind is Kind.STANDSTILL:
+        return f"the arc burns for {measure:g} s at a standstill, allowed {limit:g} s"
+    return f"{failure.axis} needs {measure:.1f} {failure.unit}, has {limit:g}"
+
+
+def _rows_place(failure: Failure) -> str:
+    kind, measure, limit = failure.kind, failure.measure, failure.limit
+    if kind is Kind.NOT_WELDED:
+        more = "" if failure.to_target == failure.target else f" to {failure.to_target}"
+        return f"target {failure.target}{more}"
+    if isinstance(failure.cause, Beads):
+        after = "first" if failure.cause.after is None else f"after bead {failure.cause.after}"
+        return f"bead {failure.cause.bead} {after}"
+    return {
+        Kind.GOES_BACK: f"goes back by {measure:g} mm along its bead",
+        Kind.SKIPS: f"gets on along its bead by {measure:g} mm more than it moves",
+        Kind.OFF_BEAD: f"TCP {measure:g} mm off the bead, allowed {limit or 0:g}",
+        Kind.OFF_WIRE: f"wire {measure:g} deg off its direction, allowed {limit or 0:g}",
+        Kind.ROLL_OUTSIDE: f"roll {measure:g} deg outside what the case allows",
+    }[kind]
+
+
+def layers_in_words(layers: Sequence[LaidLayer]) -> str:
+    """Layers in a few words: "SV1 layers 3-12, SV2 layer 0"."""
+    by_name: dict[str, list[int]] = {}
+    for one in layers:
+        by_name.setdefault(one.sub_volume, []).append(one.layer)
+    words = []
+    for name, numbers in by_name.items():
+        runs = np.split(np.array(numbers), np.flatnonzero(np.diff(numbers) > 1) + 1)
+        text = ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs)
+        words.append(f"{name} layer{'s' if len(numbers) > 1 else ''} {text}")
+    return ", ".join(words)
