@@ -238,8 +238,8 @@ def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Re
     from ..remedy_search.search import remedies
     from ..report.remedy_lines import remedy_lines
 
-    if result.feasible or asked is False:
-        return []
+    if result.feasible or asked is False or result.moved is not None:
+        return []  # changes are searched at one pose of the table
     found: list[Remedy] = []
     try:
         for remedy in remedies(
@@ -260,13 +260,14 @@ def _check_motion(args: argparse.Namespace) -> int:
     case = _load(args)
     _outputs(args, case, "json", reads=[args.motion_in])
     from ..job.job import prepare
-    from ..motion.motion_file import check_suffix, read_motion
+    from ..motion.file_order import read_in_order
+    from ..motion.motion_file import check_suffix
     from ..report.motion_report import motion_document, motion_lines
     from ..verification.motion_check import check_motion
 
     check_suffix(args.motion_in)
-    job = prepare(case)
-    result = check_motion(job, read_motion(args.motion_in, job))
+    job, read = read_in_order(args.motion_in, prepare(case))
+    result = check_motion(job, read)
     if args.json:
         _put_json(args.json, motion_document(result, args.motion_in))
     _say(motion_lines(result, args.motion_in), sys.stderr if args.json == STDOUT else sys.stdout)

@@ -118,6 +118,12 @@ class Words:
         yield "Roll about the wire", _roll(d["roll"])
 
     def _pose(self) -> str:
+        if self.result.poses:
+            poses = "; ".join(
+                f"{escape(p.sub_volume)} {p.layers[0]} to {p.layers[1]} at {_angle(p.E1_deg)}, {_angle(p.E2_deg)}"
+                for p in self.result.poses
+            )
+            return f"{self.result.mode} (layers at E1, E2): {poses}"
         asked, stands = self.result.asked, np.rad2deg(self.result.table)
         turned = "" if abs(stands[1] - asked[1]) < 1e-6 else f" (the axis stands at {_angle(stands[1])})"
         return f"E1 = {_angle(asked[0])}, E2 = {_angle(asked[1])}{turned}"

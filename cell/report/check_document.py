@@ -56,6 +56,9 @@ def report_document(
     """
     job, t = result.job, result.job.targets
     T = tcp_in_flange(result)
+    number = np.arange(len(t)) if job.order is None else job.order.target
+    bead = np.arange(len(t.closed)) if job.order is None else job.order.bead
+    tables = np.rad2deg(result.tables)
     rows = [
         {
             "index": i,
@@ -71,6 +74,10 @@ def report_document(
             "attempt_deg": None if row.attempt is None else _list(np.rad2deg(row.attempt), 6),
             "gravity_deg": round(float(np.rad2deg(result.gravity[i])), 3),
             "bead": int(t.path[i]),
+            "E1_deg": round(float(tables[i, 0]), 6) + 0.0,
+            "E2_deg": round(float(tables[i, 1]), 6) + 0.0,
+            "file_target": int(number[i]),
+            "file_bead": int(bead[t.path[i]]),
         }
         for i, row in enumerate(result.rows)
     ]
@@ -116,9 +123,14 @@ def report_document(
     }
 
 
-def table_document(result: Result) -> dict[str, float]:
+def table_document(result: Result) -> dict[str, Any]:
     """Table angles as the contracts write them."""
-    return {"E1_deg": float(result.asked[0]), "E2_deg": float(result.asked[1])}
+    return {
+        "E1_deg": float(result.asked[0]),
+        "E2_deg": float(result.asked[1]),
+        "mode": result.mode,
+        "poses": [pose.document() for pose in result.poses],
+    }
 
 
 def _list(values: Floats, digits: int) -> list[float]:

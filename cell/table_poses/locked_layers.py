@@ -105,7 +105,7 @@ class _Neighbours:
         return found
 
     def _checker(self, m: int, other: int | None) -> Checker:
-        """Collision detection with the layers below m, and as many of another sub-volume, or of all, as a stage says."""
+        """Collision detection with the layers below m, and as many of another sub-volume or of all as a stage says."""
         scene = self.job.scene
         geom = scene.deposit_of_geom
         deposit = np.maximum(geom, 0)

@@ -56,15 +56,24 @@ def all_reasons(result: Result) -> dict[int, list[Excluded]]:
         squares, which finds some configurations and not others, "unreachable" counts rolls at which nothing was found.
     """
     job = result.job
-    # where the table moves along, the reasons are those at its angles
-    moves = result.mode == "coordinated" and result.moved is not None
-    context = Context.along(job, result.tables) if moves else Context.of(job, result.table)
-    bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    every = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    if result.mode == "coordinated":  # the reasons are those at the angles that the table moves through
+        return _of_targets(Context.along(job, result.tables), every)
+    tables, which = np.unique(result.tables[every], axis=0, return_inverse=True)
+    out = {}
+    for n, table in enumerate(tables.tolist()):
+        bad = [i for i, at in zip(every, which.ravel().tolist(), strict=True) if at == n]
+        out.update(_of_targets(Context.of(job, (table[0], table[1])), bad))
+    return dict(sorted(out.items()))
+
+
+def _of_targets(context: Context, bad: list[int]) -> dict[int, list[Excluded]]:
+    """What excludes the candidates of some targets."""
     out = {}
     for first in range(0, len(bad), BLOCK):
         block = bad[first : first + BLOCK]
         here = context.placed.rows(block)
-        nodes = evaluate(job.solver, here, job.window, context.settings.roll_step, context.limits)
+        nodes = evaluate(context.solver, here, context.window, context.settings.roll_step, context.limits)
         out.update({i: _of_target(context, nodes, k, i) for k, i in enumerate(block)})
     return out
 
