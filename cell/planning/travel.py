@@ -264,7 +264,7 @@ class _Travel:
         hints[1, 0], hints[2, 0] = start[0], goal[0]
         hints[3, 1 : n - 3] = home[1:-3]
         if len(start) > n:  # the table turns while the arm is drawn up
-            return np.concatenate([hints, *(_with(hints[:3], n, end[n:]) for end in (start, goal))])
+            return np.concatenate([hints, *(_turned_to(hints[:3], n, end[n:]) for end in (start, goal))])
         return hints
 
 
@@ -353,7 +353,7 @@ def _space(context: Context, start: Floats, goal: Floats) -> Space:
     )
 
 
-def _with(q: Floats, n: int, table: Floats) -> Floats:
+def _turned_to(q: Floats, n: int, table: Floats) -> Floats:
     """Configurations with the table at given angles."""
     out = q.copy()
     out[:, n:] = table

@@ -69,6 +69,9 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
 
 def table_in_words(result: Result) -> str:
     """Where the table stands, in a few words."""
+    if result.mode == "coordinated":
+        axes = " and ".join(result.job.case.table.axes or ("E1", "E2"))
+        return f"table coordinated, {axes} along the beads"
     if not result.poses:
         return f"E1 = {result.asked[0]:g}, E2 = {result.asked[1]:g} deg"
     count = len({(pose.E1_deg, pose.E2_deg) for pose in result.poses})

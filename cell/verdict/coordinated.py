@@ -172,10 +172,13 @@ def _lost(context: Context, some: Ints) -> int:
 
 def _judged(job: Job, context: Context, trial: _Trial, least: Floats, progress: Progress | None) -> SpanVerdict:
     """The verdict on one way of the table."""
+    if trial.blocked:
+        met = table_in_the_way(job, trial.way.tables)
+        at = np.array(sorted(met))
+        near = np.abs(np.arange(len(least))[:, None] - at).argmin(axis=1)
+        return SpanVerdict(tuple(failed(met[int(at[k])], i) for i, k in enumerate(near.tolist())))
     found = check_span(job, context, off_upright(job, context.placed), progress)
     rows = [row if row.failure is None else _not_proved(row) for row in found.rows]
-    for i, met in (table_in_the_way(job, trial.way.tables) if trial.blocked else {}).items():
-        rows[i] = failed(met, i)
     limit = upright_of(job.case)
     for i in np.flatnonzero(trial.way.off > limit).tolist():
         proved = bool(least[i] > limit)

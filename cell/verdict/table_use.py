@@ -16,6 +16,7 @@ import numpy as np
 
 from ik.chain import Floats
 
+from ..arrays import Ints
 from ..job.table_winding import upright_of
 from ..motion.motion import Motion
 from ..rigid import great_circle
@@ -111,7 +112,7 @@ def _pair(values: Floats) -> tuple[float, float]:
     return float(values[0]), float(values[1])
 
 
-def _along(placed: Placed, up: Floats, path: Floats) -> tuple[Floats, Floats, Floats]:
+def _along(placed: Placed, up: Floats, path: Ints) -> tuple[Floats, Floats, Ints]:
     """Angle off up at places along the beads, the length that each stands for, and the target before it."""
     bead = placed.bead
     on = np.flatnonzero(np.diff(path) == 0)
