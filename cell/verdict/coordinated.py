@@ -145,9 +145,10 @@ def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _
     seconds = (
         float((np.abs(np.diff(way.tables, axis=0)) / speed).max(axis=1).sum()) if np.isfinite(speed).all() else 0.0
     )
-    context = Context.along(job, way.tables)
     some = np.unique(np.linspace(0, len(t) - 1, LOOKED_AT).round().astype(np.int64))
-    return _Trial(way, len(table_in_the_way(job, way.tables)), _lost(context, some), seconds)
+    blocked = len(table_in_the_way(job, way.tables))
+    lost = len(some) if blocked else _lost(Context.along(job, way.tables), some)
+    return _Trial(way, blocked, lost, seconds)
 
 
 def _lost(context: Context, some: Ints) -> int:

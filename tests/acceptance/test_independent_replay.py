@@ -22,6 +22,7 @@ from cell.job.job import prepare
 from cell.pytest_plugin import differences
 from cell.scene.standalone import standalone_xml
 from cell.shipped import MODELS_DIR
+from cell.verdict.as_asked import check_as_asked
 from cell.verdict.check import Result, check
 
 STEP_MM, STEP_DEG = 0.2, 0.2
@@ -87,6 +88,9 @@ class Bystander:
         speed = np.abs(np.diff(axes[:, :-2], axis=0)) / np.diff(m.t_s)[:, None]
         fast = speed > np.deg2rad(self.model.numeric("max_speed_deg_s").data) * 1.001
         found += [f"row {k}: too fast" for k in np.flatnonzero(fast.any(axis=1))]
+        turn = np.abs(np.diff(m.table, axis=0)) / np.diff(m.t_s)[:, None]
+        most = np.deg2rad(self.model.numeric("positioner_max_speed_deg_s").data) * 1.001
+        found += [f"row {k}: the table is too fast" for k in np.flatnonzero((turn > most).any(axis=1))]
         place, wire, side = (np.array([x[j] for x in seen]) for j in (0, 1, 3))
         found += self._dragged(row, q, place, below, welding)
         on = np.flatnonzero(welding)
@@ -227,3 +231,18 @@ def test_the_bystander_sees_a_wire_that_is_dragged_and_an_arm_that_races(make_ca
     motion.q[:] = before
     motion.t_s[:] /= 100
     assert any("too fast" in line for line in Bystander(result).problems())
+
+
+def test_a_table_that_moves_along_the_beads(make_case) -> None:
+    case = load_case(make_case(slicing={"h_layer_mm": 2.2}, table={"mode": "coordinated"}))
+    result = check_as_asked(prepare(case))
+    motion = result.motion
+    assert motion is not None
+    assert np.ptp(motion.table[motion.arc == 1, 1]) > np.deg2rad(10)
+    assert Bystander(result).problems() == []
+    before = motion.table.copy()
+    motion.table[np.flatnonzero(motion.arc)[5], 0] += np.deg2rad(0.3)
+    assert any("off its bead" in line for line in Bystander(result).problems())
+    motion.table[:] = before
+    motion.t_s[:] /= 100
+    assert any("the table is too fast" in line for line in Bystander(result).problems())
