@@ -103,3 +103,9 @@ def ordered_shape(shape: PartShape, deposit: Sequence[Ints]) -> PartShape:
             name = "/".join([kind, str(number[int(rest[0])]), *rest[1:]])
         hulls[name] = points
     return replace(shape, hulls=hulls)
+
+
+def layers_of(shape: PartShape) -> tuple[int, ...]:
+    """How many layers each sub-volume has."""
+    ends = (*shape.first_deposit[1:], shape.n_deposits)
+    return tuple(end - first for first, end in zip(shape.first_deposit, ends, strict=True))

@@ -56,7 +56,7 @@ from ..scene.drives import Drives, drives
 from ..scene.placement import place
 from ..scene.scene import Scene, table_angles
 from ..units import METRES_PER_MM
-from .build_order import BuildOrder, ordered, ordered_shape
+from .build_order import BuildOrder, layers_of, ordered, ordered_shape
 from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_runs, check_table
 from .table_winding import for_moving_table
@@ -127,8 +127,7 @@ class Job:
     @property
     def layers(self) -> tuple[int, ...]:
         """How many layers each sub-volume has."""
-        ends = (*self.shape.first_deposit[1:], self.shape.n_deposits)
-        return tuple(end - first for first, end in zip(self.shape.first_deposit, ends, strict=True))
+        return layers_of(self.shape)
 
     @property
     def window(self) -> RollWindow:
@@ -156,7 +155,7 @@ class Job:
         if self.order is not None:
             return self.order.deposit
         return tuple(
-            first + np.arange(len(one.layers)) for first, one in zip(self.shape.first_deposit, self.sliced, strict=True)
+            first + np.arange(count) for first, count in zip(self.shape.first_deposit, self.layers, strict=True)
         )
 
     @cached_property
@@ -344,11 +343,10 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
         )
     axis = (0.0, 0.0) if part.round_body is None else part.round_body.axis_xy_mm
     shape = toolpath_shape(path, part.body_mesh, part.profile, axis, built)
-    targets, order = path.targets, None
-    counts = [int(n) for n in np.diff([*shape.first_deposit, shape.n_deposits])]
-    runs = build_runs(case, targets.sub_volume, counts)
+    targets, order, layers = path.targets, None, layers_of(shape)
+    runs = build_runs(case, targets.sub_volume, layers)
     if runs is not None:
-        targets, order = ordered(targets, counts, runs)
+        targets, order = ordered(targets, layers, runs)
         shape = ordered_shape(shape, order.deposit)
     scene = compose(case, shape)
     check_table(case, scene)

@@ -23,7 +23,7 @@ def in_order(job: Job, runs: Sequence[LayerRun]) -> Job:
     Returns:
         The job, with its targets, beads and deposits numbered as they are built now.
     """
-    layers = [len(one.layers) for one in job.sliced]
+    layers = job.layers
     if list(runs) == [(k, 0, count - 1) for k, count in enumerate(layers)]:
         return job
     targets, order = ordered(job.targets, layers, runs)

@@ -47,7 +47,7 @@ def table_groups(job: Job) -> tuple[TableGroup, ...]:
         Those without targets are left out.
     """
     t = job.targets
-    runs: Sequence[LayerRun] = [(k, 0, len(one.layers) - 1) for k, one in enumerate(job.sliced)]
+    runs: Sequence[LayerRun] = [(k, 0, count - 1) for k, count in enumerate(job.layers)]
     poses = [(p.E1_deg, p.E2_deg) for p in job.case.table.poses]
     if job.order is not None:
         runs = job.order.runs
@@ -56,5 +56,5 @@ def table_groups(job: Job) -> tuple[TableGroup, ...]:
         mine = np.flatnonzero((t.sub_volume_index == at) & (t.layer >= low) & (t.layer <= high))
         if len(mine):
             pose = poses[i] if poses else None
-            groups.append(TableGroup(job.sliced[at].name, (low, high), int(mine[0]), int(mine[-1]) + 1, pose))
+            groups.append(TableGroup(t.sub_volume[at], (low, high), int(mine[0]), int(mine[-1]) + 1, pose))
     return tuple(groups)

@@ -46,7 +46,7 @@ def _runs(job: Job, motion: Motion) -> list[LayerRun]:
     """Runs of layers in the order in which a motion first welds them; layers it leaves out follow those below them."""
     t = job.targets
     welded = motion.target[motion.arc == 1]
-    following = [0] * len(job.sliced)
+    following = [0] * len(job.layers)
     runs: list[LayerRun] = []
 
     def lay(sub_volume: int, layer: int) -> None:
@@ -63,6 +63,6 @@ def _runs(job: Job, motion: Motion) -> list[LayerRun]:
     changes = np.flatnonzero((np.diff(layers, axis=0, prepend=-1) != 0).any(axis=1))
     for sub_volume, layer in layers[changes].tolist():
         lay(sub_volume, layer)
-    for sub_volume, one in enumerate(job.sliced):
-        lay(sub_volume, len(one.layers) - 1)
+    for sub_volume, count in enumerate(job.layers):
+        lay(sub_volume, count - 1)
     return runs

@@ -199,7 +199,8 @@ def table_pose_change(start: Start) -> TablePose | None:
 
 
 def _lengths(case: Case) -> Iterator[Change]:
-    for axis in "xyz":
+    # a positioner that was measured stands where it stands: its position_mm moves nothing
+    for axis in "xyz" if case.positioner.calibration is None else "":
         for sign in (-1, 1):
             steps: tuple[float, ...] = SHIFT_STEPS
             if axis == "z" and sign < 0 and case.floor:  # not into the floor

@@ -42,8 +42,8 @@ def locked_layers(job: Job, poses: Sequence[Angles | None]) -> list[Ints]:
         Of each sub-volume (its layers, sub-volumes): the first layer of each other one that may not be there before;
         ``NEVER`` where all may be.
     """
-    count = len(job.sliced)
-    needs = [np.full((len(one.layers), count), NEVER) for one in job.sliced]
+    count = len(job.layers)
+    needs = [np.full((layers, count), NEVER) for layers in job.layers]
     for b, pose in enumerate(poses):
         if pose is not None and count > 1:
             _Neighbours(job, b, pose).note(needs[b])
@@ -56,7 +56,7 @@ class _Neighbours:
     def __init__(self, job: Job, own: int, pose: Angles) -> None:
         self.job, self.own, self.pose = job, own, pose
         self.placed = place(job.targets, job.scene.T_base_part(*pose))
-        self.most = max(len(one.layers) for one in job.sliced)
+        self.most = max(job.layers)
         self.clearance = settings_of(job).clearance + SPARE
         # of every deposit the sub-volume and the layer
         self.sub_volume = np.full(job.shape.n_deposits, -1)

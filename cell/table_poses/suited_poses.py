@@ -133,7 +133,11 @@ def alone(job: Job, group: TableGroup) -> Job:
     own = part_of(job, group)
     number = np.concatenate(job.deposits)
     others = np.concatenate(
-        [numbers for one, numbers in zip(job.sliced, job.deposits, strict=True) if one.name != group.sub_volume]
+        [
+            numbers
+            for name, numbers in zip(job.targets.sub_volume, job.deposits, strict=True)
+            if name != group.sub_volume
+        ]
         or [number[:0]]
     )
     absent = np.isin(job.scene.deposit_of_geom, others)

@@ -1,7 +1,7 @@
 """The table turning from one pose to another while the arm stands still: its way, proved free, and its time.
 
     turn = turned_table(job, q, (E1, E2), (E1, E2), stage)
-    turn.table, turn.dt_s                     # or a dict: why there is no way
+    turn.table, turn.dt_s                     # or a Failure: why there is no way
 
 Both axes move together on a straight line, or one after the other where that is not free, or by way of the table
 level. The arm keeps the clearance from all that moves, its wire does not touch the part, and what stands on the table
@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from ..collision.reach_radii import all_radii, table_radii
 from ..collision.table import TableChecker, with_table_axes
 from ..collision.wire import REACH as WIRE_REACH
 from ..collision.wire import wire_scene
+from ..failure import Contact, Failure, Kind, Place, Where
 from ..planning.context import settings_of
 from ..scene.scene import Scene
 from ..timing.time_law import time_travel
@@ -112,7 +113,7 @@ class TurnSearch:
         self.wire = None if wire is None else Checker(with_table_axes(wire), (0.0, 0.0), WIRE_REACH, pair_gap=NEVER)
         self.table = TableChecker(job.scene, CLEARANCE_REACH)
 
-    def search(self, q: Floats, a: Angles, b: Angles, stage: int) -> TableTurn | dict[str, Any]:
+    def search(self, q: Floats, a: Angles, b: Angles, stage: int) -> TableTurn | Failure:
         """The first of the ways from one pose to another that is free.
 
         Args:
@@ -124,7 +125,7 @@ class TurnSearch:
         Returns:
             The way; or what is in its way, of the straight one.
         """
-        why: dict[str, Any] = {}
+        why: Failure | None = None
         for corners in _ways(self.scene, a, b):
             table = _sampled(corners)
             found = self._checked(q, table, stage)
@@ -132,42 +133,49 @@ class TurnSearch:
                 rows, dt_s = _run(self.job, corners)
                 return TableTurn(q, rows, dt_s, table, found, stage)
             why = why or found
+        assert why is not None
         return why
 
-    def _checked(self, q: Floats, table: Floats, stage: int) -> Clearances | dict[str, Any]:
+    def _checked(self, q: Floats, table: Floats, stage: int) -> Clearances | Failure:
         axes = np.concatenate([np.tile(q, (len(table), 1)), table], axis=1)
         alone = self._met(self.table, self.table_radius, table, stage, 0.0)
-        if isinstance(alone, dict):
+        if isinstance(alone, Failure):
             return alone
         found = self._met(self.arm, self.radius, axes, stage, self.clearance, self.kept)
-        if isinstance(found, dict):
+        if isinstance(found, Failure):
             return found
         if self.wire is not None:
             drawn = self._met(self.wire, self.radius, axes, stage, 0.0)
-            if isinstance(drawn, dict):
+            if isinstance(drawn, Failure):
                 return drawn
         return found
 
     def _met(
         self, checker: Sees, radius: Floats, rows: Floats, stage: int, least: float, kept: float | None = None
-    ) -> Clearances | dict[str, Any]:
+    ) -> Clearances | Failure:
         """Clearances of samples that keep one, between them as well; or what they meet."""
         laid = np.full(len(rows), stage)
         found = checker.clearances(rows, laid)
         k = int(np.argmin(found.distance))
         if found.distance[k] < least:
-            return self._words(found, k, least)
+            return self._failure(found, k, least)
         step, nearest = unproven_steps(checker, radius, rows, laid, found, least=least if kept is None else kept)
-        return self._words(nearest, 0, least) if len(step) else found
+        return self._failure(nearest, 0, least) if len(step) else found
 
-    def _words(self, found: Clearances, k: int, least: float) -> dict[str, Any]:
+    def _failure(self, found: Clearances, k: int, least: float) -> Failure:
         distance = float(found.distance[k])
-        return {
-            "pair": [self.scene.geom_name(int(g)) for g in found.pair[k] if g >= 0],
-            "distance_mm": round(distance / METRES_PER_MM, 3) if np.isfinite(distance) else None,
-            "required_mm": round(least / METRES_PER_MM, 3),
-            "world_xyz_mm": [round(float(v) / METRES_PER_MM, 2) for v in found.position[k]],
-        }
+        contact = Contact(
+            pair=tuple(self.scene.geom_name(int(g)) for g in found.pair[k] if g >= 0),
+            world_xyz_mm=tuple(round(float(v) / METRES_PER_MM, 2) for v in found.position[k]),
+        )
+        measure = round(distance / METRES_PER_MM, 3) if np.isfinite(distance) else CLEARANCE_REACH / METRES_PER_MM
+        return Failure(
+            Kind.COLLISION,
+            measure=measure,
+            limit=round(least / METRES_PER_MM, 3),
+            contact=contact,
+            place=Place(Where.TABLE_TURN),
+        )
 
 
 def _ways(scene: Scene, a: Angles, b: Angles) -> Iterator[Floats]:

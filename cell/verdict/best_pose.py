@@ -16,6 +16,7 @@ from ..job.table_groups import TableGroup
 from ..progress import Progress
 from ..table_poses.suited_poses import suited_poses, upright_poses
 from .check import Result, check
+from .indexed import unproved
 
 CHECKS = 6  # poses that are checked whole
 
@@ -46,5 +47,4 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
         if found.feasible:
             break
     assert best is not None
-    rows = tuple(replace(row, proved=False) for row in best.rows)
-    return replace(best, rows=rows, mode="best", seconds=time.process_time() - begun)
+    return replace(best, rows=tuple(map(unproved, best.rows)), mode="best", seconds=time.process_time() - begun)

@@ -14,7 +14,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from ik.chain import Floats
 from ik.singularity import KINDS
 
 from ..collision.between_samples import least_on_the_way
+from ..failure import Failure
 from ..job.build_order import LayerRun
 from ..job.job import Job
 from ..job.reordered import in_order
@@ -36,7 +36,7 @@ from ..table_poses.layer_order import shortest_order
 from ..table_poses.locked_layers import locked_layers
 from ..table_poses.suited_poses import SuitedPose, serves, suited_poses, upright_band, upright_poses
 from ..table_poses.table_turn import Angles, TableTurn, TurnSearch, nearest_turn, turn_time
-from .check import BuiltAt, Least, Result, SpanVerdict, TargetVerdict, check_span, off_upright
+from .check import BuiltAt, Least, Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
 
 CHECKS = 4  # poses of a group that are checked whole
 ORDERS = 4  # orders of layers that are tried
@@ -99,28 +99,28 @@ class _OrderSearch:
             if not self.suited[name]:  # nothing can hold: the most upright one says why
                 poses, band = upright_poses(job, group)
                 self.suited[name] = [SuitedPose(int(band[0]), 0, (float(poses[0][0]), float(poses[0][1])))]
-        best = [self.suited[one.name][0].pose if one.name in groups else None for one in job.sliced]
+        best = [self.suited[name][0].pose if name in groups else None for name in job.targets.sub_volume]
         self.needs = locked_layers(job, best)
         at = [pose or (0.0, 0.0) for pose in best]
         self.seconds = np.array([[turn_time(job, a, nearest_turn(job.scene, b, a)) for b in at] for a in at])
 
     def runs(self) -> list[LayerRun]:
         """The order to try next."""
-        layers = [len(one.layers) for one in self.job.sliced]
-        fixed = int(self.job.sliced[0].name == BODY)
+        layers = self.job.layers
+        fixed = int(self.job.targets.sub_volume[0] == BODY)
         natural = [(k, 0, count - 1) for k, count in enumerate(layers)]
         return shortest_order(layers, self.seconds, self.needs, fixed) or natural
 
     def learned(self, result: Result) -> bool:
         """Take note of layers that lock out others in a result; whether there are any that were not known."""
-        t, names = result.job.targets, [one.name for one in self.job.sliced]
+        t, names = result.job.targets, list(self.job.targets.sub_volume)
         new = False
         for i, row in enumerate(result.rows):
             own, layer = int(t.sub_volume_index[i]), int(t.layer[i])
-            for other in row.detail.get("blocked_by_layers", ()):
-                a = names.index(other["sub_volume"])
-                if a != own and other["layer"] < self.needs[own][layer, a]:
-                    self.needs[own][layer, a], new = other["layer"], True
+            for other in () if row.failure is None else row.failure.locked_by:
+                a = names.index(other.sub_volume)
+                if a != own and other.layer < self.needs[own][layer, a]:
+                    self.needs[own][layer, a], new = other.layer, True
         return new
 
 
@@ -150,7 +150,7 @@ class _Build:
         for pose in self._poses(group):
             found = self._at(group, pose)
             if group.pose is None:
-                found = replace(found, found=_unproved(found.found))
+                found = replace(found, found=replace(found.found, rows=tuple(map(unproved, found.found.rows))))
             if best is None or _lost(found.found) < _lost(best.found):
                 best = found
             if not _lost(found.found):
@@ -186,7 +186,7 @@ class _Build:
     def _at(self, group: TableGroup, pose: Angles) -> _Built:
         """The group at a pose, with the table's way there."""
         turn: TableTurn | None = None
-        why: dict[str, Any] | None = None
+        why: Failure | None = None
         if self.built and self.built[-1].context.checker.table != pose:
             found = self._turned(pose)
             turn, why = (found, None) if isinstance(found, TableTurn) else (None, found)
@@ -202,7 +202,7 @@ class _Build:
             found_ = _not_turned(found_, group, why)
         return _Built(group, context, found_, asked, turn)
 
-    def _turned(self, pose: Angles) -> TableTurn | dict[str, Any]:
+    def _turned(self, pose: Angles) -> TableTurn | Failure:
         """The table's way from where it stands to a pose, with the arm standing clear of it."""
         last = self.built[-1]
         found = self.turns.search(self.place, last.context.checker.table, pose, last.context.done)
@@ -212,7 +212,7 @@ class _Build:
             if (place == self.place).all():
                 continue
             other = self.turns.search(place, last.context.checker.table, pose, last.context.done)
-            if isinstance(other, dict):
+            if isinstance(other, Failure):
                 continue
             span = replace(last.context.span, end=place)
             context = replace(last.context, span=span)
@@ -302,15 +302,15 @@ def _lost(found: SpanVerdict) -> int:
     return sum(row.reason is not None for row in found.rows)
 
 
-def _unproved(found: SpanVerdict) -> SpanVerdict:
+def unproved(row: TargetVerdict) -> TargetVerdict:
     """The same with nothing proved: that a target is infeasible at one pose says nothing of others."""
-    return replace(found, rows=tuple(replace(row, proved=False) for row in found.rows))
+    return row if row.failure is None else replace(row, failure=replace(row.failure, proved=False))
 
 
-def _not_turned(found: SpanVerdict, group: TableGroup, why: dict[str, Any]) -> SpanVerdict:
+def _not_turned(found: SpanVerdict, group: TableGroup, why: Failure) -> SpanVerdict:
     """The same where the table cannot turn there: said of the group's first target, unless more is wrong with it."""
     rows = list(found.rows)
     if rows[0].reason is None:
-        detail = {"from_target": group.first - 1, "on_the_way": "collision", **why, "table_turns": True}
-        rows[0] = TargetVerdict("no_path", detail, False, None, rows[0].q)
+        place = replace(why.place, from_target=group.first - 1, to_target=group.first)
+        rows[0] = failed(why.at(place), group.first, rows[0].q)
     return replace(found, rows=tuple(rows), motion=None)

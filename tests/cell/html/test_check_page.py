@@ -55,10 +55,10 @@ def bad(good: Result) -> Result:
 @pytest.fixture(scope="module")
 def hit(good: Result) -> Result:
     """The feasible result with two targets said to collide, one with the table in the way of everything."""
-    detail = {"pair": ["torch_nozzle", "deposit/3/SV1/0"], "distance_mm": -2.0, "required_mm": 5.0}
+    failure = Failure(Kind.COLLISION, -2.0, 5.0, contact=Contact(("torch_nozzle", "deposit/3/SV1/0")))
     rows = list(good.rows)
-    rows[40] = replace(rows[40], reason="collision", detail=detail, q=None, attempt=rows[40].q)
-    rows[41] = replace(rows[41], reason="collision", detail=detail, q=None, attempt=None)
+    rows[40] = TargetVerdict(failure, None, rows[40].q)
+    rows[41] = TargetVerdict(failure, None)
     return replace(good, rows=tuple(rows), motion=None)
 
 

@@ -1,12 +1,13 @@
 """What would help: changes that hold when they are made, no larger than they need be, and none made up."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
 
-from cell.case.read import load_case
+from cell.case.read import load_case, with_changes
 from cell.cli.main import main
 from cell.job.job import prepare
 from cell.remedy_search import search as remedies_module
@@ -83,6 +84,15 @@ def test_what_is_screened_is_what_the_changed_case_has(roll, make_case):
         seen.add(change.family)
     assert {key for key, _ in seen} >= {"roll", "table.E1_deg", "table.E2_deg", "table", "positioner.position_mm"}
     assert ("part.position_mm", "x") in seen or ("support.height_mm", "") in seen
+
+
+def test_a_positioner_that_was_measured_is_not_shifted(make_case):
+    start = start_of(make_case(**FEW))
+    assert any(change.key == "positioner.position_mm" for change in single_changes(start))
+    case = start.job.case
+    measured = {**case.positioner.model_dump(), "calibration": {"root_mm_deg": (1500, 0, 0, -90, 0, 0)}}
+    start = replace(start, job=replace(start.job, case=with_changes(case, positioner=measured)))
+    assert not any(change.key == "positioner.position_mm" for change in single_changes(start))
 
 
 def with_change(path, change):

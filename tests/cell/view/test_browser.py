@@ -25,6 +25,7 @@ from support.cases import little_case
 from support.paths import ROOT
 
 from cell.errors import InputError
+from cell.failure import Contact, Failure, Kind
 from cell.verdict.check import Result
 from cell.view.browser import LOOPBACK, PIECES, _is_news, listen
 from cell.view.browser_stage import ROOM, BrowserStage
@@ -78,9 +79,9 @@ def test_the_viewer_is_brought_to_the_players_frame(little: Result) -> None:
 
 def test_what_collides_is_sent_to_the_browser_anew(little: Result) -> None:
     rows = list(little.rows)
-    detail = {"pair": ["torch_nozzle", "support"], "distance_mm": -1.0, "required_mm": 5.0}
-    rows[2] = replace(rows[2], reason="collision", detail=detail, q=None, attempt=rows[2].q)
-    rows[3] = replace(rows[3], reason="unreachable", detail={"beyond_reach_mm": 1.0}, q=None)
+    hit = Failure(Kind.COLLISION, -1.0, 5.0, contact=Contact(("torch_nozzle", "support")))
+    rows[2] = replace(rows[2], failure=hit, q=None, attempt=rows[2].q)
+    rows[3] = replace(rows[3], failure=Failure(Kind.UNREACHABLE, 1.0), q=None)
     bad = replace(little, rows=tuple(rows), motion=None)
     player, staging = Player(bad), StagedScene(bad, PIECES)
     stage = BrowserStage(staging, player)

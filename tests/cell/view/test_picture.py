@@ -17,6 +17,7 @@ from support.paths import ROOT
 
 from cell.case.read import load_case
 from cell.errors import InputError
+from cell.failure import Contact, Failure, Kind
 from cell.job.job import prepare
 from cell.verdict.check import Result, check
 from cell.view import picture as pictures
@@ -33,14 +34,10 @@ def result(little: Result) -> Result:
 @pytest.fixture
 def collided(result: Result) -> Result:
     """The same with one target said to collide."""
-    detail = {
-        "pair": ["torch_nozzle", "deposit/0/SV1/0"],
-        "distance_mm": -1.0,
-        "required_mm": 5.0,
-        "world_xyz_mm": [0.0, 0.0, 0.0],
-    }
+    contact = Contact(("torch_nozzle", "deposit/0/SV1/0"), (0.0, 0.0, 0.0))
+    failure = Failure(Kind.COLLISION, -1.0, 5.0, contact=contact)
     rows = list(result.rows)
-    rows[3] = replace(rows[3], reason="collision", detail=detail, q=None, attempt=rows[3].q)
+    rows[3] = replace(rows[3], failure=failure, q=None, attempt=rows[3].q)
     return replace(result, rows=tuple(rows), motion=None)
 
 
