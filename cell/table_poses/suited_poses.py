@@ -132,14 +132,8 @@ def alone(job: Job, group: TableGroup) -> Job:
     """The job with a group's targets alone, and nothing of other sub-volumes there."""
     own = part_of(job, group)
     number = np.concatenate(job.deposits)
-    others = np.concatenate(
-        [
-            numbers
-            for name, numbers in zip(job.targets.sub_volume, job.deposits, strict=True)
-            if name != group.sub_volume
-        ]
-        or [number[:0]]
-    )
+    names = np.repeat(np.array(job.targets.sub_volume), job.layers)
+    others = number[names != group.sub_volume]
     absent = np.isin(job.scene.deposit_of_geom, others)
     deposit = np.where(absent, ABSENT, job.scene.deposit_of_geom)
     return replace(own, scene=replace(job.scene, deposit_of_geom=deposit))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import mujoco
@@ -11,7 +12,11 @@ import pytest
 from support.indexed import three_bosses, with_table
 
 from cell.case.read import load_case
+from cell.collision.checker import Checker
+from cell.failure import Failure
 from cell.job.job import Job, prepare
+from cell.planning.configurations import evaluate
+from cell.scene.placement import place
 from cell.table_poses.table_turn import STILL_S, TableTurn, TurnSearch, nearest_turn, turn_time
 
 
@@ -44,7 +49,7 @@ def touches(job: Job, rows: np.ndarray, q: np.ndarray) -> bool:
     scene = job.scene
     model = scene.model
     data = mujoco.MjData(model)
-    for a, b in zip(rows[:-1], rows[1:], strict=True):
+    for a, b in pairwise(rows):
         for f in np.linspace(0, 1, max(int(np.ceil(np.rad2deg(np.abs(b - a).max()) / 0.1)), 1) + 1):
             data.qpos[scene.arm_qpos], data.qpos[scene.table_qpos] = q, a + f * (b - a)
             mujoco.mj_kinematics(model, data)
@@ -77,67 +82,75 @@ def test_the_part_is_not_swept_through_a_fixture(job: Job) -> None:
     assert not touches(walled, np.array([a]).repeat(2, 0), home)
     assert not touches(walled, np.array([b]).repeat(2, 0), home)
     why = search.search(home, a, b, 0)
-    assert isinstance(why, dict)
-    assert "post" in why["pair"]
+    assert isinstance(why, Failure)
+    assert "post" in why.pair
     assert touches(walled, np.array([a, b]), home)
     assert isinstance(TurnSearch(job).search(home, a, b, 0), TableTurn)
 
 
-def test_a_plate_between_two_samples_is_seen(job: Job) -> None:
-    a, b = deg(-30, 0), deg(-29, 0)  # one step of the samples
-    search, home = TurnSearch(job), job.scene.home
-    assert isinstance(search.search(home, a, b, 0), TableTurn)
-    # a foil that the post's corner crosses within the step: neither end touches it
-    for k in np.linspace(0.2, 0.8, 7):
-        at = part_at(job, (a[0] + k * (b[0] - a[0]), 0.0))
-        T = job.scene.T_world_base() @ job.scene.T_base_part(a[0] + k * (b[0] - a[0]), 0.0)
-        top = at + T[:3, 2] * 43.0
-        foil = fenced(job, box((0.02, 400, 0.02), tuple(top)))
-        ends = [touches(foil, np.array([x, x]), home) for x in (a, b)]
-        if not any(ends) and touches(foil, np.array([a, b]), home):
-            break
-    else:
-        pytest.skip("no foil lies within the step")
-    why = TurnSearch(foil).search(home, a, b, 0)
-    assert not isinstance(why, TableTurn) or not touches(foil, why.rows, home)
+def bladed(job: Job, middle: tuple[float, float]) -> tuple[Job, Job]:
+    """A thin blade on the table, alone, and with a peg where the blade passes at a pose."""
+    blade = {"name": "blade", "box": {"size_mm": [1, 1, 40]}, "position_mm": [150, 0, 60], "on": "table"}
+    alone = fenced(job, [blade])
+    model, data = alone.scene.model, mujoco.MjData(alone.scene.model)
+    data.qpos[alone.scene.table_qpos] = middle
+    mujoco.mj_kinematics(model, data)
+    geom = next(g for g in range(model.ngeom) if "blade" in model.body(model.geom_bodyid[g]).name)
+    peg = {"name": "peg", "box": {"size_mm": [1, 1, 1]}, "position_mm": (data.geom_xpos[geom] * 1e3).tolist()}
+    return alone, fenced(job, [blade, peg])
+
+
+def test_what_meets_between_two_samples_is_seen(job: Job) -> None:
+    a, b = deg(-30, 0), deg(-29, 0)  # one step of the samples, on which the blade moves 7 mm
+    alone, pegged = bladed(job, deg(-29.5, 0))
+    home = job.scene.home
+    assert isinstance(TurnSearch(alone).search(home, a, b, 0), TableTurn)
+    for end in (a, b):
+        assert not touches(pegged, np.array([end, end]), home)
+    why = TurnSearch(pegged).search(home, a, b, 0)
+    assert isinstance(why, Failure)
+    assert set(why.pair) == {"blade", "peg"}
 
 
 def test_another_way_is_taken_where_the_straight_one_is_not_free(job: Job) -> None:
     a, b = deg(-90, 0), deg(0, 90)
-    # in the way of the part half tilted with its side that E2 = 45 shows, by trying places until the straight way hits
-    search = TurnSearch(job)
+    alone, pegged = bladed(job, deg(-45, 45))
     home = job.scene.home
-    straight = search.search(home, a, b, 0)
+    straight = TurnSearch(alone).search(home, a, b, 0)
     assert isinstance(straight, TableTurn)
-    ways = {"tilt first": np.array([a, (b[0], a[1]), b]), "turn first": np.array([a, (a[0], b[1]), b])}
-    rng = np.random.default_rng(5)
-    for _ in range(40):
-        tilt, turn = np.deg2rad(rng.uniform([-75, 10], [-15, 80]))
-        T = job.scene.T_world_base() @ job.scene.T_base_part(tilt, turn)
-        at = (T[:3, :3] @ [0.0, 0.0, 0.083] + T[:3, 3]) * 1e3
-        post = fenced(job, box((8, 8, 8), tuple(at)))
-        if touches(post, np.array([a, b]), home) and not touches(post, ways["tilt first"], home):
-            break
-    else:
-        pytest.skip("no place parts the ways")
-    found = TurnSearch(post).search(home, a, b, 0)
+    assert touches(pegged, straight.rows, home)
+    found = TurnSearch(pegged).search(home, a, b, 0)
     assert isinstance(found, TableTurn)
-    assert not touches(post, found.rows, home)
-    # it stands in the corner between its two ways
+    assert not touches(pegged, found.rows, home)
+    # one axis after the other, and it stands in the corner between
+    assert (np.abs(np.diff(found.rows, axis=0)) > 0).sum(axis=1).max() == 1
     still = np.flatnonzero(~np.diff(found.rows, axis=0).any(axis=1))
     assert len(still) == 1
     assert found.dt_s[still[0]] == STILL_S
 
 
 def test_an_arm_that_stands_in_the_way_is_kept_clear_of(job: Job) -> None:
-    scene = job.scene
+    scene, a = job.scene, deg(-90, 0)
+    placed = place(job.targets, scene.T_base_part(*a))
+    upright = int(np.argmax(placed.normal[:, 2]))
+    nodes = evaluate(job.solver, placed.rows([upright]), job.window, 0.3, job.singularity_limits)
+    q = nodes.q[0][np.isfinite(nodes.cost[0])]
+    laid = int(job.stage[upright])
+    clear = Checker(scene, a, 0.05).clearances(q, np.full(len(q), laid))
+    welding = q[int(np.argmax(clear.distance))]
     search = TurnSearch(job)
-    reach = scene.home.copy()
-    reach[1], reach[2], reach[4] = np.deg2rad([0.0, 60.0, 30.0])
-    why = search.search(reach, deg(0, 0), deg(90, 0), job.shape.n_deposits)
-    assert isinstance(why, dict)
-    assert why["distance_mm"] < why["required_mm"] == job.case.checks.clearance_mm
-    assert any(scene.arm_geom[scene.model.geom(name).id] for name in why["pair"] if name != "post")
+    # the wire touches what it welds, which is no place to let the table go from
+    touching = search.search(welding, a, a, laid)
+    assert isinstance(touching, Failure)
+    assert set(touching.pair) & set(job.case.tool.wire)
+    assert touching.limit == 0
+    # the torch stands over a boss, and the table turns the post away under it
+    why = search.search(welding, a, deg(-30, 0), laid)
+    assert isinstance(why, Failure)
+    assert why.measure is not None
+    assert why.limit == job.case.checks.clearance_mm
+    assert why.measure < why.limit
+    assert any(scene.arm_geom[scene.model.geom(name).id] for name in why.pair)
 
 
 def test_whole_turns_are_added_within_the_range_alone(job: Job) -> None:
