@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyproject.toml", "README.md")
 LONGEST = 900  # s a mutant
 BOUNDS, DETECTION, OWN = "cell/collision/test_bounds.py", "cell/mjcf/test_detection.py", "acceptance/test_own_motion.py"
+ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
 HITS = "cell/verification/test_broken_motions.py"
 
 
@@ -58,8 +59,8 @@ MUTANTS = (
     Mutant("cell/collision/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", "2 * (straight + bow / 4)", "straight + bow / 4", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", "(straight + bow / 4)", "straight", (BOUNDS,)),
-    Mutant("cell/collision/blended_corners.py", "joint_travel_bound(radius, q[:-1], q[1:]) + 2 * bow)", "joint_travel_bound(radius, q[:-1], q[1:]))", (BOUNDS,)),
-    Mutant("cell/collision/blended_corners.py", "checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]", "checker.way(radius, q[k], q[k + 1])]", (BOUNDS,)),
+    Mutant("cell/collision/blended_corners.py", "joint_travel_bound(radius, q[:-1], q[1:]) + 2 * bow)", "joint_travel_bound(radius, q[:-1], q[1:]))", (ROUNDED,)),
+    Mutant("cell/collision/blended_corners.py", "checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]", "checker.way(radius, q[k], q[k + 1])]", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "low = known - joint_travel_bound(radius, path.q, q)", "low = known", (BOUNDS,)),
     Mutant("cell/collision/blended_corners.py", "hit = np.flatnonzero(seen.distance < least)", "hit = np.flatnonzero(seen.distance < -1)", (BOUNDS, "cell/collision/test_blended_corners.py")),
     Mutant("cell/planning/assemble.py", "        if not _dwell(job, last, first):\n", "        if True:\n", (BOUNDS,)),
@@ -72,6 +73,10 @@ MUTANTS = (
     Mutant("cell/collision/checker.py", "(scene.deposit_of_geom < stage)", "(scene.deposit_of_geom < stage - 1)", (DETECTION, "cell/collision/test_clearances.py")),
     Mutant("cell/collision/checker.py", "copy.copy(scene.model) if pair_gap is None", "scene.model if pair_gap is None", ("cell/collision/test_shared_scene.py",)),
     Mutant("cell/collision/broad_phase.py", "self.radius + reach", "self.radius", ("cell/collision/test_clearances.py",)),
+    Mutant("cell/collision/checker.py", "alone.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE", "pass", ("acceptance/test_rewritten_models.py",)),
+    Mutant("cell/mjcf/convex_pieces.py", "yield (thin[:, None] + 4 * slack * CORNERS).reshape(-1, 3)", "pass", ("cell/mjcf/test_convex_pieces.py",)),
+    Mutant("cell/mjcf/convex_pieces.py", "return parts if all(part.volume() > 0 for part in parts) else [solid]", "return parts", ("cell/mjcf/test_convex_pieces.py",)),
+    Mutant("cell/mjcf/asset_files.py", "if nested or not at.is_file():", "if not at.is_file():", ("cell/mjcf/test_asset_files.py",)),
     # verification
     Mutant("cell/verification/collisions.py", "stretches_of(clear.distance < least,", "stretches_of(clear.distance < 0,", (HITS, "cell/verification/test_motion_check.py")),
     Mutant("cell/verification/collisions.py", "unproven_steps(checker, radius, way.q, stage, clear, least=least)", "unproven_steps(checker, radius, way.q, stage, clear)", (HITS, OWN)),
@@ -82,6 +87,8 @@ MUTANTS = (
     # timing
     Mutant("cell/planning/assemble.py", "np.maximum(dt[1:], TICK)", "dt[1:]", (OWN, "cell/motion/test_motion_file.py")),
     Mutant("cell/timing/time_law.py", "np.concatenate([bend, bend], axis=1)", "np.concatenate([0 * bend, bend], axis=1)", ("cell/timing/test_time_law.py",)),
+    Mutant("cell/timing/time_law.py", "np.concatenate([-corners, corners, 2 * s[-1] - corners])", "corners", (TIMES,)),
+    Mutant("cell/timing/time_law.py", "CORNER = 0.005", "CORNER = 0.5", (TIMES,)),
     Mutant("cell/timing/time_law.py", "limit = np.tile(max_acceleration, 2)", "limit = 1.2 * np.tile(max_acceleration, 2)", ("cell/timing/test_time_law.py",)),
     # planning
     Mutant("cell/planning/densify.py", "        failures.update(_checked(context, stretch, new))\n", "        _checked(context, stretch, new)\n", ("cell/planning/test_densify.py",)),

@@ -69,6 +69,19 @@ class Kind(Enum):
     GOES_BACK = ("order", "goes_back", "goes_back_mm", "", "mm")
     SKIPS = ("order", "skips", "skips_mm", "", "mm")
     NOT_WELDED = ("not_welded", "not_welded", "", "", "1")  # from the place's target to its to_target
+    # of a robot program
+    OUT_OF_REACH = ("unreachable", "out_of_reach", "", "", "1")  # in the configuration that the arm is in
+    NO_CONFIGURATION = ("no_path", "no_configuration", "turns_deg", "", "deg")  # the arm would jump
+    TOOL_OFF = ("tool", "tool_off", "off_mm", "limit", "mm")
+    TOOL_TURNED = ("tool", "tool_turned", "off_deg", "limit", "deg")
+    BASE_STANDS = ("base", "base_stands", "table_moves_deg", "", "deg")
+    NOT_GIVEN = ("external", "not_given", "", "", "1")  # axis
+    BLEND = ("blend", "blend", "blend_mm", "limit_mm", "mm")
+    PTP_WITH_ARC = ("arc", "ptp_with_arc", "", "", "1")
+    ARC_LEFT_ON = ("arc", "arc_left_on", "", "", "1")
+    ARC_ON_AGAIN = ("arc", "arc_on_again", "", "", "1")
+    ARC_OFF_AGAIN = ("arc", "arc_off_again", "", "", "1")
+    PATH_SPEED = ("speed", "path_speed", "speed_m_s", "limit_m_s", "m/s")
 
     def __init__(self, reason: str, word: str, measure_key: str, limit_key: str, unit: str) -> None:
         """Name the parts of a kind's value."""
@@ -251,6 +264,7 @@ class Failure:
 
     def _cause_items(self) -> Iterator[tuple[str, Any]]:
         by = {Kind.DRIVE_SPEED: "speed", Kind.DRIVE_ACCELERATION: "acceleration", Kind.STANDSTILL: "standing still"}
+        by[Kind.PATH_SPEED] = "path"
         if self.kind in by:
             yield "by", by[self.kind]
         if isinstance(self.cause, Slowed):
@@ -271,6 +285,8 @@ class Failure:
             else:
                 yield "reached_in_collision_at_roll_deg", roll
                 yield "in_collision", self.between.collision.document()
+        if self.kind.reason == "arc":
+            yield "what", self.kind.word
         seen = Seen.AT_SAMPLE if self.contact is None else self.contact.seen
         if seen is not Seen.AT_SAMPLE:
             key = {Seen.BETWEEN_SAMPLES: "between_samples", Seen.BETWEEN_ROWS: "between_rows", Seen.ROUNDED: "rounded"}

@@ -10,7 +10,7 @@ from .beads.overhang import ALLOWED as ALLOWED
 from .beads.overhang import Overhang as Overhang
 from .beads.overhang import overhangs as overhangs
 from .beads.overhang import worst_angle as worst_angle
-from .decomposition.decompose import BodyHint as BodyHint
+from .decomposition.body_hint import BodyHint as BodyHint
 from .decomposition.decompose import decompose as decompose
 from .decomposition.doubts import Evidence as Evidence
 from .decomposition.doubts import frame_line as frame_line

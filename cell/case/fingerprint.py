@@ -18,7 +18,7 @@ from ..streams import reason
 from .files import content_files
 from .sections import Case
 
-NO_MATTER = {"table", "expect", "name", "description", "extends", "sweep"}  # a row says its own pose
+NO_MATTER = {"table", "expect", "name", "description", "extends", "sweep", "controller"}  # a row says its own pose
 
 PACKAGES = ("cell", "ik", "slicing")
 

@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from ..printable import printable
+from .controller_section import ControllerSection
 from .fields import (
     MOST_LIST,
     Angle,
@@ -485,6 +486,7 @@ class Case(Section):
     checks: Checks = Checks()
     ik: Ik = Ik()
     process: Process = Process()
+    controller: ControllerSection = ControllerSection()
     sweep: Sweep = Sweep()
     expect: Expect | None = None
 

@@ -29,6 +29,8 @@ EXAMPLES = """examples:
   rbam check --html report.html                  the same in 3D, with the joints over time
   rbam check --roll fixed:90 --json report.json  the wire's roll held at 90 deg; every target as data
   rbam check my.case.yaml --motion-in their.csv  does a motion from another planner hold in this cell?
+  rbam check my.case.yaml --program their.src    does a robot program?
+  rbam export my.case.yaml --krl out             the checked motion as a KUKA program
   rbam slice my.case.yaml --targets targets.csv  the layers' targets
   rbam compare --paper                           the slicing strategies on the paper's four parts
   rbam sweep my.case.yaml --html map.html        which table angles work, as a map to click on
@@ -91,6 +93,21 @@ def build_parser() -> argparse.ArgumentParser:
         "--motion-in",
         metavar="F.csv|F.npz",
         help="check this motion, from whatever planner, against the case's cell instead of searching one",
+    )
+    check.add_argument(
+        "--program",
+        metavar="F.src",
+        help="check this robot program (KRL), run as the controller would, instead of searching a motion",
+    )
+
+    export = command("export", "write the checked motion as a robot program", EXPORT_TEXT)
+    _case_arguments(export)
+    export.add_argument("--krl", metavar="DIR", help="write it in KRL: NAME.src, what it calls, and NAME.json")
+    export.add_argument(
+        "--csv", metavar="F.csv", help="write every point: poses in base and part, axes, speed, arc, line"
+    )
+    export.add_argument(
+        "--robodk", metavar="F.py", help="write a script that makes the program in RoboDK, for any brand"
     )
 
     cut = command("slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
@@ -179,9 +196,24 @@ Of what is infeasible, the smallest changes that help are searched and checked: 
 E2, the place of the positioner, the support's height or the part's place, the stick-out, the
 deposition speed, the seams of closed beads.
 
+--program reads a KRL program, ours or anybody's, runs it as the controller would and holds it against
+the same; findings carry file and line.
 --motion writes rows of t_s, A1_deg .. A6_deg, E1_deg, E2_deg, arc, bead, layer, target; --motion-in takes the same
 columns and holds them against joint limits, speeds and accelerations, singularities, collisions with the
 part growing as the rows say, and the beads themselves. Its verdict, --json and exit codes are those of a check."""
+
+EXPORT_TEXT = """\
+Checks the case as rbam check does and writes its motion as a KUKA program: beads as LIN in the
+part's frame on the table ($BASE = EK(..)), with E1 and E2 in every point, ways between them as LIN
+and PTP, the case's section controller says names, numbers, hooks and speeds. Nothing is left
+unless what was written, read back and run as the controller would, is the checked motion within
+0.05 mm and 0.05 deg (plus what thinning was allowed) and feasible itself; else exit code 1 with the
+line that is wrong. What was never run on a controller, and how to dry-run it, says docs/programs.md.
+
+examples:
+  rbam export my.case.yaml --krl out
+  rbam export my.case.yaml --krl out --csv points.csv --robodk station.py
+  rbam check my.case.yaml --program out/MY.src"""
 
 SLICE_TEXT = """\
 Strategies: planar (planes across the sub-volume's own direction), cylindrical (offsets of the
@@ -215,7 +247,7 @@ Opens MuJoCo's viewer; without a display there are --web, --picture and --video.
 pauses, left and right step by target, up and down by bead, + and - change the speed, n goes to the
 next infeasible target, t shows targets, o normals, c changes what colours mean, v the view. An
 infeasible case shows its infeasible targets with what went wrong. --motion plays a motion file as
-it is, feasible or not, with what a check of it finds.
+it is, feasible or not, with what a check of it finds; --program a robot program, with its lines.
 
 examples:
   rbam replay --picture torch.png --view torch --target 40
@@ -244,6 +276,7 @@ def _replay_arguments(replay: argparse.ArgumentParser) -> None:
         "--speed", type=float, metavar="X", help="seconds of motion per second (default 5; of a film 10)"
     )
     replay.add_argument("--motion", metavar="F", help="show the motion of a .csv or .npz file, feasible or not")
+    replay.add_argument("--program", metavar="F.src", help="show a robot program as it is run, feasible or not")
     replay.add_argument("--loop", action="store_true", help="start again at the end")
     replay.add_argument(
         "--colour", choices=("layer", "thickness", "verdict"), default="layer", help="what the beads' colours mean"

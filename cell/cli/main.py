@@ -18,18 +18,18 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import IO, TYPE_CHECKING, Any
 
-from ..atomic_files import STDOUT, check_outputs, discard_unfinished, write_bytes, write_csv, write_json, write_text
+from ..atomic_files import STDOUT, check_outputs, discard_unfinished, write_bytes, write_csv, write_text
 from ..errors import InputError
-from ..printable import ERASED, printable
+from ..printable import printable
 from ..streams import standard_streams
 from ..termination import Terminated, terminable
 from .arguments import BAD_INPUT, build_parser
 from .bar import Bars
+from .console import put_json as _put_json
+from .console import say as _say
 from .speech import is_quiet, is_verbose, speaking
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from ..case.sections import Case
     from ..remedy_search.search import Remedy
     from ..verdict.check import Result
@@ -154,32 +154,6 @@ def parse_roll(text: str) -> Any:
     return parsed(text)
 
 
-def _console(stream: IO[str]) -> Console:
-    from rich.console import Console
-
-    # in a pipe lines keep their length: whoever reads them breaks them as it likes
-    width = None if stream.isatty() else 200
-    # names are printed as they are: brackets are no markup, colons no emoji
-    return Console(file=stream, highlight=False, markup=False, emoji=False, width=width, soft_wrap=not stream.isatty())
-
-
-def _say(lines: Any, to: IO[str]) -> None:
-    if is_quiet():
-        return
-    console = _console(to)
-    for line in lines:
-        console.print(line.translate(ERASED) if isinstance(line, str) else line)
-
-
-def _put_json(where: str, document: dict[str, Any]) -> None:
-    if where == STDOUT:
-        import json
-
-        sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
-        return
-    write_json(where, document)
-
-
 def _outputs(args: argparse.Namespace, case: Case | None, *names: str, reads: Sequence[str | None] = ()) -> None:
     """Refuse outputs before the work rather than after it, and those that are inputs of the run."""
     outputs = {f"--{name.replace('_', '-')}": getattr(args, name) for name in names}
@@ -192,8 +166,8 @@ def _outputs(args: argparse.Namespace, case: Case | None, *names: str, reads: Se
 
 
 def _check(args: argparse.Namespace) -> int:
-    if args.motion_in:
-        return _check_motion(args)
+    if args.motion_in or args.program:
+        return _check_given(args)
     if args.motion:
         from ..motion.motion_file import check_suffix
 
@@ -252,12 +226,20 @@ def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Re
     return found
 
 
-def _check_motion(args: argparse.Namespace) -> int:
-    """A motion from outside against the cell."""
-    for name, value in (("--motion", args.motion), ("--html", args.html), ("--e1", args.e1), ("--e2", args.e2)):
+def _check_given(args: argparse.Namespace) -> int:
+    """A motion or a program from outside against the cell."""
+    if args.motion_in and args.program:
+        raise InputError("--program: does not go with --motion-in; check one after the other")
+    kind = "--motion-in, which checks a motion" if args.motion_in else "--program, which checks a program"
+    html = args.html if args.motion_in else None
+    for name, value in (("--motion", args.motion), ("--html", html), ("--e1", args.e1), ("--e2", args.e2)):
         if value is not None:
-            raise InputError(f"{name}: does not go with --motion-in, which checks a motion as it is")
+            raise InputError(f"{name}: does not go with {kind} as it is")
     case = _load(args)
+    if args.program:
+        from .program_command import check_program_file
+
+        return check_program_file(args, case)
     _outputs(args, case, "json", reads=[args.motion_in])
     from ..job.job import prepare
     from ..motion.file_order import read_in_order
@@ -436,8 +418,15 @@ def _scene(args: argparse.Namespace) -> int:
     return FEASIBLE
 
 
+def _export(args: argparse.Namespace) -> int:
+    from .program_command import export
+
+    return export(args, _load(args))
+
+
 COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "check": _check,
+    "export": _export,
     "slice": _slice,
     "compare": _compare,
     "sweep": _sweep,

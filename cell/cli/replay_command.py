@@ -17,6 +17,7 @@ from .speech import is_quiet
 
 if TYPE_CHECKING:
     from ..case.sections import Case
+    from ..job.job import Job
     from ..verdict.check import Result
 
 SPEED = 5.0
@@ -34,13 +35,15 @@ def show(args: argparse.Namespace, case: Case) -> None:
     """
     if args.speed is not None and not 0 < args.speed < float("inf"):
         raise InputError(f"--speed: {args.speed} is not a number above 0")
-    if args.motion is not None:
+    if args.motion is not None or args.program is not None:
         _motion_alone(args)
     from ..atomic_files import check_outputs
     from ..case.files import case_files
 
     outputs = {"--picture": args.picture, "--video": args.video}
-    check_outputs(outputs, [*case_files(case), *(path for path in (args.motion, args.sweep) if path is not None)])
+    check_outputs(
+        outputs, [*case_files(case), *(path for path in (args.motion, args.program, args.sweep) if path is not None)]
+    )
     case = _at_pose(args, case)
     if args.picture:
         _picture(args, case)
@@ -60,10 +63,14 @@ def _motion_alone(args: argparse.Namespace) -> None:
     """Refuse what would put a motion from a file elsewhere, and a name that is none of a motion."""
     from ..motion.motion_file import check_suffix
 
+    given = "--motion" if args.motion is not None else "--program"
+    if args.motion is not None and args.program is not None:
+        raise InputError("--program: does not go with --motion; show one after the other")
     for option in ("--e1", "--e2", "--sweep", "--pose"):
         if getattr(args, option.removeprefix("--")) is not None:
-            raise InputError(f"{option}: does not go with --motion, which holds its own table angles")
-    check_suffix(args.motion)
+            raise InputError(f"{option}: does not go with {given}, which holds its own table angles")
+    if args.motion is not None:
+        check_suffix(args.motion)
 
 
 def _at_pose(args: argparse.Namespace, case: Case) -> Case:
@@ -102,6 +109,8 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
     from ..verdict.as_asked import check_as_asked
 
     job = prepare(case)
+    if args.program is not None:
+        return _checked_program(args, job)
     if args.motion is None:
         return check_as_asked(job, Bars(sys.stderr))
     from ..motion.file_order import read_in_order
@@ -114,6 +123,17 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
         count = len(found.findings)
         sys.stderr.write(f"rbam: {args.motion}: infeasible, {count} finding(s); rbam check --motion-in lists them\n")
     return played(job, found, args.target)
+
+
+def _checked_program(args: argparse.Namespace, job: Job) -> Result:
+    from ..view.shown_motion import played_program
+    from .program_command import checked_program
+
+    found = checked_program(args.program, job)
+    if found.findings and not is_quiet():
+        count = len(found.findings)
+        sys.stderr.write(f"rbam: {args.program}: infeasible, {count} finding(s); rbam check --program lists them\n")
+    return played_program(job, found, args.target)
 
 
 def _picture(args: argparse.Namespace, case: Case) -> None:

@@ -50,6 +50,8 @@ def _without_pairs(scene: Scene) -> mujoco.MjModel:
     for one, other in zip(alone.pair_geom1.tolist(), alone.pair_geom2.tolist(), strict=True):
         geom = other if inert[other] else one
         if inert[geom]:
+            # MuJoCo leaves the place of a shape that stands in its body's own frame unread
+            alone.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
             alone.geom_pos[geom, 2] = AWAY * (1 + geom)
     return alone
 

@@ -17,12 +17,12 @@ import numpy as np
 from ..progress import stage
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
-from ..verdict.severity import GRAVEST_FIRST, severity
+from ..verdict.severity import severity
 from .pack import Pack
 from .page import page, script_of, template
 from .scene import scene_json
 from .series import path_json
-from .words import REASON_WORDS, Words, what_went_wrong, worst
+from .words import REASON_WORDS, VERDICTS, Words, what_went_wrong, worst
 
 if TYPE_CHECKING:
     from ..remedy_search.search import Remedy
@@ -72,7 +72,7 @@ def packed(result: Result) -> str:
     """The page's numbers, as ``cell.html.pack`` writes them."""
     pack = Pack()
     job, t = result.job, result.job.targets
-    verdicts = ("feasible", *GRAVEST_FIRST)
+    verdicts = ("feasible", *VERDICTS)
     document: dict[str, Any] = {
         "schema": "rbam-html/1",
         "case": job.case.title,

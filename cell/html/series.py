@@ -27,6 +27,7 @@ from ..motion.motion import Motion
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
+from ..view.shown_motion import Played
 from .pack import Pack
 from .words import in_plain_words
 
@@ -108,6 +109,20 @@ def path_json(pack: Pack, result: Result) -> dict[str, Any]:
         "pair": pack.put(index, "i2"),
         "pairs": names,
         "charts": charts,
+        **_lines(pack, result, path),
+    }
+
+
+def _lines(pack: Pack, result: Result, path: DrawnPath) -> dict[str, Any]:
+    """Where a program's text is in every step: the number of its file, and the line."""
+    if not isinstance(result, Played) or result.program is None:
+        return {}
+    program, move = result.program.program, result.program.run.move
+    move = move[np.minimum(path.starts + 1, len(move) - 1)]  # of the way that follows
+    return {
+        "files": list(program.files),
+        "file": pack.put(program.moves.file[move], "i2"),
+        "line": pack.put(program.moves.line[move], "u4"),
     }
 
 

@@ -8,6 +8,7 @@ Everything that comes from a case (names, file names) is escaped here. Millimetr
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -16,9 +17,12 @@ import numpy as np
 
 from ..report.check_document import report_document
 from ..report.remedy_lines import whom_it_helps
+from ..units import METRES_PER_MM
 from ..verdict.check import Result, TargetVerdict
+from ..verdict.failure_words import failure_in_words
 from ..verdict.severity import GRAVEST_FIRST, worst_first
 from ..verdict.words import in_words, speed_in_words
+from ..view.shown_motion import Played
 
 if TYPE_CHECKING:
     from ..remedy_search.search import Remedy
@@ -32,7 +36,17 @@ REASON_WORDS = {
     "speed": "too fast for a joint",
     "gravity": "too far off upright",
     "overhang": "over nothing",
+    # of a motion or a program from outside
+    "off_bead": "off their bead",
+    "order": "out of their order",
+    "not_welded": "not welded",
+    "tool": "of another tool",
+    "base": "in a base that stands still",
+    "external": "with an axis that is not given",
+    "blend": "with corners rounded too far",
+    "arc": "with the arc on or off in the wrong place",
 }
+VERDICTS = (*GRAVEST_FIRST, *(reason for reason in REASON_WORDS if reason not in GRAVEST_FIRST))
 
 
 class Words:
@@ -55,6 +69,8 @@ class Words:
     def verdict(self) -> str:
         """One sentence."""
         n, bad, motion = len(self.result.rows), self.result.infeasible, self.result.motion
+        if isinstance(self.result, Played):
+            return escape(_of_played(self.result))
         if motion is not None:
             return (
                 f"The arm can weld all {n} targets in one motion that was followed and checked: "
@@ -73,7 +89,8 @@ class Words:
         return f"The worst: {_jump(i)} ({escape(where)}): {escape(what_went_wrong(self.result, row))}."
 
     def _counts(self) -> list[tuple[str, int]]:
-        return [(r, self.result.reasons[r]) for r in GRAVEST_FIRST if self.result.reasons[r]]
+        count = Counter(row.reason for row in self.result.rows)
+        return [(r, count[r]) for r in VERDICTS if count[r]]
 
     def reasons(self) -> str:
         """A button for every reason that occurs; it filters the table."""
@@ -135,6 +152,10 @@ class Words:
 
     def _clearance(self, least: dict[str, Any] | None) -> str:
         limit = self.result.job.case.checks.clearance_mm
+        if isinstance(self.result, Played) and self.result.found.clearance is not None:
+            distance, _, names = self.result.found.clearance
+            between = " and ".join(escape(in_plain_words(self.result, name)) for name in names)
+            return f"{distance / METRES_PER_MM:.1f} mm between {between}; {limit:g} mm needed"
         if least is None:
             nothing = self.result.clearance is None and self.result.motion is None
             return "not known: no stretch could be followed" if nothing else "nothing nearer than 50 mm"
@@ -185,6 +206,21 @@ class Words:
         tcp = self.document["tcp_in_flange"]["xyz_mm"]
         yield "TCP in the flange frame", ", ".join(f"{v:.1f}" for v in tcp) + " mm"
         yield "Solver", str(self.document["solver"])
+
+
+def _of_played(result: Played) -> str:
+    """A motion or a program from outside in a sentence."""
+    assert result.motion is not None
+    name = "The motion" if result.program is None else f"The program {result.program.program.name}"
+    how = "held against the cell" if result.program is None else "run as the controller would and held against the cell"
+    times = f"{_duration(float(result.motion.t_s[-1]))}, {_duration(result.motion.arc_time)} of it with the arc on"
+    took = f"{name} was {how}: {times}."
+    if not result.findings:
+        return f"{took} Nothing was found."
+    first, more = result.findings[0], len(result.findings) - 1
+    line = getattr(first, "line", None)
+    where = f"row {first.row}" if line is None else f"{line}"
+    return f"{took} Found at {where}: {failure_in_words(first.failure)}" + (f", and {more} more." if more else ".")
 
 
 def in_plain_words(result: Result, geom: str) -> str:

@@ -12,12 +12,15 @@ stand for is never smaller than the solid.
 from __future__ import annotations
 
 import heapq
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 from manifold3d import Manifold
 from manifold3d import Mesh as ManifoldMesh
+from scipy.spatial import ConvexHull
 
 from ik.chain import Floats
 
@@ -30,7 +33,8 @@ PLANES = 12  # that are tried for a cut
 LEAST_GAIN = 1e-5  # share of a hull's volume, of rounding
 TRIANGLES = 4000  # that planes are tried on at each cut: fewer planes for finer meshes
 WORK = 60_000  # triangles looked at for cuts in all
-THIN = 1e-6  # thickness over length of what is left where a cut runs along a face
+THIN = 1e-6  # thickness over length of what may be left where a cut runs along a face
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 REFLEX = 1e-3  # rad by which an edge has to be bent inwards to be taken for one
 
 
@@ -52,7 +56,7 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST) -> ConvexPieces:
     """Cut a solid into convex pieces.
 
     Args:
-        mesh: closed, its faces turned outwards.
+        mesh: closed, its faces turned outwards, or all of them inwards.
         most: pieces at most.
 
     Returns:
@@ -65,7 +69,7 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST) -> ConvexPieces:
     if whole is None:
         return ConvexPieces((np.asarray(mesh.vertices, dtype=np.float64),), np.inf)
     volume = whole.volume()
-    parts = whole.decompose()
+    parts = _parts(whole)
     if not all(_is_thick(_corners(part)) for part in parts):
         raise ValueError(f"a part of it is thinner than {THIN:g} of its length; make it thicker")
     heap = [(-_lacks(piece), number, piece) for number, piece in enumerate(parts)]
@@ -88,7 +92,25 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST) -> ConvexPieces:
     pieces = [*done, *(piece for *_, piece in heap)]
     excess = sum(_lacks(piece) for piece in pieces) / volume
     hulls = [_corners(piece.hull()) for piece in pieces]
-    return ConvexPieces(tuple(hull for hull in hulls if _is_thick(hull)), max(float(excess), 0.0))
+    return ConvexPieces(tuple(_without_slivers(hulls)), max(float(excess), 0.0))
+
+
+def _parts(solid: Manifold) -> list[Manifold]:
+    """A solid's parts that do not touch; itself where one of them bounds a cavity."""
+    parts: list[Manifold] = solid.decompose()
+    return parts if all(part.volume() > 0 for part in parts) else [solid]
+
+
+def _without_slivers(hulls: list[Floats]) -> Iterator[Floats]:
+    """Hulls with a volume; those too thin to be one made thicker, or left out where another holds them."""
+    thick = [hull for hull in hulls if _is_thick(hull)]
+    yield from thick
+    faces = [ConvexHull(hull).equations for hull in thick] if len(thick) < len(hulls) else []
+    for thin in (hull for hull in hulls if not _is_thick(hull)):
+        slack = THIN * float(np.ptp(thin, axis=0).max())
+        if any((thin @ one[:, :3].T + one[:, 3]).max() <= slack for one in faces):
+            continue  # of the rounding of a cut along a face
+        yield (thin[:, None] + 4 * slack * CORNERS).reshape(-1, 3)
 
 
 def _is_thick(points: Floats) -> bool:
@@ -103,6 +125,8 @@ def _solid(mesh: trimesh.Trimesh) -> Manifold | None:
     joined.merge_vertices(merge_tex=True, merge_norm=True)
     if not joined.is_watertight:
         return None
+    if joined.volume < 0:
+        joined.invert()  # all of its faces are turned inwards
     vertices, faces = np.asarray(joined.vertices, dtype=np.float64), np.asarray(joined.faces, dtype=np.uint32)
     scale = float(np.ptp(vertices, axis=0).max())
     made = Manifold(ManifoldMesh(vert_properties=vertices.astype(np.float32), tri_verts=faces))
@@ -127,7 +151,7 @@ def _cut(piece: Manifold) -> list[Manifold]:
         sides = [side for side in piece.split_by_plane(normal, offset) if not side.is_empty()]
         if len(sides) < 2:
             continue
-        parts = [part for side in sides for part in side.decompose()]
+        parts = [part for side in sides for part in _parts(side)]
         lacks = sum(_lacks(part) for part in parts)
         if lacks < least:
             best, least = parts, lacks

@@ -41,6 +41,23 @@ _ZIP = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError)  # da
 
 
 @dataclass(frozen=True, eq=False)
+class BlendedRows:
+    """Rows of a motion that are run without a stop, their corners rounded.
+
+    Attributes:
+        first: row.
+        last: row.
+        s: path length from the first to every row, (last - first + 1,), ascending.
+        zone: distance in it each way over which corners are rounded.
+    """
+
+    first: int
+    last: int
+    s: Floats
+    zone: float
+
+
+@dataclass(frozen=True, eq=False)
 class ReadMotion:
     """A motion from a file.
 
@@ -49,12 +66,14 @@ class ReadMotion:
         row: number of each in the file, from 1, (m,).
         repaired: what was mended, one line each.
         grain: what times, s, and angles, rad, are rounded to; 0 where they are not.
+        blended: where corners are rounded, of a motion that says so itself; None: as the case says.
     """
 
     motion: Motion
     row: NDArray[np.int64]
     repaired: tuple[str, ...]
     grain: tuple[float, float] = (0.0, 0.0)
+    blended: tuple[BlendedRows, ...] | None = None
 
 
 def check_suffix(path: str | Path) -> None:

@@ -16,6 +16,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
+from typing import Any
+
+import numpy as np
 
 from ik.chain import Floats
 
@@ -66,6 +69,7 @@ class Event:
         before: number of the move that follows it; as many as there are moves at the end.
         seconds: of a wait.
         fields: what a hook was written with or read from: numbers of bead, layer, target, names.
+            Of triggers also delay_ms and path_mm.
         line: where it stands, None where the program is not read from text.
     """
 
@@ -101,6 +105,7 @@ class BaseFrame:
         number: in the controller's list, None where it is given literally.
         machine: index of MACHINE_DEF that it is coupled to, None where it is not.
         name: in the controller's list, empty where it has none.
+        root: (4, 4), m: where the external kinematic stands in the controller's world, None where that is not known.
     """
 
     T: Floats
@@ -108,25 +113,37 @@ class BaseFrame:
     number: int | None = None
     machine: int | None = None
     name: str = ""
+    root: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Moves:
     """Moves, one a row.
 
+    A move of axes to a pose (PTP to X Y Z A B C) has NaN joints and a pose; what its joints are depends on the arm.
+
     Attributes:
         kind: of ``MoveKind``, (m,).
-        joints: the arm's axes, (m, j), rad; NaN of a Cartesian move.
-        pose: X Y Z A B C of the TCP in the base, (m, 6), m and rad; NaN of a move of axes.
-        via: auxiliary point of a circular move, (m, 6), m and rad; NaN of all others.
+        joints: the arm's axes, (m, j), rad; NaN of a move to a pose.
+        pose: X Y Z A B C of the TCP in the base, (m, 6), m and rad; NaN of a move to joints.
+        via: auxiliary point of a circular move, (m, 6), m and rad; NaN of all others. Where it has no A B C they are
+            NaN: the controller takes none of them.
+        arc_angle: signed angle of the circle that a circular move covers (CA), (m,), rad; NaN where it ends at its
+            pose.
         external: E1, E2, (m, 2), rad; NaN of an axis that has never been given.
+        status: of a move of axes to a pose (S), (m,); -1 where it is not given: the configuration stays.
+        turn: of a move of axes to a pose (T), (m,); -1 where it is not given.
         tool: index into the program's tools, (m,); -1 where none holds.
         base: index into its bases, (m,); -1 where none holds.
-        speed: of the TCP in the base of Cartesian moves, (m,), m/s; NaN of moves of axes.
-        axis_share: of its full speed that every axis may use, (m,), 0 to 1; NaN where it is not set.
+        speed: of the TCP in the base of Cartesian moves, (m,), m/s; NaN of moves of axes and where it is never set.
+        turn_speed: of the tool's orientation, the lower of its two, (m,), rad/s; NaN where it is not set.
         acceleration: of the TCP, (m,), m/s^2; NaN where it is not set.
+        axis_share: of its full speed that every axis may use, (m,), 0 to 1; NaN where it is not set.
+        axis_acceleration: share of its full acceleration that every axis may use, (m,); NaN where it is not set.
+        external_share: of its full speed that every external axis may use, (m,); NaN where it is not set.
         blend: distance from the end at which the corner may be rounded, (m,), m; 0 stops exactly.
-        blend_share: of the speed at which the corner may be rounded by C_VEL, (m,), 0 to 1; 0 where it may not.
+        blend_share: of a Cartesian move: of the speed at which the corner may be rounded (C_VEL); of a move of axes:
+            of the way of the leading axis (C_PTP); (m,), 0 to 1; 0 where it may not.
         file: index into the program's files, (m,); -1 where the program is not read from text.
         line: from 1, (m,); 0 where it is not read from text.
     """
@@ -135,16 +152,43 @@ class Moves:
     joints: Floats
     pose: Floats
     via: Floats
+    arc_angle: Floats
     external: Floats
+    status: Ints
+    turn: Ints
     tool: Ints
     base: Ints
     speed: Floats
-    axis_share: Floats
+    turn_speed: Floats
     acceleration: Floats
+    axis_share: Floats
+    axis_acceleration: Floats
+    external_share: Floats
     blend: Floats
     blend_share: Floats
     file: Ints
     line: Ints
+
+    @classmethod
+    def empty(cls, n: int, axes: int = 6) -> Moves:
+        """Rows to be filled in: every number NaN, no tool, no base, no line, exact stops, linear.
+
+        Args:
+            n: how many.
+            axes: of the arm.
+
+        Returns:
+            The moves; ``dataclasses.replace`` puts columns in.
+        """
+        nan, none = np.full(n, np.nan), np.full(n, -1, dtype=np.int64)
+        shapes = {"joints": axes, "pose": 6, "via": 6, "external": 2}
+        columns: dict[str, Any] = {name: np.full((n, width), np.nan) for name, width in shapes.items()}
+        columns |= {name: none.copy() for name in ("status", "turn", "tool", "base", "file")}
+        columns |= {name: nan.copy() for name in ("arc_angle", "speed", "turn_speed", "acceleration", "axis_share")}
+        columns |= {name: nan.copy() for name in ("axis_acceleration", "external_share")}
+        columns |= {name: np.zeros(n) for name in ("blend", "blend_share")}
+        kind = np.full(n, int(MoveKind.LINEAR), dtype=np.int64)
+        return cls(kind=kind, line=np.zeros(n, dtype=np.int64), **columns)
 
     def __len__(self) -> int:
         return len(self.kind)

@@ -113,7 +113,7 @@ def motion_lines(result: MotionResult, path: str) -> Iterator[RenderableType]:
     good = result.feasible
     verdict = ("feasible" if good else "infeasible", "bold green" if good else "bold red")
     yield Text.assemble((result.job.case.title, "bold"), f"  {path}   ", verdict)
-    yield facts_table(_facts(result, motion_document(result, path)))
+    yield facts_table(motion_facts(result, motion_document(result, path)))
     if good:
         return
     table = Table(box=None, pad_edge=False, header_style="dim")
@@ -129,7 +129,13 @@ def motion_lines(result: MotionResult, path: str) -> Iterator[RenderableType]:
     yield table
 
 
-def _facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str, str]]:
+def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """What is said of a motion, as names and texts.
+
+    Args:
+        result: what was found.
+        d: its document.
+    """
     yield "welded", f"{d['welded']} of {d['targets']} targets"
     counts = ", ".join(f"{reason} {k}" for reason, k in d["reasons"].items() if k)
     if counts:

@@ -32,7 +32,7 @@ from .composition import Piece, Pieces, one_line
 from .contacts import pair_tool_with_arm, set_contact_bits
 from .equipment import add_positioner, add_robot, leave_out_table
 from .scene import Scene
-from .standing import standing
+from .standing import standing, sunk
 from .table_axes import table_axes
 from .workpiece import add_fixture, add_part
 from .world import surroundings
@@ -73,7 +73,7 @@ def compose(case: Case, part: PartShape) -> Scene:
         raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
     scene = _bind(pieces, model, part, arm.home)
     told = (*arm.warnings, *table.warnings, *_without_home(case, scene, arm))
-    return replace(scene, warnings=(*scene.warnings, *told, *standing(scene, part)))
+    return replace(scene, warnings=(*scene.warnings, *told, *standing(scene, part), *sunk(scene)))
 
 
 def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str, float]) -> Scene:

@@ -23,6 +23,7 @@ from slicing import Code, Warning
 
 from ..case.sections import NO_TABLE, Case
 from ..errors import InputError
+from ..mjcf.asset_files import settle_files
 from ..mjcf.held_joints import Held, OwnPlaces, check_planned, hold
 from ..mjcf.names import attach, name_all
 from ..mjcf.torch import TorchDimensions, shape_torch
@@ -62,15 +63,7 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise InputError(f"{path}: not an MJCF that MuJoCo reads: {one_line(error)}") from None
-    for mesh in spec.meshes:
-        if mesh.file:  # found wherever the scene is compiled
-            mesh.file = str((path.parent / spec.meshdir / mesh.file).resolve())
-    for hfield in spec.hfields:
-        if hfield.file:
-            hfield.file = str((path.parent / spec.meshdir / hfield.file).resolve())
-    for texture in spec.textures:
-        if texture.file:
-            texture.file = str((path.parent / spec.texturedir / texture.file).resolve())
+    settle_files(spec, path)
     return spec
 
 

@@ -1,6 +1,7 @@
-"""Whether the part stands on what carries it: neither inside it nor in the air above it.
+"""Whether the part stands on what carries it, neither inside it nor in the air above it; and fixtures that are sunk.
 
     for line in standing(scene, shape): ...          # typed warnings
+    for line in sunk(scene): ...
 
 What is on the table does not move against the table: no check of a motion ever holds the two against each other.
 """
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 OFF_MM = 0.5  # that a part may be off what it stands on
 NEAR = 0.05  # m: out to here distances are of interest
+SUNK_MM = 1.0  # that a fixture may reach into what stands still against it
 CARRIERS = (Piece.SUPPORT, Piece.POSITIONER, Piece.FIXTURE)
 
 
@@ -67,6 +69,36 @@ def standing(scene: Scene, shape: PartShape) -> Iterator[Warning]:
                 f"stands on{hint}"
             )
             yield Warning(Code.PART_NOT_ON_SUPPORT, text)
+
+
+def sunk(scene: Scene) -> Iterator[Warning]:
+    """Say which fixtures reach into shapes of the models or the support that never move against them.
+
+    Args:
+        scene: the composed cell.
+
+    Yields:
+        One warning a fixture.
+    """
+    model = scene.model
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    link = link_of_body(model, [*scene.arm_joints.tolist(), *scene.table_joints.tolist()])[model.geom_bodyid]
+    solid, piece = scene.contact_bits.any(axis=0), scene.piece_of_geom
+    fixed = solid & np.isin(piece, (Piece.ROBOT, Piece.POSITIONER, Piece.SUPPORT))
+    fixed &= model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE  # a floor of a model's own: fixtures are let into it
+    deepest: dict[str, tuple[float, int]] = {}
+    for geom in np.flatnonzero(solid & (piece == Piece.FIXTURE)).tolist():
+        apart, other = _nearest(model, data, np.array([geom]), np.flatnonzero(fixed & (link == link[geom])))
+        name = scene.geom_name(geom)
+        deepest[name] = min(deepest.get(name, (np.inf, -1)), (apart, other))
+    for name, (apart, other) in deepest.items():
+        if apart < -SUNK_MM * METRES_PER_MM:
+            text = (
+                f"fixtures.{name}.position_mm: it reaches {-apart / METRES_PER_MM:.1f} mm into "
+                f"{scene.geom_name(other)}, which never moves against it: the two are not held against each other"
+            )
+            yield Warning(Code.FIXTURE_SUNK, text)
 
 
 def _what_stands(names: list[str], shape: PartShape) -> Iterator[tuple[str, Ints, bool]]:

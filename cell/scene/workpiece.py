@@ -14,8 +14,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from scipy.spatial import ConvexHull
 
-from slicing import Code, PartShape, Warning
+from ik.chain import Floats
+from slicing import Code, Mesh, PartShape, Warning
 
 from ..case.sections import Case, Fixture
 from ..errors import InputError
@@ -96,6 +98,7 @@ def add_part(pieces: Pieces, part: PartShape) -> None:
             contype=0,
             conaffinity=0,
         )
+    pieces.warnings += _filled_body(case, part)
     several = len(part.hulls) > MANY_PIECES
     holder = body
     for i, (name, vertices) in enumerate(part.hulls.items()):
@@ -113,6 +116,26 @@ def add_part(pieces: Pieces, part: PartShape) -> None:
             contype=SOLID,
             conaffinity=SOLID,
         )
+
+
+def _filled_body(case: Case, part: PartShape) -> Iterator[Warning]:
+    """Say by how much a body that is given by its mesh counts with more than that, since its convex hull does."""
+    if case.part.body is None or case.part.body.mesh is None or "body/0" not in part.hulls:
+        return
+    mesh = part.visual["body_visual"]
+    volume = float(np.einsum("ij,ij->", mesh.vertices[mesh.faces[:, 0]], _crossed(mesh)) / 6)
+    excess = ConvexHull(mesh.vertices).volume / abs(volume) - 1 if volume else np.inf
+    if excess > FILLED:
+        text = (
+            f"part.body.mesh: its convex hull counts, {100 * excess:.0f} % more than its volume, which fills its "
+            "hollows; part.body.profile_mm is exact for a turned body"
+        )
+        yield Warning(Code.CONCAVE_BODY, text)
+
+
+def _crossed(mesh: Mesh) -> Floats:
+    crossed: Floats = np.cross(mesh.vertices[mesh.faces[:, 1]], mesh.vertices[mesh.faces[:, 2]])
+    return crossed
 
 
 def add_fixture(pieces: Pieces, fixture: Fixture) -> None:

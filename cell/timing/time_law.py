@@ -33,7 +33,7 @@ PER_ZONE = 4  # grid steps a zone
 MOST_STEPS = 200_000  # of a grid that is even; a finer one is fine about the samples and grows coarser between them
 GROWTH, EVEN_STEPS = 1.25, 16  # of the steps of such a grid; its pieces have at least so many
 REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
-CORNER = 0.05  # share of a path's sharpest bend from which on another counts as a corner
+CORNER = 0.005  # share of a joint's acceleration that the rounding of a row has to take to count as a corner
 FLAT = 1e-12  # slope that counts as none
 
 
@@ -93,12 +93,14 @@ def time_path(
     s = s - s[0]
     raw = np.diff(q, axis=0) / np.diff(s)[:, None]
     zone = kept_zone(zone, s[-1])
-    grid = _grid(s, zone, _corners(s, raw))
+    with np.errstate(divide="ignore"):
+        # the samples' own path has to keep the speeds as well, in which a short piece is not averaged with others
+        fastest = np.minimum((max_speed / np.abs(raw)).min(axis=1), cap)
+    grid = _grid(s, zone, _corners(s, raw, float(fastest.max()) ** 2 / (2 * zone * max_acceleration)))
     slope, bend = _blended(q, s, grid, zone)
     piece = np.clip(np.searchsorted(s, (grid[:-1] + grid[1:]) / 2) - 1, 0, len(raw) - 1)
     with np.errstate(divide="ignore"):
-        # the samples' own path has to keep the speeds as well, in which a short piece is not averaged with others
-        most = np.minimum((max_speed / np.abs(raw)).min(axis=1), cap)[piece]
+        most = fastest[piece]
         top = np.minimum(np.concatenate([most[:1], most]), np.concatenate([most, most[-1:]]))
         top = np.minimum(top, (max_speed / np.abs(slope)).min(axis=1)) ** 2
     step = np.diff(grid)
@@ -179,11 +181,16 @@ def time_travel(
     return dt
 
 
-def _corners(s: Floats, slope: Floats) -> Floats:
-    """Path lengths at which the path bends by more than a little."""
+def _corners(s: Floats, slope: Floats, share: Floats) -> Floats:
+    """Path lengths at which the path bends by so much that its rounding takes a share of an acceleration.
+
+    Args:
+        s: path length at each sample, (m,).
+        slope: of the pieces between, (m - 1, j).
+        share: of each joint's acceleration, by change of slope, (j,), at the greatest speed.
+    """
     turn = np.abs(np.diff(slope, axis=0))
-    most = turn.max(axis=0, initial=0.0)
-    return s[1:-1][(turn > CORNER * np.maximum(most, FLAT)).any(axis=1)]
+    return s[1:-1][(np.where(turn > FLAT, turn, 0.0) * share > CORNER).any(axis=1)]
 
 
 def _grid(s: Floats, zone: float, corners: Floats) -> Floats:
@@ -197,7 +204,8 @@ def _grid(s: Floats, zone: float, corners: Floats) -> Floats:
         grid = np.append(s[piece] + np.diff(s)[piece] * k / count[piece], s[-1])
     halves = 0.5 ** np.arange(1, REST_STEPS + 1)
     # where the rounding of a corner begins and ends, the acceleration jumps
-    edges = np.concatenate([corners - zone, corners + zone])
+    mirrored_corners = np.concatenate([-corners, corners, 2 * s[-1] - corners])  # beyond the ends it goes on mirrored
+    edges = np.concatenate([mirrored_corners - zone, mirrored_corners + zone])
     edges = edges[(edges > 0) & (edges < s[-1])]
     fine = np.concatenate([grid, grid[1] * halves, s[-1] - (s[-1] - grid[-2]) * halves, edges])
     fine.sort()

@@ -140,9 +140,31 @@ def _what(failure: Failure) -> str:
     return words.get(kind, kind.word.replace("_", " "))
 
 
+def _program(failure: Failure) -> str:
+    """What is wrong with a robot program; empty where it is wrong with any motion."""
+    measure, limit = failure.measure or 0.0, failure.limit or 0.0
+    return {
+        Kind.OUT_OF_REACH: "the arm does not reach it in the configuration that it is in",
+        Kind.NO_CONFIGURATION: f"the arm would jump by {measure:g} deg: its configuration does not go on",
+        Kind.TOOL_OFF: f"its tool is {measure:g} mm off the case's torch, allowed {limit:g}",
+        Kind.TOOL_TURNED: f"its tool is turned by {measure:g} deg off the case's torch, allowed {limit:g}",
+        Kind.BASE_STANDS: f"its base stands still while the table moves by {measure:g} deg",
+        Kind.NOT_GIVEN: f"{failure.axis} is given by no point up to here: where the table stands is not known",
+        Kind.BLEND: f"corners rounded over {measure:g} mm (C_DIS), checked are {limit:g} (process.blend_mm)",
+        Kind.PTP_WITH_ARC: "a PTP with the arc on: its speed is not that of the TCP",
+        Kind.ARC_LEFT_ON: "the arc is left on",
+        Kind.ARC_ON_AGAIN: "the arc is on already",
+        Kind.ARC_OFF_AGAIN: "the arc is off already",
+        Kind.PATH_SPEED: f"{measure:g} m/s asked of the TCP, no arm has more than {limit:g}",
+    }.get(failure.kind, "")
+
+
 def _rows(failure: Failure) -> str:
     """What is wrong on rows of a motion."""
     kind, measure, limit = failure.kind, failure.measure, failure.limit
+    of_program = _program(failure)
+    if of_program:
+        return of_program
     if kind is Kind.JOINT_LIMIT:
         return f"{failure.axis} {measure:g} deg outside its range"
     if failure.contact is not None:

@@ -1,10 +1,10 @@
 """A motion from outside with its corners rounded as a controller does, and what it collides with then.
 
-    q = rounded_rows(job, motion, rows)                       # all axes where the rows come to lie
-    found = corner_collisions(job, motion, rows, way, stage, clear)
+    q = rounded_rows(job, read, rows)                         # all axes where the rows come to lie
+    found = corner_collisions(job, read, rows, way, stage, clear)
 
 Corners are rounded while welding and on the way, each by its own measure; not where the arc goes on or off, nor where
-all axes stand. Radians and metres.
+all axes stand. A motion that says itself where it is rounded, as a program does, is rounded there. Radians and metres.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from ..collision.clearances import Clearances
 from ..collision.reach_radii import all_radii
 from ..failure import Seen
 from ..job.job import Job
-from ..motion.motion import STANDING, Motion
+from ..motion.motion import STANDING
+from ..motion.motion_file import ReadMotion
 from ..timing.blending import TRAVEL_ZONE, rounded
 from ..units import METRES_PER_MM
 from .bead_order import Finding
@@ -29,8 +30,12 @@ from .bead_samples import Way
 from .collisions import arm_checker, hit, stretches_of
 
 
-def _runs(job: Job, motion: Motion, rows: Way) -> Iterator[tuple[int, int, Floats, float]]:
+def _runs(job: Job, read: ReadMotion, rows: Way) -> Iterator[tuple[int, int, Floats, float]]:
     """Runs of rows without a stop: the first and the last, path length from the first on, and the rounding's zone."""
+    motion = read.motion
+    if read.blended is not None:
+        yield from ((run.first, run.last, run.s, run.zone) for run in read.blended)
+        return
     away = np.linalg.norm(np.diff(rows.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
     way = np.where(motion.welding, away, np.linalg.norm(np.diff(rows.q, axis=0), axis=1))
     zones = {True: job.case.process.blend_mm * METRES_PER_MM, False: TRAVEL_ZONE}
@@ -41,26 +46,26 @@ def _runs(job: Job, motion: Motion, rows: Way) -> Iterator[tuple[int, int, Float
             yield a, b, np.concatenate([[0.0], np.cumsum(way[a:b])]), zones[bool(kind[a])]
 
 
-def rounded_rows(job: Job, motion: Motion, rows: Way) -> Floats:
+def rounded_rows(job: Job, read: ReadMotion, rows: Way) -> Floats:
     """All axes at the rows with corners rounded, (m, j + 2), rad.
 
     Args:
         job: the job.
-        motion: the motion.
+        read: the motion.
         rows: its rows, from ``cell.verification.bead_samples.rows_of``.
     """
     q = rows.q.copy()
-    for a, b, s, zone in _runs(job, motion, rows):
+    for a, b, s, zone in _runs(job, read, rows):
         q[a : b + 1] = rounded(rows.q[a : b + 1], s, zone)
     return q
 
 
-def corner_collisions(job: Job, motion: Motion, rows: Way, way: Way, stage: Ints, clear: Clearances) -> list[Finding]:
+def corner_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: Ints, clear: Clearances) -> list[Finding]:
     """Where the arm comes too near to something for the rounding of corners alone.
 
     Args:
         job: the job.
-        motion: the motion.
+        read: the motion.
         rows: its rows.
         way: samples of all of it.
         stage: deposits there are at the samples.
@@ -73,11 +78,11 @@ def corner_collisions(job: Job, motion: Motion, rows: Way, way: Way, stage: Ints
     least = job.case.checks.clearance_mm * METRES_PER_MM
     checker = arm_checker(job, way)
     radius = all_radii(scene)
-    row = np.append(way.row[:-1], len(motion.t_s) - 1)  # the last sample is the last row
+    row = np.append(way.row[:-1], len(read.row) - 1)  # the last sample is the last row
     first, count = np.searchsorted(row, row), np.bincount(row)
     share = (np.arange(len(row)) - first) / count[row]
     found = []
-    for a, b, s, zone in _runs(job, motion, rows):
+    for a, b, s, zone in _runs(job, read, rows):
         low, high = np.searchsorted(row, [a, b]).tolist()
         mine = slice(low, high + 1)
         # samples lie on the rows' own straight lines: the same path with more rows

@@ -100,7 +100,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
     stage = stages(job, motion, coarse.row)
     clear, hits = collisions(job, motion, coarse, stage)
-    hits += corner_collisions(job, motion, rows, coarse, stage, clear)
+    hits += corner_collisions(job, read, rows, coarse, stage, clear)
     order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
     findings = [
         *_limit_findings(job, motion, rows.q),
@@ -132,6 +132,8 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
 
 
 def _most(values: Floats, way: Way, read: ReadMotion) -> tuple[float, int]:
+    if not len(values):
+        return 0.0, int(read.row[0])
     k = int(np.argmax(values))
     return float(values[k]), int(read.row[way.row[k]])
 
@@ -169,7 +171,7 @@ def _acceleration_use(job: Job, read: ReadMotion, rows: Way) -> Floats:
     to row they hide no spike, but the rounding of a file's digits can be all they show: what it can be at most is taken
     off, which over longer ones is little. Before its first row and after its last the motion is at rest.
     """
-    smooth = _second_differences(rounded_rows(job, read.motion, rows), read, WINDOWS)
+    smooth = _second_differences(rounded_rows(job, read, rows), read, WINDOWS)
     # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
     plain = _second_differences(_axes(read.motion), read, WINDOWS)
     plain[-1] = np.inf
@@ -318,6 +320,8 @@ def _nearest(
 
 
 def _least_margin(job: Job, read: ReadMotion, way: Way, margin: Floats) -> tuple[float, int, str] | None:
+    if not len(margin):
+        return None
     limits = job.singularity_limits.values(job.solver.geometry is not None)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(limits > 0, margin / limits, np.inf)
@@ -327,6 +331,8 @@ def _least_margin(job: Job, read: ReadMotion, way: Way, margin: Floats) -> tuple
     return float(margin[k, kind]), int(read.row[way.row[k]]), KINDS[kind]
 
 
-def _least_sigma(job: Job, way: Way) -> float:
+def _least_sigma(job: Job, way: Way) -> float | None:
+    if not len(way.row):
+        return None
     rows = np.flatnonzero(np.diff(way.row, prepend=-1))
     return float(smallest_singular_value(job.scene.chain, way.q[rows, : job.scene.chain.n]).min())

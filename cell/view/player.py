@@ -21,6 +21,7 @@ from ..verdict.check import Result
 from ..verdict.words import in_words
 from .camera import View, still
 from .colours import COLOURINGS, Colouring, target_colours
+from .shown_motion import Played
 from .stage_scene import Frame
 
 KEYS = {
@@ -231,6 +232,8 @@ class Player:
                 ("time", f"{self.time:.1f} of {self.end:.1f} s"),
                 ("arc", "on" if frame.laying else "off"),
             ]
+        if isinstance(result, Played) and result.program is not None:
+            lines.append(("line", str(result.line_at(self._sample(result.motion)[0]))))
         lines.append(("colours", target_colours(result, self.colour)[1]))
         return [*lines, ("speed", f"x {self.speed:g}{'' if self.playing else '  paused'}")]
 
@@ -238,6 +241,8 @@ class Player:
 def _arrivals(motion: Motion, n: int) -> Floats:
     """When each of n targets is reached, (n,), s."""
     welding = np.flatnonzero(motion.arc)
+    if not len(welding):
+        return np.zeros(n)
     # a motion from a file may leave out targets, and go back
     reached = np.searchsorted(np.maximum.accumulate(motion.target[welding]), np.arange(n))
     return motion.t_s[welding[np.minimum(reached, len(welding) - 1)]]

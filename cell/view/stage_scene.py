@@ -147,6 +147,7 @@ class StagedScene:
         half = max(FLOOR, float(away.max(initial=0.0)) + MARGIN)
         for geom in np.flatnonzero(planes & (m.geom_bodyid == 0)):
             m.geom_size[geom, :2] = half
+            m.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # else its place is not read
             m.geom_pos[geom, :2] = centre[:2]
         m.vis.map.shadowclip = 1.5 * half / m.stat.extent
         # the floor's edge would look like a tilted horizon; nothing of the cell itself is to be in the haze

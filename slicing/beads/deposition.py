@@ -25,6 +25,7 @@ from ..warning import Code, Warning
 from .bead import Bead, BeadParameters
 
 TOLD = 0.05  # share of a layer's metal that may be missing or too much before a warning says so
+NEXT_TO_NOTHING = 0.05  # of the layer that takes most: such last layers are told of by volume, not by share
 
 
 @dataclass(frozen=True)
@@ -117,12 +118,22 @@ def metal_lines(name: str, metal: Sequence[LayerMetal], parameters: BeadParamete
     off = [m for m in metal if abs(m.share - 1.0) > TOLD]
     if not off:
         return []
-    worst = max(off, key=lambda m: abs(math.log(max(m.share, 1e-9))))
+    least = NEXT_TO_NOTHING * max(m.wanted_mm3 for m in metal)
+    full, bare = [m for m in off if m.wanted_mm3 >= least], [m for m in off if m.wanted_mm3 < least]
+    worst = max(full or bare, key=lambda m: abs(math.log(max(m.share, 1e-9))))
+    most = f", most layer {worst.layer} with {worst.share:.0%}" if full else ""
+    if bare:
+        # a share of next to nothing says little: how much metal it is says more
+        heaviest = max(bare, key=lambda m: m.laid_mm3)
+        most += (
+            f"; {len(bare)} of them take{'s' * (len(bare) == 1)} next to nothing: layer {heaviest.layer} gets"
+            f" {heaviest.laid_mm3:.3g} mm³ for {heaviest.wanted_mm3:.2g} mm³"
+        )
     whole = sum(m.laid_mm3 for m in metal) / max(sum(m.wanted_mm3 for m in metal), 1e-300)
     why = " (pattern contour lays borders alone)" if parameters.pattern == "contour" else ""
     text = (
         f"{name}: its beads lay {whole:.0%} of the metal that its layers take{why}; {len(off)} of {len(metal)} layers"
-        f" are more than {TOLD:.0%} off, most layer {worst.layer} with {worst.share:.0%}"
+        f" are more than {TOLD:.0%} off{most}"
     )
     return [Warning(Code.DEPOSIT_SHARE, text, sub_volume=name, layer=worst.layer)]
 

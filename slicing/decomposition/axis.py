@@ -29,6 +29,7 @@ REFINED = 8  # candidates worth a least-squares fit
 WORTH = 0.15  # of the best candidate's score
 ROUNDS = 16
 ROUGH = 1e-3  # of the part's extent: a quarter of what corners may stray by about an axis that is not fitted yet
+ROUGH_HALF_FACET_RAD = np.deg2rad(18.0)  # 5 more than of an axis that is fitted
 SHRINK = 0.5
 STARTING_TURN = 0.1  # share of the directions in which a surface must be seen before the axis is fitted
 SEARCHED = 12  # bands looked at on the way
@@ -122,6 +123,23 @@ def find_axis(
     return replace(best, rival=max(rivals, key=lambda a: a.area_mm2, default=None))
 
 
+def parallel_axis(skin: PartFaces, axis: Axis) -> Axis | None:
+    """An axis beside another one and parallel to it, as a shaft's beside its eccentric disc's.
+
+    Args:
+        skin: of the part, about the origin.
+        axis: the other one, found in it.
+
+    Returns:
+        The axis with the largest cylinders and cones of the faces that are not turned about the other one.
+    """
+    turned = [f.faces for f in axis.bands if f.is_body()]
+    if not turned:
+        return None
+    left = np.delete(np.arange(len(skin.faces)), np.concatenate(turned))
+    return find_axis(replace(skin, faces=skin.faces[left], plane=skin.plane[left]), None, axis.direction)
+
+
 def _same(a: Axis, b: Axis, reach: float) -> bool:
     """Two axes are one as far as a search goes."""
     if np.linalg.norm(np.cross(a.direction, b.direction)) > np.sin(SAME_AXIS_RAD):
@@ -178,7 +196,8 @@ def _corners_of(skin: PartFaces, axis: Axis, least_turn: float) -> _FacetCorners
 def _refined(skin: PartFaces, axis: Axis, least_turn: float) -> Axis:
     """Robust least squares on the corners of the largest bands, over place, tilt, radii and slopes."""
     best = replace(axis, spread_mm=np.inf)
-    rough = replace(skin, noise_mm=max(ROUGH * skin.extent, skin.noise_mm))
+    # about an axis that is not fitted yet, facets of a coarse polygon stand askew as well
+    rough = replace(skin, noise_mm=max(ROUGH * skin.extent, skin.noise_mm), half_facet_rad=ROUGH_HALF_FACET_RAD)
     for seen, turn in ((rough, STARTING_TURN), (skin, least_turn)):
         corners = _corners_of(seen, best, turn)
         if corners is None:

@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Bools, Floats, Ints
-from .turned_faces import COPLANAR_RAD, HALF_FACET_RAD, neighbours
+from ..mesh.edge_table import neighbours
+from .turned_faces import COPLANAR_RAD, HALF_FACET_RAD
 
 SAMPLES = 1500  # faces looked at
 FROM_CURVED, FROM_PATCHES = 0.45, 0.35  # shares drawn from the curved ones by area, and evenly over their patches

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ..mesh.closest_point import least_over_triangles
 from ..mesh.shells import winding_numbers
 from ..mesh.solid import Bools, Floats, Ints, PartError
 from .outline import Outline
@@ -281,9 +282,9 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float) -> Cut:
 
 
 def _least_off(part: Any, outline: Outline) -> float:
-    """How near a piece's corners come to the body, mm."""
-    vertices = arrays_of(part)[0]
-    return float(outline.off(np.hypot(vertices[:, 0], vertices[:, 1]), vertices[:, 2]).min())
+    """How near a piece comes to the body, mm."""
+    vertices, faces, _ = arrays_of(part)
+    return least_over_triangles(vertices[faces], lambda p: outline.off(np.hypot(p[:, 0], p[:, 1]), p[:, 2]))
 
 
 def _cutter(outline: Outline, noise_mm: float) -> Any:

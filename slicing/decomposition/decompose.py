@@ -11,8 +11,10 @@ along the axis by `slicing.decomposition.outline`. The solid outside of that out
 sub-volume with a cap on the body.
 
 What counts as body: cylinders and cones about the axis, bores or not, with their steps. A ring that stands out
-farther than it is long is a flange, hence a sub-volume; a lower one is a step of the body. `BodyHint.radius_mm` says
-otherwise: whatever is wider stands on the body. What stands on an end of the body alone stays with the body.
+farther than it is long is a flange, hence a sub-volume; a lower one is a step of the body, and so is a land of the
+body's own diameter between narrow grooves. `BodyHint.radius_mm` says otherwise: whatever is wider stands on the body.
+What stands on an end of the body alone stays with the body. Where nothing stands on the largest round body, the next
+axis is tried.
 
 Order and names. SV1, SV2, .. by height of the centroid along the axis (heights closer than a thousandth of the part's
 extent are one), then by its azimuth about the axis from +x counter-clockwise, rings first. The order depends on the
@@ -33,13 +35,15 @@ from ..mesh.face_measures import face_normals
 from ..mesh.solid import Floats, Ints, Mesh, PartError, mesh_from_arrays
 from ..surfaces.bodies import Body, ConicalBody, RevolvedBody, RoundBody
 from ..warning import Code, Warning
-from .axis import Axis, find_axis
+from .axis import Axis, parallel_axis
+from .body_hint import LEAST_SIDES, BodyHint, hinted_axis, part_frame
 from .cut import Cut, CutPiece, arrays_of, carried_through, clearance, cut_off, solid_of
 from .doubts import (
     SMALL,
     Evidence,
     coarse_bodies,
     conical,
+    domed_body,
     doubtful_radius,
     evidence_of,
     full_volume,
@@ -51,56 +55,17 @@ from .doubts import (
     what_is_left,
 )
 from .outline import Outline, body_outline, without_collars
-from .turned_faces import HALF_FACET_RAD, HINTED_TURN, LEAST_TURN, Band, FoundBand, PartFaces, find_bands
+from .turned_faces import HINTED_TURN, Band, FoundBand, PartFaces, find_bands
 
 SAME_HEIGHT = 1e-3  # of the part's extent: centroids at one height
-AXIS_SHARE = 1e-5  # of the extent: an axis this close to z, to the origin or to a hint is there
-HINT_SHARE = 1e-2  # of the extent: how far a hint's axis may be off the one found
 HINT_MM = 0.01  # how far a hint's radius may
 LEAST_SEEN, SMALL_SEEN = 0.5, 0.9  # of a body's length: with less it is no body; of one that is small against the part
-LEAST_SIDES = math.ceil(math.pi / HALF_FACET_RAD)
 CARRIES = 0.1  # share of a root that makes a step count as what it stands on
 DRAFT_MM = 0.5  # a cone so near its mean cylinder where a sub-volume stands: cylindrical layers begin on it
 
 
-@dataclass(frozen=True)
-class BodyHint:
-    """What is known about the body, in the input's frame; None for what is to be found.
-
-    An axis says which of several it is: the part's own, fitted, is used where the two differ by rounding. A radius is
-    used as it stands.
-
-    Attributes:
-        axis_point_mm: (x, y, z) of a point of its axis.
-        axis_direction: of its axis, any length above 0.
-        radius_mm: of the cylinder that the sub-volumes stand on.
-    """
-
-    axis_point_mm: tuple[float, float, float] | None = None
-    axis_direction: tuple[float, float, float] | None = None
-    radius_mm: float | None = None
-
-    def __post_init__(self) -> None:
-        for key in ("axis_point_mm", "axis_direction"):
-            value = getattr(self, key)
-            if value is not None and (len(value) != 3 or not all(math.isfinite(v) for v in value)):
-                raise PartError(f"{key}: {value} is not allowed; three finite numbers are needed")
-        if self.axis_direction is not None and math.hypot(*self.axis_direction) == 0:
-            raise PartError("axis_direction: (0, 0, 0) is no direction; a vector of some length is needed")
-        if self.radius_mm is not None and not (math.isfinite(self.radius_mm) and self.radius_mm > 0):
-            raise PartError(f"radius_mm: {self.radius_mm} is not a body's radius; a number above 0 is needed")
-
-    @property
-    def point(self) -> Floats | None:
-        """The point (3,), mm."""
-        return None if self.axis_point_mm is None else np.array(self.axis_point_mm, dtype=np.float64)
-
-    @property
-    def direction(self) -> Floats | None:
-        """The direction (3,), unit."""
-        if self.axis_direction is None:
-            return None
-        return np.array(self.axis_direction, dtype=np.float64) / math.hypot(*self.axis_direction)
+class _BareBodyError(PartError):
+    """Nothing stands on the body."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,8 +135,8 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     vertices, faces, _ = arrays_of(solid)
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     skin = PartFaces.of(vertices - middle, _outer(vertices - middle, faces), mesh.noise_mm)
-    axis = _hinted_axis(mesh, hint, skin, middle)
-    T_part_input, axis_xy = _frame(axis, vertices)
+    axis = hinted_axis(mesh, hint, skin, middle)
+    T_part_input, axis_xy = part_frame(axis, vertices)
     # about the part's own middle: lengths are the part's, however far it lies from the origin
     into_axis = T_part_input.copy()
     into_axis[:2, 3] -= axis_xy
@@ -185,7 +150,10 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     outline = carried_through(solid, bare)
     if hint.radius_mm is None:
         _require_seen(mesh, bare, outline, float(solid.volume()))
-    outline, cut, told = _cut(mesh, solid, outline, radius, alone)
+    try:
+        outline, cut, told = _cut(mesh, solid, outline, radius, alone)
+    except _BareBodyError as error:
+        return _about_another(mesh, hint, axis, (skin, middle, error))
     extent = skin.extent
     pieces = [cut.pieces[k] for k in (_order([piece.centroid for piece in cut.pieces], extent) if cut.pieces else [])]
     outline = outline.lifted(up)
@@ -196,6 +164,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     warnings = [
         *mesh.warnings,
         *doubtful_radius(mesh.name, evidence),
+        *domed_body(mesh.name, outline, radius),
         *rival_axis(mesh.name, axis),
         *told,
         *coarse_bodies(mesh.name, outline, {radius, *(root.radius for root in roots)}),
@@ -233,21 +202,6 @@ def _outer(vertices: Floats, faces: Ints) -> Ints:
     return faces[volume[shell] > 0]
 
 
-def _hinted_axis(mesh: Mesh, hint: BodyHint, skin: PartFaces, middle: Floats) -> Axis:
-    """The axis of a part, the hint's where it gives one; an error where there is none."""
-    least_turn = LEAST_TURN if hint.radius_mm is None else HINTED_TURN
-    point = None if hint.point is None else hint.point - middle
-    axis = find_axis(skin, point, hint.direction, least_turn)
-    if axis is None:
-        given = " about the axis that the hint gives" if hint.axis_point_mm or hint.axis_direction else ""
-        raise PartError(
-            f"{mesh.name}: no round body found{given}; an outer cylinder or cone of at least {LEAST_SIDES} sides is"
-            " needed, or the"
-            " sub-volumes as meshes of their own and the body's radius"
-        )
-    return _as_hinted(mesh, replace(axis, point=axis.point + middle), hint, (middle, skin.extent))
-
-
 def _require_seen(mesh: Mesh, bare: Outline, outline: Outline, whole_mm3: float) -> None:
     """Refuse a body most of whose length is inside of what should stand on it; bare: before it was carried on."""
     seen = sum(s.length for s in bare.sections if s.area_mm2 > 0) / (outline.high - outline.low)
@@ -282,64 +236,35 @@ def _cut(mesh: Mesh, solid: Any, outline: Outline, radius: float, alone: bool) -
         if len(radii) > 1
         else ""
     )
-    raise PartError(
+    raise _BareBodyError(
         f"{mesh.name}: nothing stands on its round body (radius {radius:.6g} mm); sub-volumes on the outside of"
         f" a cylinder are needed{steps}"
     )
 
 
+def _about_another(
+    mesh: Mesh, hint: BodyHint, axis: Axis, of: tuple[PartFaces, Floats, _BareBodyError]
+) -> Decomposition:
+    """A part taken apart about another axis, nothing standing on the body about the one with most about it."""
+    skin, middle, bare = of
+    rival = None if hint != BodyHint() else axis.rival or parallel_axis(skin, axis)
+    if rival is None:
+        raise bare
+    x, y, z = (rival.point + middle).tolist()
+    a, b, c = rival.direction.tolist()
+    try:
+        found = decompose(mesh, BodyHint((x, y, z), (a, b, c)))
+    except PartError:
+        raise bare from None
+    line = (
+        f"{mesh.name}: nothing stands on the largest round body, with {axis.area_mm2:.0f} mm² turned about its axis;"
+        f" the next one, of radius {found.body.radius_mm:.6g} mm, is taken (part.body.radius_mm says which)"
+    )
+    return replace(found, warnings=(*found.warnings, Warning(Code.BODY_RIVAL, line)))
+
+
 def _mesh(name: str, piece: CutPiece, shift: Floats, source: Mesh) -> Mesh:
     return mesh_from_arrays(name, piece.vertices + shift, piece.faces, source.noise_mm)
-
-
-def _as_hinted(mesh: Mesh, axis: Axis, hint: BodyHint, size: tuple[Floats, float]) -> Axis:
-    """The axis with the hint's own numbers: both given, they count as they stand; an error where they do not fit."""
-    middle, extent = size
-    slack, direction, point = max(AXIS_SHARE * extent, 2 * axis.spread_mm), axis.direction, axis.point
-    point = point + ((middle - point) @ direction) * direction  # turn about the middle, not far away
-    exact = hint.direction is not None and hint.point is not None
-    off = 0.0
-    if hint.direction is not None:
-        towards = hint.direction if hint.direction @ direction > 0 else -hint.direction
-        tilt = float(np.linalg.norm(np.cross(direction, towards)))
-        if tilt > HINT_SHARE:
-            raise PartError(
-                f"{mesh.name}: axis_direction is {math.degrees(math.asin(min(tilt, 1.0))):.2f}° off the axis of the"
-                f" round body found there, {tuple(round(float(v), 4) for v in direction)}"
-            )
-        if exact or tilt * extent <= slack:
-            direction, off = towards, tilt * extent
-    if hint.point is not None:
-        away = hint.point - point
-        shift = float(np.linalg.norm(away - (away @ direction) * direction))
-        if shift > HINT_SHARE * extent:
-            raise PartError(
-                f"{mesh.name}: axis_point_mm {hint.axis_point_mm} is {shift:.3g} mm off the axis of the round body"
-                f" found there, which passes through {tuple(round(float(v), 3) for v in point)}"
-            )
-        if exact or shift <= slack:
-            point, off = hint.point, max(off, shift)
-    if off <= 2 * slack:
-        return replace(axis, point=point, direction=direction)
-    line = (
-        f"{mesh.name}: the axis given is {off:.3g} mm off the one that the mesh is turned about, which passes through"
-        f" {tuple(round(float(v), 4) for v in axis.point)} along {tuple(round(float(v), 6) for v in axis.direction)};"
-        " the one given is used"
-    )
-    return replace(axis, point=point, direction=direction, lines=(Warning(Code.BODY_AXIS, line),))
-
-
-def _frame(axis: Axis, vertices: Floats) -> tuple[Floats, tuple[float, float]]:
-    """T_part_input (4, 4), and where the axis is in the part frame: kept if it is parallel to z."""
-    extent = float(np.ptp(vertices, axis=0).max())
-    slack = max(AXIS_SHARE * extent, 2 * axis.spread_mm)
-    if float(np.hypot(*axis.direction[:2])) * extent > slack:
-        return axis.to_z, (0.0, 0.0)
-    middle = 0.5 * (vertices[:, 2].min() + vertices[:, 2].max())
-    x, y, _ = axis.point + axis.direction * (middle - axis.point[2]) / axis.direction[2]
-    if math.hypot(x, y) <= slack:
-        return np.eye(4), (0.0, 0.0)
-    return np.eye(4), (round(float(x), 6), round(float(y), 6))
 
 
 def _outline(mesh: Mesh, bands: list[FoundBand], hint: BodyHint) -> tuple[list[FoundBand], Outline, float]:

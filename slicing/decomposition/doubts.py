@@ -27,6 +27,8 @@ MISSING = 2e-4  # of the whole volume: what does not add up
 ALIKE, DIFFERENT = 0.03, 3e-3  # of the volume: pieces that are meant to be alike, and are not
 SAME_PLACE = 2e-3  # of the radius: heights and distances from the axis of pieces that are alike
 SMALL = 0.15  # of the part's volume: a body this small may be a boss
+ROUGH = 12  # slivers: so many are no accident
+DOME, DOME_RAD, SMOOTH_RAD = 0.25, np.deg2rad(30.0), np.deg2rad(20.0)  # short, of the radius; a dome bends so; by steps
 LEAST_SHARE, STRAYING = 0.25, 2e-3  # of the corners that lie on a body's surface; of its radius, how far they stray
 
 
@@ -155,6 +157,29 @@ def doubtful_radius(name: str, evidence: Evidence) -> list[Warning]:
     ]
 
 
+def domed_body(name: str, outline: Outline, radius_mm: float) -> list[Warning]:
+    """A line where the body's cylinder is a short stretch of a ball or a dome, whose axis may be any."""
+    sections = [s for s in outline.sections if s.area_mm2 > 0]
+    for k, section in enumerate(sections):
+        if not section.is_cylinder or section.radius_low != radius_mm or section.length >= DOME * radius_mm:
+            continue
+        if all(_bends(sections[k::way]) >= DOME_RAD for way in (1, -1)):
+            text = (
+                f"{name}: the body's radius {radius_mm:.6g} mm is in doubt: it is that of a stretch of"
+                f" {section.length:.3g} mm of a ball or a dome (part.body says which axis and radius)"
+            )
+            return [Warning(Code.BODY_RADIUS, text)]
+    return []
+
+
+def _bends(sections: Sequence[Band]) -> float:
+    """By how much an outline bends on smoothly from its first section, rad."""
+    angle = [math.atan2(s.radius_high - s.radius_low, max(s.length, 1e-12)) for s in sections]
+    steps = np.abs(np.diff(angle))
+    smooth = int(np.argmax(np.append(steps, np.inf) > SMOOTH_RAD))
+    return abs(angle[smooth] - angle[0])
+
+
 def rival_axis(name: str, axis: Axis) -> list[Warning]:
     """A line where another axis has nearly as much turned about it."""
     rival = axis.rival
@@ -212,6 +237,14 @@ def what_is_left(name: str, cut: Cut) -> list[Warning]:
     seen = [sliver for sliver in cut.slivers if sliver.height_mm > 1e-3]
     if seen:
         most, volume = max(s.height_mm for s in seen), sum(s.volume_mm3 for s in seen)
+        if len(seen) >= ROUGH:
+            lines.append(
+                Warning(
+                    Code.BODY_RADIUS,
+                    f"{name}: the body's surface is no stack of cylinders and cones, as a ball's of scattered faces:"
+                    f" {len(seen)} slivers stand out of those taken for it, and a sub-volume may be one more",
+                )
+            )
         lines.append(
             Warning(
                 Code.SLIVERS,

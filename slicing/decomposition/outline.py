@@ -6,7 +6,8 @@ outside it stands on it:
     outline = body_outline(find_bands(vertices, faces))     # frame: z is the axis
     outline.radius_at(z), outline.sections                  # lowest first
 
-A section that sticks out farther than it is long is a flange: a ring that stands on the body, no step of it.
+A section that sticks out farther than it is long is a flange: a ring that stands on the body, no step of it. Not so
+where it is as wide as the body beside it with a narrow groove between them: grooves are turned out of a bar.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from .turned_faces import HINTED_TURN, LEAST_COVERAGE, LEAST_TURN, Band, FoundBa
 
 SAME_POINT_MM, SAME_POINT = 1e-5, 1e-6  # points of an outline closer than this (and that share of r) are one
 SHORT_AND_HIGH = 0.999  # of its length: a ring that stands out this far is a flange
+LAND = 5e-3  # of its radius: a ridge that differs by less from the body beside it is what grooves left of a bar
+GROOVE = 2.0  # of its depth: a wider one is a narrower stretch of the body
 SHORT_GAP = 0.05  # of the radius: what is not seen there is no hidden step
 
 
@@ -118,7 +121,7 @@ def body_outline(bands: list[FoundBand], radius_mm: float | None = None) -> Outl
     found = [f for f in bands if f.goes_round(LEAST_TURN if radius_mm is None else HINTED_TURN)]
     if not found:
         return None
-    heights = np.sort([z for f in found for z in (f.band.low, f.band.high)])
+    heights = np.sort([z for f in found for z in (f.band.low, f.band.high, *_gaps(f))])
     least = 1e-5 * max(float(heights[-1] - heights[0]), 1e-9)
     heights = heights[np.append(True, np.diff(heights) > least)]
     sections: list[Band] = []
@@ -129,6 +132,19 @@ def body_outline(bands: list[FoundBand], radius_mm: float | None = None) -> Outl
     sections = _joined(sections)
     sections = _without_flanges(sections) if radius_mm is None else _without_larger(sections, radius_mm)
     return Outline(tuple(sections)) if sections else None
+
+
+def _gaps(f: FoundBand) -> list[float]:
+    """Heights at which stretches of a band begin and end that are hardly there: the lands between two grooves."""
+    ends = np.concatenate([f.face_low, f.face_high])
+    density = f.face_area / np.maximum(f.face_high - f.face_low, 1e-12)
+    order = np.argsort(ends)
+    z, there = ends[order], np.cumsum(np.concatenate([density, -density])[order])
+    part = 2 * np.pi * f.band.radius_at(z) * f.band.slant / max(f.band.length, 1e-12)
+    # what lies between two ends that are one but for rounding is no stretch
+    bare = (there[:-1] < LEAST_COVERAGE * part[:-1]) & (np.diff(z) > 1e-5 * max(f.band.length, 1e-9))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], bare.astype(np.int8), [0]])))
+    return [float(v) for k, v in zip(edges, z[edges], strict=True) if 0 < k < len(z) - 1]
 
 
 def _innermost(found: list[FoundBand], low: float, high: float, radius_mm: float | None) -> Band | None:
@@ -265,10 +281,37 @@ def _hill(z: Floats, r: Floats, base: float, between: bool) -> Hill:
 
 
 def _without_flanges(sections: list[Band]) -> list[Band]:
-    """Leave out what sticks out farther than it is long, the shortest first."""
-    while flanges := [hill for hill in hills(sections) if hill.is_flange]:
+    """Leave out what sticks out farther than it is long, the shortest first, but for lands between grooves."""
+    while flanges := [hill for hill in hills(sections) if hill.is_flange and not _is_land(sections, hill)]:
         sections = _levelled(sections, min(flanges, key=lambda hill: hill.length))
     return sections
+
+
+def _is_land(sections: Sequence[Band], hill: Hill) -> bool:
+    """What grooves leave of a bar: as wide as the body that is beside it beyond narrow grooves and other lands."""
+    z = np.array([v for s in sections for v in (s.low, s.high)])
+    r = np.array([v for s in sections for v in (s.radius_low, s.radius_high)])
+    top = np.flatnonzero((z >= hill.low) & (z <= hill.high) & (r >= hill.top * (1.0 - LAND)))
+    up, down = (z, r, int(top[-1])), (-z[::-1], r[::-1], len(r) - 1 - int(top[0]))
+    return any(_reaches_body(*way, hill.top) for way in (up, down))
+
+
+def _reaches_body(z: Floats, r: Floats, k: int, top: float) -> bool:
+    """Whether up from the k-th point of an outline narrow grooves lead to a stretch of one radius that is body."""
+    while True:
+        after = np.flatnonzero(r[k + 1 :] >= top * (1.0 - LAND))
+        if len(after) == 0:
+            return False
+        first = k + 1 + int(after[0])
+        depth = top - float(r[k : first + 1].min())
+        if z[first] - z[k] > GROOVE * depth or r[first] > top * (1.0 + LAND):
+            return False
+        last = first
+        while last + 1 < len(r) and abs(r[last + 1] - top) <= LAND * top:
+            last += 1
+        if z[last] - z[first] > depth:
+            return True
+        k = last
 
 
 def without_collars(outline: Outline) -> Outline:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..mesh.edge_table import edge_table
+from ..mesh.edge_table import neighbours
 from ..mesh.solid import Bools, Floats, Ints
 from .robust_line import Line, fit_line
 
@@ -47,7 +47,7 @@ class Band:
         high: its upper end, mm.
         radius_low: radius at the lower end, through the corners of the mesh, mm.
         radius_high: radius at the upper end, mm.
-        flat_mm: how far the middles of its facets lie inside it.
+        flat_mm: how far the middles of its facets lie inside it, at its mean radius.
         area_mm2: of the faces that belong to it.
         over_mm: how far corners of the mesh stand outside it.
     """
@@ -69,6 +69,11 @@ class Band:
     def length(self) -> float:
         """Along z, mm."""
         return self.high - self.low
+
+    @property
+    def slant(self) -> float:
+        """Along its meridian, mm."""
+        return float(np.hypot(self.length, self.radius_high - self.radius_low))
 
     @property
     def middle_radius(self) -> float:
@@ -99,6 +104,7 @@ class FoundBand:
         turn: share of 24 directions about the axis in which it is there.
         within_mm: how close its corners lie to it.
         share: of the faces first taken for it, how much lies that close.
+        half_facet_rad: half the angle of the coarsest polygon that passes for round.
     """
 
     band: Band
@@ -109,6 +115,7 @@ class FoundBand:
     turn: float
     within_mm: float = 0.0
     share: float = 1.0
+    half_facet_rad: float = HALF_FACET_RAD
 
     def is_round(self, least_turn: float = LEAST_TURN) -> bool:
         """A cylinder that goes far enough round the axis to be a body's surface."""
@@ -119,7 +126,7 @@ class FoundBand:
         band = self.band
         if self.coverage(band.low, band.high) < 0.5 * LEAST_COVERAGE:
             return False
-        sided = band.flat_mm <= (1.0 - np.cos(HALF_FACET_RAD)) * band.radius_low
+        sided = band.flat_mm <= (1.0 - np.cos(self.half_facet_rad)) * band.radius_low
         return not band.is_cylinder or bool(self.turn >= least_turn and sided)
 
     def is_body(self, least_turn: float = LEAST_TURN, least_share: float = LEAST_SHARE_ON) -> bool:
@@ -131,7 +138,7 @@ class FoundBand:
             return self.is_round(least_turn)
         least = min(band.radius_low, band.radius_high)
         rise = abs(band.radius_high - band.radius_low)
-        sided = band.flat_mm <= (1.0 - np.cos(HALF_FACET_RAD)) * band.middle_radius
+        sided = band.flat_mm <= (1.0 - np.cos(self.half_facet_rad)) * band.middle_radius
         long = np.hypot(band.length, rise) >= LONG_CONE * band.middle_radius and rise <= STEEP_CONE * band.length
         return bool(self.goes_round(least_turn) and self.turn >= least_turn and sided and long and least > 0)
 
@@ -140,8 +147,7 @@ class FoundBand:
         overlap = np.minimum(self.face_high, high) - np.maximum(self.face_low, low)
         height = np.maximum(self.face_high - self.face_low, 1e-12)
         part = self.band.between(low, high)
-        slant = float(np.hypot(part.length, part.radius_high - part.radius_low))
-        whole = 2 * np.pi * part.middle_radius * slant
+        whole = 2 * np.pi * part.middle_radius * part.slant
         return float((self.face_area * np.clip(overlap / height, 0.0, 1.0)).sum() / max(whole, 1e-12))
 
 
@@ -154,12 +160,14 @@ class PartFaces:
         faces: (m, 3), outward.
         plane: (m,) one number for all neighbours of one plane.
         noise_mm: rounding of the coordinates.
+        half_facet_rad: half the angle of the coarsest polygon that passes for round.
     """
 
     vertices: Floats
     faces: Ints
     plane: Ints
     noise_mm: float
+    half_facet_rad: float = HALF_FACET_RAD
 
     @staticmethod
     def of(vertices: Floats, faces: Ints, noise_mm: float) -> PartFaces:
@@ -189,23 +197,6 @@ class PartFaces:
     def extent(self) -> float:
         """Greatest extent, mm."""
         return float(np.ptp(self.vertices, axis=0).max())
-
-
-def neighbours(count: int, faces: Ints) -> tuple[Ints, Ints]:
-    """Numbers (e,), (e,) of the faces on either side of each edge that has two.
-
-    Args:
-        count: of vertices.
-        faces: (m, 3).
-
-    Returns:
-        The one, and the other.
-    """
-    side = edge_table(count, faces)[1].ravel()
-    order = np.argsort(side, kind="stable")
-    first = np.flatnonzero(np.append(True, np.diff(side[order]) > 0))
-    first = first[np.diff(np.append(first, len(order))) == 2]
-    return order[first] // 3, order[first + 1] // 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,7 +239,7 @@ def turned_faces(skin: PartFaces, facets: Facets) -> Bools:
     corners = skin.vertices[skin.faces][:, :, :2]
     ahead = (corners * facets.outward[:, None]).sum(axis=2)
     aside = corners[:, :, 1] * facets.outward[:, None, 0] - corners[:, :, 0] * facets.outward[:, None, 1]
-    square = (np.abs(aside) <= np.tan(HALF_FACET_RAD) * ahead).all(axis=1)
+    square = (np.abs(aside) <= np.tan(skin.half_facet_rad) * ahead).all(axis=1)
     turned = square & (np.cos(facets.slope) > STEEPEST) & (facets.distance > 0) & (facets.area > 0)
     total = np.bincount(skin.plane, facets.area)
     failing = np.bincount(skin.plane, facets.area * ~turned)
@@ -344,13 +335,14 @@ def fit_band(skin: PartFaces, members: Ints) -> FoundBand | None:
     low, high = float(heights.min()), float(heights.max())
     over = max(float(off.max()), 0.0)
     first, last = line.level + line.slope * low, line.level + line.slope * high
-    depth = (line.level + line.slope * facets.centroid[on, 2]) - facets.distance[on]
+    # as a share of the radius there: a cone's facets are flat by more where it is wider
+    depth = 1.0 - facets.distance[on] / (line.level + line.slope * facets.centroid[on, 2])
     order = np.argsort(depth)
     flat = float(depth[order][np.searchsorted(np.cumsum(area[order]), 0.5 * area.sum()).clip(max=len(order) - 1)])
+    flat *= 0.5 * (first + last)
     band = Band(low, high, first, last, max(flat, 0.0), float(area.sum()), over if over > 2 * line.width else 0.0)
-    return FoundBand(
-        band, members[on], heights.min(axis=1), heights.max(axis=1), area, _turn(corners[on]), line.width, line.share
-    )
+    ends, turn = (heights.min(axis=1), heights.max(axis=1)), _turn(corners[on])
+    return FoundBand(band, members[on], *ends, area, turn, line.width, line.share, skin.half_facet_rad)
 
 
 def ridge_weights(triangles: Ints, plane: Ints, area: Floats) -> tuple[Ints, Floats]:

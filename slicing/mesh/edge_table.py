@@ -93,3 +93,20 @@ class Edges:
     def odd_sides(self) -> Ints:
         """Sides of the edges that have an odd number of them."""
         return self.side[np.repeat(self.count % 2 == 1, self.count)]
+
+
+def neighbours(count: int, faces: Ints) -> tuple[Ints, Ints]:
+    """Numbers (e,), (e,) of the faces on either side of each edge that has two.
+
+    Args:
+        count: of vertices.
+        faces: (m, 3).
+
+    Returns:
+        The one, and the other.
+    """
+    side = edge_table(count, faces)[1].ravel()
+    order = np.argsort(side, kind="stable")
+    first = np.flatnonzero(np.append(True, np.diff(side[order]) > 0))
+    first = first[np.diff(np.append(first, len(order))) == 2]
+    return order[first] // 3, order[first + 1] // 3

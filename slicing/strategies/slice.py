@@ -27,9 +27,10 @@ from ..curves.intersect import NUDGE_MM, Curve, intersect
 from ..layers.body_ends import NO_ENDS, between, closed_over, over_ends_mm3, reach_beyond, without_body
 from ..layers.layer import Body, Layer, RevolvedBody, RoundBody, SlicedSubVolume, SlicingParameters, require_layers
 from ..layers.thickness import resampled
+from ..mesh.closest_point import least_over_triangles
 from ..mesh.solid import Floats, Mesh, PartError
 from ..surfaces.bodies import require_fit
-from ..surfaces.surfaces import Plane, Surface
+from ..surfaces.surfaces import Plane
 from ..volume.layer_areas import hold_volume
 from ..warning import Code, Warning
 from .cylindrical import cylindrical_layers, span
@@ -37,8 +38,8 @@ from .nonuniform import nonuniform_layers
 from .planar import planar_layers
 
 THIN_SPACING_MM = 0.25  # at which beads are looked at for thin places
+SQUARELY = 0.9  # cosine: caps of a root lie so near the body's surface; walls that lean out over it do not
 GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it
-LEAST_SPHERE_MM, MOST_SPHERES = 0.02, 4000  # of the search for the least distance to a body
 
 
 def slice_sub_volume(
@@ -174,7 +175,7 @@ def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     """How far off the body to take the footprint so that the root cap lies below it.
 
     A root cut by a body that was itself a mesh has corners up to a facet's sagitta off the cylinder. Faces
-    that look towards the axis with all corners within the greatest gap are the cap; the cut goes just past
+    that look squarely at the axis with all corners within the greatest gap are the cap; the cut goes just past
     its highest corner.
     """
     close, over = np.abs(heights) <= _greatest_gap(body), heights > 0.01 * NUDGE_MM
@@ -185,7 +186,7 @@ def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     corners = mesh.corners[:, rows]
     radial = body.surface.normals(mesh.vertices[corners].mean(axis=0))
     normals = mesh.normals[rows]
-    cap = (normals * radial).sum(axis=1) < -0.5 * np.sqrt((normals**2).sum(axis=1))
+    cap = (normals * radial).sum(axis=1) < -SQUARELY * np.sqrt((normals**2).sum(axis=1))
     return NUDGE_MM + float(heights[corners[:, cap]].max(initial=0.0))
 
 
@@ -200,7 +201,7 @@ def least_distance(mesh: Mesh, body: RoundBody) -> float:
         The gap, mm, never negative.
     """
     if not isinstance(body, Body):
-        return _least_by_spheres(mesh, body.surface)
+        return least_over_triangles(mesh.vertices[mesh.faces], body.surface.distance)
     xy = mesh.vertices[mesh.faces, :2] - body.surface.axis_point
     start, along = xy, np.roll(xy, -1, axis=1) - xy
     length2 = (along**2).sum(axis=2)
@@ -210,24 +211,6 @@ def least_distance(mesh: Mesh, body: RoundBody) -> float:
     if ((turn > 0).all(axis=1) | (turn < 0).all(axis=1)).any():
         return 0.0  # the axis passes through a face
     return max(nearest - body.radius_mm, 0.0)
-
-
-def _least_by_spheres(mesh: Mesh, surface: Surface) -> float:
-    """Least distance of a mesh from a surface: triangles in four until what may hold a nearer point is tiny."""
-    triangles = mesh.vertices[mesh.faces]
-    least = float(surface.distance(mesh.vertices).min())
-    while len(triangles) and least > 0:
-        centre = triangles.mean(axis=1)
-        radius = np.sqrt(((triangles - centre[:, None]) ** 2).sum(axis=2).max(axis=1))
-        height = surface.distance(centre)
-        least = min(least, float(height.min()), float(surface.distance(triangles.reshape(-1, 3)).min()))
-        near = np.flatnonzero((height - radius < least) & (radius > LEAST_SPHERE_MM))
-        near = near[np.argsort((height - radius)[near])[:MOST_SPHERES]]
-        a, b, c = (triangles[near, k] for k in range(3))
-        ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-        parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-        triangles = np.concatenate([np.stack(part, axis=1) for part in parts])
-    return max(least, 0.0)
 
 
 def _hanging_beads(sliced: SlicedSubVolume, root: list[Curve]) -> list[str]:

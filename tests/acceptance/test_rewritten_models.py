@@ -238,3 +238,15 @@ def test_options_images_and_sizes_of_public_models_say_nothing_and_change_nothin
     assert job.scene.model.opt.gravity.tolist() == [0, 0, 0]
     assert not [w for w in recwarn if "ttach" in str(w.message)]
     assert "conflict" not in capfd.readouterr().err
+
+
+def test_a_table_by_itself_meets_nothing_of_the_arm_however_its_torch_is_written(tmp_path):
+    """With all joints at zero the hose pierces the guide on the link before, which is the arm's own affair."""
+    hose = '<geom name="hose" type="capsule" size="0.015" fromto="-0.03 0 0.1 -0.08 0 0.06"/>'
+    own = f'<body pos="-0.055 0 0.08">{hose.replace("-0.03 0 0.1 -0.08 0 0.06", "0.025 0 0.02 -0.025 0 -0.02")}</body>'
+    assert hose in TORCH
+    for name, torch in (("usual", TORCH), ("own", TORCH.replace(hose, own))):
+        scene = prepare(load_case(write_case(tmp_path, name, torch=torch))).scene
+        zero = np.zeros((1, scene.chain.n))
+        assert Checker(scene, (0.0, 0.0), REACH).clearances(zero, np.zeros(1, dtype=np.int64)).distance[0] < -0.01
+        assert table_alone(scene, (np.pi / 2, np.pi)).distance[0] > 0

@@ -27,6 +27,7 @@ from cell.failure import (
     Slowed,
     Where,
 )
+from cell.programs.program_check import PROGRAM_REASONS
 from cell.verdict.failure_words import failure_in_words
 from cell.verification.bead_order import REASONS as OF_ROWS
 
@@ -190,6 +191,18 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
         {"target": 2, "to_target": 5},
     ),
     (Failure(Kind.JUMP, 40.0, place=IN_ROWS), "no_path", {"on_the_way": "jump", "turns_deg": 40.0}),
+    (Failure(Kind.OUT_OF_REACH, place=IN_ROWS), "unreachable", {}),
+    (Failure(Kind.NO_CONFIGURATION, 170.0, place=IN_ROWS), "no_path", {"turns_deg": 170.0}),
+    (Failure(Kind.TOOL_OFF, 1.0, 0.05, place=IN_ROWS), "tool", {"off_mm": 1.0, "limit": 0.05}),
+    (Failure(Kind.TOOL_TURNED, 1.0, 0.05, place=IN_ROWS), "tool", {"off_deg": 1.0, "limit": 0.05}),
+    (Failure(Kind.BASE_STANDS, 9.0, place=IN_ROWS), "base", {"table_moves_deg": 9.0}),
+    (Failure(Kind.NOT_GIVEN, axis="E1", place=IN_ROWS), "external", {"axis": "E1"}),
+    (Failure(Kind.BLEND, 10.0, 1.0, place=IN_ROWS), "blend", {"blend_mm": 10.0, "limit_mm": 1.0}),
+    (Failure(Kind.PTP_WITH_ARC, place=IN_ROWS), "arc", {"what": "ptp_with_arc"}),
+    (Failure(Kind.ARC_LEFT_ON, place=IN_ROWS), "arc", {"what": "arc_left_on"}),
+    (Failure(Kind.ARC_ON_AGAIN, place=IN_ROWS), "arc", {"what": "arc_on_again"}),
+    (Failure(Kind.ARC_OFF_AGAIN, place=IN_ROWS), "arc", {"what": "arc_off_again"}),
+    (Failure(Kind.PATH_SPEED, 8.0, 3.0, place=IN_ROWS), "speed", {"by": "path", "speed_m_s": 8.0, "limit_m_s": 3.0}),
     (
         Failure(Kind.CONFIGURATION_CHANGE, singularity="wrist", place=IN_ROWS),
         "no_path",
@@ -202,7 +215,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
 def test_a_failure_is_written_as_the_contract_has_it(failure: Failure, reason: str, document: dict[str, Any]) -> None:
     rows = failure.where is Where.ROWS
     assert failure.reason == reason
-    assert reason in (OF_ROWS if rows else REASONS)
+    assert reason in ((*OF_ROWS, *PROGRAM_REASONS) if rows else REASONS)
     assert json.loads(json.dumps(failure.document())) == document
     words = failure_in_words(failure)
     assert words

@@ -5,6 +5,8 @@ import { figure } from "./charts.js";
 
 // feasible first, then the reasons in the order of cell/html_words.py; report.css has the same as --verdict-N
 const VERDICTS = ["#12906e", "#c62828", "#e8710a", "#c2185b", "#7e57c2", "#1976d2", "#00838f", "#8d6e3a", "#4e342e"];
+const OTHER = "#5d4037"; // of what only motions and programs from outside have wrong
+const colour = (k) => VERDICTS[k] ?? OTHER;
 const LAYERS = ["#3b1f6b", "#a12d7c", "#e8663d", "#f9d14a"]; // first to last
 const THICKNESSES = ["#1d4e89", "#3aa6a0", "#e9d66b"]; // thin to thick
 
@@ -29,7 +31,7 @@ export class Paint {
   /** Colours of beads and of marks: functions of a target. */
   by(mode) {
     const t = this.targets;
-    const verdict = (i) => parsed(VERDICTS[t.verdict[i]]);
+    const verdict = (i) => parsed(colour(t.verdict[i]));
     const range = Math.max(this.thick - this.thin, 1e-9);
     // neighbouring layers differ in lightness as well
     const layer = (i) => ramp(LAYERS, t.layer[i] / Math.max(this.layers, 1)).map((v) => v * (t.layer[i] % 2 ? 0.82 : 1));
@@ -48,7 +50,7 @@ export class Paint {
         const item = document.createElement("span");
         const dot = document.createElement("i");
         dot.className = "dot";
-        dot.style.setProperty("--c", VERDICTS[k]);
+        dot.style.setProperty("--c", colour(k));
         item.append(dot, name.replace("_", " "));
         root.append(item);
       });

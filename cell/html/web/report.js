@@ -160,7 +160,8 @@ class Report {
       return `Target ${target}, ${where}: ${row ? row.words : "feasible"}${arm}`;
     }
     const pair = path.pair[i] >= 0 ? `; nearest: ${path.pairs[path.pair[i]].join(" and ")}` : "";
-    return `${figure(x, 1)} s, ${doing} ${where}, target ${target}${pair}`;
+    const line = path.line && path.file[i] >= 0 ? `; ${path.files[path.file[i]]}:${path.line[i]}` : "";
+    return `${figure(x, 1)} s, ${doing} ${where}, target ${target}${line}${pair}`;
   }
 
   scrub(x) {

@@ -11,7 +11,8 @@ import pytest
 from rich.text import Text
 
 from cell.cli.bar import Bars
-from cell.cli.main import _console, main
+from cell.cli.console import console
+from cell.cli.main import main
 from cell.cli.speech import is_quiet, is_verbose, speaking
 from cell.progress import counted, stage
 from cell.report.check_report import WORST
@@ -99,7 +100,7 @@ def test_no_color_is_respected(monkeypatch: pytest.MonkeyPatch, no_color: bool) 
     if no_color:
         monkeypatch.setenv("NO_COLOR", "1")
     stream = Tty()
-    _console(stream).print(Text("feasible", "green"))
+    console(stream).print(Text("feasible", "green"))
     assert ("\x1b[32m" in stream.getvalue()) != no_color
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,9 @@ from support.cases import at, bosses, turned
 
 from cell.case.read import load_case
 from cell.collision.blended_corners import BlendedPath as Rows
-from cell.collision.blended_corners import pieces
+from cell.collision.blended_corners import cut_corners, pieces
 from cell.collision.checker import Checker
+from cell.collision.clearances import Clearances
 from cell.collision.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.reach_radii import radii
 from cell.failure import Kind
@@ -209,3 +211,57 @@ def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypat
             assert closely * 1e3 - 1e-3 <= failure.measure < found.distance.min() * 1e3
         # a stop at every corner leaves nothing to be rounded
         assert travel_corners(context, q, found, stage, range(1, len(q) - 1)) is None
+
+
+class OfAPoint:
+    """Two joints whose place is their angles, and an obstacle in their plane; lengths by a norm."""
+
+    reach = 10.0
+
+    def __init__(self, centre, radius, norm):
+        self.centre, self.radius, self.norm = np.array(centre), radius, norm
+
+    def way(self, radius, a, b):
+        return np.linalg.norm(b - a, ord=self.norm, axis=1)
+
+    def clearances(self, q, stage):
+        found = Clearances.none(len(q))
+        found.distance[:] = np.linalg.norm(q - self.centre, ord=self.norm, axis=1) - self.radius
+        found.pair[:], found.position[:] = 0, 0.0
+        return found
+
+
+BOWED = {  # the joints at the rows, lengths between them, zone, obstacle, step; by the norm
+    1: (
+        [0, -0.5096650042, 0.2644924421, -0.6545878820, -0.4397785162, -1.3717116602],
+        [0, 0.1248986616, 0.2239808023, 0.3412565328, 0.3245366214, 0.1912314288],
+        [0.5247457405, 0.7804723072, 0.9265321835, 0.2154577884, 0.9414192085],
+        1.2724113632,
+        (0.0272867363, 0.0453224324),
+        0,
+    ),
+    2: (
+        [0, -0.78970033, -0.37948999, -0.59894195, 0.24866834],
+        [0, 0.00331274, 0.02460387, 0.00689965, -0.16533308],
+        [0.83469460, 0.99788097, 0.25881452, 0.90859128],
+        1.05769472,
+        (-0.53948114, 0.00604064),
+        1,
+    ),
+}
+
+
+@pytest.mark.parametrize("norm", [1, 2])
+def test_a_rounded_path_that_bows_into_something_beside_its_chord_is_not_proved_free(norm):
+    """Its rows are free, and their clearances add up to more than the chord; the bow takes it into the obstacle."""
+    *rows, lengths, zone, centre, bows = BOWED[norm]
+    q, s = np.array(rows, dtype=float).T, np.concatenate([[0.0], np.cumsum(lengths)])
+    path, point = Rows(q, s, zone), OfAPoint(centre, 0.001, norm)
+    stage = np.zeros(len(q), dtype=np.int64)
+    along = np.concatenate([a + (b - a) * np.linspace(0, 1, 400)[:, None] for a, b in pairwise(q)])
+    assert point.clearances(along, None).distance.min() > 0
+    run = rounded(q, s, path.zone, np.linspace(s[bows], s[bows + 1], 4001))
+    assert point.clearances(run, None).distance.min() < 0
+    step, nearest = cut_corners(point, np.ones(2), path, stage, point.clearances(q, stage), 0.0)
+    assert bows in step
+    assert nearest.distance[step == bows] < 0

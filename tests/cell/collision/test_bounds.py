@@ -1,5 +1,7 @@
 """The bounds that proofs rest on, against dense sampling: of the arm's radii, of steps, and of rounded corners."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -114,6 +116,35 @@ def test_no_point_of_the_arm_gets_further_on_a_step_than_the_bound_of_it(scene):
             # of the clearances at both ends either is lowered by no more than the way from there
             both = np.linalg.norm(at - at[0], axis=2) + np.linalg.norm(at - at[-1], axis=2)
             assert both.max() <= swept.bound(q[None], (q + step)[None])[0] * (1 + 1e-9)
+
+
+def test_two_parts_of_the_arm_get_no_nearer_to_each_other_than_the_bound_of_both(scene):
+    """The elbow goes one way and what the forearm carries the other."""
+    rng, chain = np.random.default_rng(2), scene.chain
+    swept = MotionBounds(scene, radii(scene))
+    geoms = np.flatnonzero(scene.contact_bits.any(axis=0) & scene.arm_geom)
+    most = 0.0
+    for q in rng.uniform(chain.lower, chain.upper, (40, 6)):
+        step = np.array([0, 0.01, -0.01 * rng.uniform(1, 4), 0, 0, 0])
+        a, b = points_at(scene, geoms, scene.arm_qpos, np.stack([q, q + step]))[:, ::9]
+        nearer = np.linalg.norm(a[:, None] - a, axis=2) - np.linalg.norm(b[:, None] - b, axis=2)
+        bound = swept.bound(q[None], (q + step)[None])[0]
+        assert nearer.max() <= bound * (1 + 1e-9)
+        most = max(most, float(nearer.max() / bound))
+    assert most > 0.5  # more than one of them alone goes
+
+
+def test_a_shape_that_turns_about_its_own_middle_moves_by_what_it_is_wide(scene):
+    disc = scene.model.geom("torch_mount").id  # round about A6
+    alone = replace(scene, arm_geom=np.arange(scene.model.ngeom) == disc)
+    swept = MotionBounds(alone, radii(alone))
+    q = np.deg2rad([[0.0, -90.0, 90.0, 0.0, 30.0, 0.0]])
+    for turn in (1e-3, 0.02, 0.1):
+        step = np.array([[0, 0, 0, 0, 0, turn]])
+        at = points_at(scene, [disc], scene.arm_qpos, np.concatenate([q, q + step]))
+        moved = np.linalg.norm(at[1] - at[0], axis=1).max()
+        assert moved > 0.05 * turn
+        assert moved <= swept.bound(q, q + step)[0] * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("least", [0.0, 0.02])

@@ -66,6 +66,36 @@ def test_nothing_of_the_solid_is_outside_its_pieces(make):
     assert inside(convex_pieces(solid).pieces, points, 1e-6 * np.ptp(solid.vertices)).all()
 
 
+def test_a_fin_of_two_micrometres_is_among_the_pieces():
+    solid = trimesh.boolean.union(
+        [trimesh.creation.box((0.2, 0.2, 0.2)), trimesh.creation.box((2e-6, 3.0, 3.0))], engine="manifold"
+    )
+    points = np.random.default_rng(1).uniform((0, -1.5, -1.5), (0, 1.5, 1.5), (500, 3))
+    assert inside(convex_pieces(solid).pieces, points, 1e-6).all()
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["outwards", "inwards"])
+def test_a_room_is_its_walls_and_not_what_is_between_them(turned):
+    hollow = trimesh.creation.box((4, 5, 3))
+    cavity = trimesh.creation.box((3.8, 4.8, 2.8))
+    cavity.invert()
+    room = trimesh.util.concatenate([hollow, cavity])
+    if turned:
+        room.invert()
+    found = convex_pieces(room)
+    assert found.excess < 0.1
+    inner = np.random.default_rng(2).uniform((-1.2, -1.5, -0.8), (1.2, 1.5, 0.8), (500, 3))
+    assert not inside(found.pieces, inner, 1e-3).any()
+    walls = trimesh.sample.sample_surface(hollow, 1000, seed=1)[0]
+    assert inside(found.pieces, walls, 1e-6).all()
+
+
+def test_a_solid_whose_faces_are_all_turned_inwards_is_closed():
+    solid = gate()
+    solid.invert()
+    assert convex_pieces(solid).excess < 1e-4
+
+
 def test_a_convex_solid_is_one_piece_and_what_is_not_closed_its_hull():
     box = trimesh.creation.box((10, 20, 30))
     whole = convex_pieces(box)

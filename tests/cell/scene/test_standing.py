@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 import yaml
+from support.cell_models import write_case
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker
@@ -108,3 +109,35 @@ def test_what_is_neither_taken_nor_built_is_said_to_be_absent(neighbours):
 def test_what_cannot_be_taken_or_built_is_refused(part, said, neighbours):
     with pytest.raises(InputError, match=said):
         prepare(load_case(neighbours("wrong", part)))
+
+
+@pytest.mark.parametrize(
+    ("position_mm", "size_mm", "said"),
+    [
+        ([120, 0, 40], 60, None),
+        ([120, 0, 30], 60, None),
+        ([120, 0, 20], 60, "10.0 mm into plate"),
+        ([120, 0, -8], 10, "13.0 mm into plate"),  # wholly in it: out by its upper side, 20 mm thick
+        ([30, 0, 60], 60, "8.0 mm into support"),
+    ],
+)
+def test_a_fixture_within_what_never_moves_against_it_is_said(tmp_path, position_mm, size_mm, said):
+    box = {"name": "block", "on": "table", "box": {"size_mm": [size_mm] * 3}, "position_mm": position_mm}
+    job = prepare(load_case(write_case(tmp_path, "sunk", fixtures=[box])))
+    lines = of_code(job, Code.FIXTURE_SUNK)
+    assert len(lines) == (said is not None)
+    assert said is None or f"fixtures.block.position_mm: it reaches {said}" in lines[0]
+
+
+@pytest.mark.parametrize("hollow", [False, True])
+def test_a_body_whose_hull_fills_its_hollows_is_said(tmp_path, hollow):
+    body = trimesh.creation.cylinder(9, 40, sections=96).apply_translation((0, 0, 20))
+    if hollow:
+        body = trimesh.boolean.difference([body, trimesh.creation.cylinder(7, 60, sections=96)], engine="manifold")
+    body.export(tmp_path / "body.stl")
+    told = {"radius_mm": 9, "mesh": "body.stl"}
+    job = prepare(load_case(write_case(tmp_path, "body", part={"body": told})))
+    lines = of_code(job, Code.CONCAVE_BODY)
+    assert len(lines) == hollow
+    volume = body.convex_hull.volume / body.volume - 1
+    assert not hollow or f"counts, {100 * volume:.0f} % more" in lines[0]

@@ -171,3 +171,45 @@ def test_targets_with_a_speed_of_their_own_win_over_the_cases() -> None:
     np.testing.assert_allclose(speeds(SimpleNamespace(targets=Targets(), case=case)), 8e-3)
     own = Targets(speed_mm_s=np.array([4.0, 5.0, 6.0]))
     np.testing.assert_allclose(speeds(SimpleNamespace(targets=own, case=case)), [4e-3, 5e-3, 6e-3])
+
+
+def bent_path(rng):
+    """Rows of a path with corners of all sizes, a sharp one among them, unevenly spaced; and its length at each."""
+    step = np.exp(rng.uniform(-2, 1, int(rng.integers(4, 60)))) * 1e-3
+    slope = np.cumsum(rng.normal(size=(len(step), 2)), axis=0) * rng.uniform(1, 20) + rng.normal(size=2) * 5
+    slope[rng.integers(1, len(step)) :] += rng.normal(size=2) * 60
+    s, q = np.cumsum(step), np.cumsum(slope * step[:, None], axis=0)
+    return np.concatenate([np.zeros((1, 2)), q]), np.concatenate([[0.0], s])
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_no_piece_of_the_rounded_path_asks_for_more_than_the_accelerations(seed):
+    """Between corners +- zone, those of the path mirrored at its ends too, the second derivative is constant."""
+    rng = np.random.default_rng(seed)
+    (q, s), most = bent_path(rng), rng.uniform(1, 5, 2)
+    fastest, zone = np.full(2, 3.0), min(float(rng.choice([5e-4, 1e-3, 2e-3])), s[-1] / 2)
+    law = time_path(q, s, fastest, most, cap=0.02, zone=zone)
+    at = np.concatenate([-s[:0:-1], s, 2 * s[-1] - s[-2::-1]])
+    far = np.concatenate([2 * q[0] - q[:0:-1], q, 2 * q[-1] - q[-2::-1]])
+    raw = np.diff(far, axis=0) / np.diff(at)[:, None]
+
+    def slope(u):
+        return np.stack([np.interp(u + zone, at, f) - np.interp(u - zone, at, f) for f in far.T], axis=1) / (2 * zone)
+
+    # the speed on the grid, from the share of the joints' speeds
+    here = np.abs(slope(law.grid))
+    joint = here.argmax(axis=1)
+    k = np.arange(len(joint))
+    square = (law.use[k, 0, joint] * fastest[joint] / here[k, joint]) ** 2
+    ends = np.unique(np.concatenate([at - zone, at + zone, law.grid]))
+    ends = ends[(ends >= 0) & (ends <= s[-1])]
+    low, high = ends[:-1], ends[1:]
+    pieces = high - low > 1e-9 * s[-1]
+    low, high = low[pieces], high[pieces]
+    middle = (low + high) / 2
+    bend = (raw[np.searchsorted(at, middle + zone) - 1] - raw[np.searchsorted(at, middle - zone) - 1]) / (2 * zone)
+    step = np.searchsorted(law.grid, middle) - 1
+    along = (np.diff(square) / (2 * np.diff(law.grid)))[step, None]
+    for u in (low, high):
+        needed = np.abs(slope(u) * along + bend * np.interp(u, law.grid, square)[:, None])
+        assert (needed <= most * 1.01).all()

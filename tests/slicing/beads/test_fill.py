@@ -9,6 +9,7 @@ import pytest
 from support.meshes import box
 
 from slicing.beads.bead import BeadParameters
+from slicing.beads.deposition import LayerMetal, metal_lines
 from slicing.beads.lay import lay_beads
 from slicing.curves.intersect import Curve
 from slicing.layers.layer import Layer, SlicedSubVolume, SlicingParameters
@@ -79,6 +80,20 @@ def test_the_metal_of_every_wall_is_right_or_told_of(shape):
             assert bool(told) == (abs(laid.metal[0].share - 1) > 0.05), (share, pattern, by_hand)
             if pattern != "contour" and share >= 1.4:
                 assert 0.85 < by_hand < 1.3, (share, pattern)
+
+
+def test_a_layer_that_takes_next_to_nothing_is_told_of_by_its_volume():
+    parameters = BeadParameters("zigzag")
+    metal = [LayerMetal(0, 1000.0, 1080.0), LayerMetal(1, 900.0, 910.0), LayerMetal(2, 1.25, 58.0)]
+    (line,) = metal_lines("SV1", metal, parameters)
+    assert "2 of 3 layers are more than 5% off, most layer 0 with 108%" in line
+    assert "1 of them takes next to nothing: layer 2 gets 58 mm³ for 1.2 mm³" in line
+    (line,) = metal_lines("SV1", metal[1:], parameters)  # no other layer is off
+    assert line.endswith(
+        "1 of 2 layers are more than 5% off; 1 of them takes next to nothing: layer 2 gets 58 mm³ for 1.2 mm³"
+    )
+    (line,) = metal_lines("SV1", metal[:2], parameters)
+    assert line.endswith("most layer 0 with 108%")
 
 
 def test_beads_vary_their_speed_so_that_every_layer_gets_its_metal():

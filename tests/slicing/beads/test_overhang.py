@@ -99,7 +99,7 @@ def test_a_limit_on_overhangs_marks_the_targets_that_lie_over_nothing(t_case):
     t = job.targets
     assert len({int(t.layer[i]) for i in found}) == 1
     assert (np.abs(t.position[list(found), 1]) > 13.0 - 0.1).all()
-    (detail,) = {d["limit_mm"]: d for d in found.values()}.values()
+    (detail,) = {f.document()["limit_mm"]: f.document() for f in found.values()}.values()
     assert detail["area_mm2"] == pytest.approx(2 * (12 - 5) * 15, rel=1e-3)
 
 

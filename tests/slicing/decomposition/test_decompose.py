@@ -14,7 +14,8 @@ from manifold3d import CrossSection, Manifold
 from support.meshes import box_section, box_solid, from_manifold
 from support.paths import ROOT
 
-from slicing.decomposition.decompose import BodyHint, decompose
+from slicing.decomposition.body_hint import BodyHint
+from slicing.decomposition.decompose import decompose
 from slicing.layers.layer import SlicingParameters
 from slicing.mesh.load import load_mesh
 from slicing.mesh.solid import PartError, mesh_from_arrays

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,12 @@ from support.cad_parts import FORMATS, arrays, boss_fillet, cad_part, filleted_b
 from support.part_truth import judged
 
 from slicing.beads.overhang import overhangs
-from slicing.decomposition.decompose import BodyHint, Decomposition, decompose
+from slicing.decomposition.body_hint import BodyHint
+from slicing.decomposition.cut import Cut, CutPiece, Sliver
+from slicing.decomposition.decompose import Decomposition, decompose
+from slicing.decomposition.doubts import domed_body, what_is_left
+from slicing.decomposition.outline import Outline
+from slicing.decomposition.turned_faces import Band
 from slicing.layers.body_ends import body_ends
 from slicing.layers.layer import SlicingParameters
 from slicing.mesh.load import load_mesh
@@ -69,7 +75,8 @@ def wedge(half: float, radius: float, height: float) -> float:
 # a sample of the generator; bench/parts_truth.py runs it by the thousand
 
 
-@pytest.mark.parametrize("seed", [*range(300, 312)])
+# 30004: 14 sides far from the origin; 40241: a cone of 14 sides
+@pytest.mark.parametrize("seed", [*range(300, 312), 30004, 40241])
 def test_parts_of_known_truth_are_found(seed, tmp_path):
     part = cad_part(seed)
     found = judged(part, load_mesh(part.save(tmp_path, FORMATS[seed % len(FORMATS)])))
@@ -255,6 +262,7 @@ def test_a_piece_that_touches_nothing_is_told():
     line = next(w for w in parts.warnings if isinstance(w, Warning) and w.code is Code.FLOATING_PIECE)
     assert "touches nothing" in line
     assert "4800 mm³" in line
+    assert " 4.000 mm off" in line  # its near face, not its corners, which are sqrt(44² + 10²) - 40 = 5.122 mm off
     assert not any("ends or steps" in w for w in parts.warnings)
 
 
@@ -324,6 +332,55 @@ def test_the_file_format_changes_nothing(kind, tmp_path):
     want = decompose(mesh_from_arrays("part", part.vertices, part.faces))
     assert volumes(parts) == pytest.approx(volumes(want), rel=1e-4)
     assert parts.body.radius_mm == pytest.approx(want.body.radius_mm, rel=1e-5)
+
+
+# what else is turned
+
+
+def test_lands_between_grooves_are_body_and_discs_are_not():
+    block = box((0, -5, 10), (35, 5, 30))
+    grooves = [revolved([(16, z), (21, z), (21, z + 2), (16, z + 2)], 64) for z in (50, 54, 58)]
+    bar = cylinder(20, 0, 80) - grooves[0] - grooves[1] - grooves[2]  # 4 deep, the lands 2 long
+    assert len(decompose(mesh_of(bar + block)).sub_volumes) == 1
+    wide = cylinder(20, 0, 80) - grooves[0] - grooves[0].translate((0, 0, 20))  # the land between them 18 long
+    assert len(decompose(mesh_of(wide + block)).sub_volumes) == 1
+    # on a narrower stretch of the bar a disc of its diameter is a flange: no groove is so wide
+    shaft = cylinder(20, 0, 40) + cylinder(12, 40, 100) + cylinder(20, 80, 84)
+    parts = decompose(mesh_of(shaft + block))
+    assert max(volumes(parts)) == pytest.approx(math.pi * (20**2 - 12**2) * 4, rel=5e-3)
+    assert len(parts.sub_volumes) == 2
+
+
+def test_a_shaft_under_a_larger_eccentric_disc_is_the_body():
+    disc = cylinder(32, 15, 45).translate((6, 0, 0))
+    parts = decompose(mesh_of(cylinder(20, 0, 60) + disc, turned(40, (1, 2, -1))))
+    assert parts.body.radius_mm == pytest.approx(20.0, abs=1e-3)
+    assert volumes(parts) == pytest.approx([math.pi * 30 * (32**2 - 20**2)], rel=5e-3)
+    assert Code.BODY_RIVAL in codes(parts)
+
+
+def outline_of(points) -> Outline:
+    """Cones and cylinders through (r, z) points, all of them seen."""
+    return Outline(tuple(Band(z, top, r, above, area_mm2=1.0) for (r, z), (above, top) in pairwise(points)))
+
+
+def test_the_equator_of_a_ball_is_doubted_as_a_body():
+    angles = np.deg2rad(np.arange(-81.0, 82.0, 6.0))  # a flat about the equator
+    ball = outline_of([(round(30 * math.cos(a), 6), 30 * math.sin(a)) for a in angles])
+    radius = max(s.radius_low for s in ball.sections if s.is_cylinder)
+    (line,) = domed_body("part", ball, radius)
+    assert line.code is Code.BODY_RADIUS
+    assert "a stretch of 3.14 mm of a ball" in line  # 2 * 30 * sin(3 degrees)
+    crowned = outline_of([(29, -20), (30, -3), (30, 3), (29, 20)])
+    chamfered = outline_of([(25, -8), (30, -3), (30, 3), (25, 8)])
+    assert domed_body("part", crowned, 30.0) == domed_body("part", chamfered, 30.0) == []
+
+
+@pytest.mark.parametrize(("count", "doubted"), [(11, False), (12, True)])
+def test_many_slivers_are_a_doubt_about_the_body(count, doubted):
+    nothing = CutPiece(np.zeros((0, 3)), *(np.zeros((0, 3), dtype=np.int64),) * 3)
+    lines = what_is_left("part", Cut([], nothing, [], [], [Sliver(0.02, 1e-3)] * count))
+    assert [line.code for line in lines] == [Code.BODY_RADIUS] * doubted + [Code.SLIVERS]
 
 
 # what is said

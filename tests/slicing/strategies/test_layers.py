@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+import manifold3d
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -24,6 +25,7 @@ from support.meshes import (
     subdivided,
 )
 
+from slicing.decomposition.decompose import decompose
 from slicing.layers.layer import Body, SlicingParameters
 from slicing.layers.thickness import distance_back, resampled
 from slicing.mesh.solid import PartError
@@ -341,6 +343,14 @@ def test_sub_volumes_off_or_in_the_body_are_refused(parameters):
         slice_sub_volume(box((2, -6, -8), (10, 6, 8)), BODY, parameters)
     with pytest.raises(PartError, match="wholly inside"):
         slice_sub_volume(sector(0.5, 10, 20, -5, 5), BODY, parameters)
+
+
+def test_walls_that_lean_over_the_root_are_none_of_its_cap():
+    hub = manifold3d.Manifold.cylinder(60, R, R, 48)
+    ball = manifold3d.Manifold.sphere(15, 24).translate((30, 0, 30))  # below its middle it leans out over the hub
+    parts = decompose(from_manifold(hub + ball))
+    sliced = slice_sub_volume(parts.sub_volumes[0], parts.bodies[0], SlicingParameters("cylindrical"))
+    assert not any("off the body" in line for line in sliced.warnings)
 
 
 @pytest.mark.parametrize("gap", [0.02, 0.09])

@@ -1,0 +1,48 @@
+"""What a command says and hands over: lines to a terminal or a pipe, documents to a file or standard output.
+
+Use:
+
+    say(report_lines(result), sys.stdout)     # nothing, with --quiet
+    put_json("report.json", document)         # - for standard output
+"""
+
+from __future__ import annotations
+
+from typing import IO, TYPE_CHECKING, Any
+
+from ..atomic_files import STDOUT, write_json
+from ..printable import ERASED
+from .speech import is_quiet
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def console(stream: IO[str]) -> Console:
+    """A console that prints names as they are."""
+    from rich.console import Console
+
+    # in a pipe lines keep their length: whoever reads them breaks them as it likes
+    width = None if stream.isatty() else 200
+    # names are printed as they are: brackets are no markup, colons no emoji
+    return Console(file=stream, highlight=False, markup=False, emoji=False, width=width, soft_wrap=not stream.isatty())
+
+
+def say(lines: Any, to: IO[str]) -> None:
+    """Print renderables, one a block, unless the command is to be quiet."""
+    if is_quiet():
+        return
+    out = console(to)
+    for line in lines:
+        out.print(line.translate(ERASED) if isinstance(line, str) else line)
+
+
+def put_json(where: str, document: dict[str, Any]) -> None:
+    """Write a document to a file, or with - to standard output."""
+    if where == STDOUT:
+        import json
+        import sys
+
+        sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
+        return
+    write_json(where, document)

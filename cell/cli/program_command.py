@@ -1,0 +1,200 @@
+"""What ``rbam export`` does, and ``rbam check --program``: programs out of the house, and into it.
+
+code = export(args, case)
+code = check_program_file(args, case)
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..atomic_files import STDOUT, beside, check_outputs
+from ..case.files import case_files
+from ..errors import InputError
+from .bar import Bars
+from .console import put_json, say
+from .speech import is_quiet
+
+if TYPE_CHECKING:
+    from ..case.sections import Case
+    from ..job.job import Job
+    from ..motion.motion import Motion
+    from ..programs.export import Exported
+    from ..programs.program_check import ProgramResult
+
+DONE, NOT_DONE = 0, 1
+
+
+def export(args: argparse.Namespace, case: Case) -> int:
+    """Check a case and write its motion as a program, read back, run and judged before anything is left.
+
+    Args:
+        args: of the command.
+        case: the case.
+
+    Returns:
+        0; 1 where the case is infeasible or the program does not hold.
+
+    Raises:
+        InputError: one line.
+    """
+    if not (args.krl or args.csv or args.robodk):
+        raise InputError("export: nothing asked for; give --krl DIR, --csv F.csv or --robodk F.py")
+    folder = None if args.krl is None else _folder(args.krl)
+    check_outputs({"--csv": args.csv, "--robodk": args.robodk}, case_files(case))
+    from ..job.job import prepare
+    from ..programs.export import export_program
+
+    job = prepare(case)
+    motion = _checked_motion(args, job)
+    if motion is None:
+        return NOT_DONE
+    made = export_program(job, motion)
+    if made.fault is not None:
+        sys.stderr.write(f"rbam: no program: {made.fault}\n")
+        return NOT_DONE
+    contents = _contents(args, job, made, folder)
+    _write(contents, folder, case)
+    if not is_quiet():
+        _told(made, contents)
+    return DONE
+
+
+def _folder(name: str) -> Path:
+    folder = Path(name)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"--krl: {name}: is no folder")
+    if not folder.exists() and not folder.absolute().parent.is_dir():
+        raise InputError(f"--krl: {name}: the folder {folder.absolute().parent} does not exist")
+    return folder
+
+
+def _checked_motion(args: argparse.Namespace, job: Job) -> Motion | None:
+    """The motion of the case, or None where it has none, which is said."""
+    from ..verdict.check import check
+
+    table = job.case.table
+    result = check(job, table.E1_deg, table.E2_deg, Bars(sys.stderr))
+    if result.motion is None:
+        sys.stderr.write(f"rbam: {job.case.path}: infeasible: no program of it; rbam check says why\n")
+    return result.motion
+
+
+def _contents(args: argparse.Namespace, job: Job, made: Exported, folder: Path | None) -> dict[Path, bytes]:
+    """Everything that is to be written."""
+    import csv
+    import io
+    import json
+
+    from ..report.program_document import export_document
+
+    assert made.result is not None
+    out: dict[Path, bytes] = {}
+    if folder is not None:
+        out |= {folder / name: text.encode("ascii") for name, text in made.files.items()}
+        document = json.dumps(export_document(job, made), indent=1, allow_nan=False)
+        out[folder / f"{made.written.program.name}.json"] = f"{document}\n".encode()
+    if args.csv:
+        from ..programs.pose_table import pose_table
+
+        text = io.StringIO()
+        header, rows = pose_table(job, made.result.run)
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)
+        out[Path(args.csv)] = text.getvalue().encode()
+    if args.robodk:
+        from ..programs.robodk_script import robodk_script
+
+        out[Path(args.robodk)] = robodk_script(made.result.program, made.written.program.name).encode(
+            "ascii", "replace"
+        )
+    return out
+
+
+def _write(contents: dict[Path, bytes], folder: Path | None, case: Case) -> None:
+    """Write all files or none."""
+    made = folder is not None and not folder.exists()
+    if made and folder is not None:
+        try:
+            folder.mkdir()
+        except OSError as error:
+            raise InputError(f"--krl: {folder}: cannot be made ({error.strerror})") from None
+    done = False
+    try:
+        check_outputs({f"file {n}": str(path) for n, path in enumerate(contents)}, case_files(case))
+        with ExitStack() as stack:
+            for path, content in contents.items():
+                stack.enter_context(beside(path)).write_bytes(content)
+        done = True
+    finally:
+        if made and not done and folder is not None:
+            folder.rmdir()
+
+
+def _told(made: Exported, contents: dict[Path, bytes]) -> None:
+    """What was written, on stdout."""
+    import numpy as np
+
+    from ..units import METRES_PER_MM
+
+    assert made.gap is not None
+    assert made.result is not None
+    written, gap = made.written, made.gap
+    sys.stdout.write(
+        f"{written.program.name}: {written.points} points of {written.rows} rows, in {len(made.files)} file(s), "
+        f"{np.ptp(made.result.run.motion.t_s):.0f} s; read back, run and judged: feasible, within "
+        f"{gap.position / METRES_PER_MM:.4f} mm and {np.rad2deg(gap.angle):.4f} deg of the checked motion\n"
+    )
+    for path in contents:
+        sys.stdout.write(f"  {path}\n")
+    for line in made.warnings:
+        sys.stdout.write(f"  warning: {line}\n")
+
+
+def checked_program(path: str, job: Job) -> ProgramResult:
+    """Read a program, run it as the controller would, and judge it.
+
+    Raises:
+        InputError: it cannot be read or begun; one line with the file's line.
+    """
+    from ..programs.cell_controller import cell_controller
+    from ..programs.krl_read import read_krl
+    from ..programs.program_check import check_program
+
+    return check_program(read_krl(path, cell_controller(job)), job)
+
+
+def check_program_file(args: argparse.Namespace, case: Case) -> int:
+    """A program from anybody against the cell.
+
+    Args:
+        args: of the command.
+        case: the case.
+
+    Returns:
+        0 feasible, 1 infeasible.
+
+    Raises:
+        InputError: one line.
+    """
+    from ..atomic_files import write_text
+    from ..job.job import prepare
+    from ..report.program_document import program_lines, program_report
+
+    check_outputs({"--json": args.json, "--html": args.html}, [*case_files(case), args.program])
+    job = prepare(case)
+    result = checked_program(args.program, job)
+    if args.json:
+        put_json(args.json, program_report(result, args.program))
+    if args.html:
+        from ..html.check_page import html_report
+        from ..view.shown_motion import played_program
+
+        write_text(args.html, html_report(played_program(job, result)))
+    say(program_lines(result, args.program), sys.stderr if args.json == STDOUT else sys.stdout)
+    return DONE if result.feasible else NOT_DONE

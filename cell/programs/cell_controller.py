@@ -1,0 +1,100 @@
+"""A case's controller in its cell: what its numbers of tools and bases mean there, and where an arm's axes put its TCP.
+
+Use:
+
+    controller = cell_controller(job)         # for write_krl and read_krl
+    frames = frames_of(job, controller)       # tool and base that a program of the case is written with
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ik.chain import Floats
+from slicing import Code, Warning
+
+from ..case.controller_section import FrameSection
+from ..job.job import Job
+from ..rigid import inverse
+from .cell_frames import T_flange_tcp, T_table_part, tables_seen_from_base
+from .controller import Controller, controller_of, matrix_of
+from .orientation import pose_of
+from .program import BaseFrame, ToolFrame
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramFrames:
+    """What a program is written with.
+
+    Attributes:
+        program: its name.
+        tool: the torch.
+        base: on the table.
+        warnings: what the controller is taken to hold, typed.
+    """
+
+    program: str
+    tool: ToolFrame
+    base: BaseFrame
+    warnings: tuple[Warning, ...]
+
+
+def frames_of(job: Job, controller: Controller) -> ProgramFrames:
+    """The tool and base that a case's program is written with.
+
+    Args:
+        job: names the cell.
+        controller: from :func:`cell_controller`.
+
+    Returns:
+        Numbers where the case gives numbers, with the frames that they are taken to hold; else literal frames.
+    """
+    section, told = job.case.controller, []
+    own = T_flange_tcp(job.scene)
+    if isinstance(section.tool, int):
+        tool = ToolFrame(controller.tool_data[section.tool], section.tool)
+        told.append(_taken(f"TOOL_DATA[{section.tool}]", tool.T_flange_tcp))
+    else:
+        tool = ToolFrame(own if section.tool is None else matrix_of(section.tool))
+    on_table = T_table_part(job.scene)
+    if isinstance(section.base, int):
+        base = controller.base_data[section.base]
+        told.append(_taken(f"BASE_DATA[{section.base}]", base.T))
+    else:
+        T = matrix_of(section.base) if isinstance(section.base, FrameSection) else on_table
+        base = BaseFrame(T, coupled=True, machine=controller.machine)
+    return ProgramFrames(controller.program, tool, base, tuple(told))
+
+
+def _taken(name: str, T: Floats) -> Warning:
+    row = pose_of(T)
+    x = ", ".join(f"{axis} {v:.3f}" for axis, v in zip("XYZABC", [*(row[:3] * 1e3), *np.rad2deg(row[3:])], strict=True))
+    return Warning(Code.PROGRAM_FRAME, f"program: {name} is taken to be {x} (mm, deg): the controller must hold it")
+
+
+def cell_controller(job: Job) -> Controller:
+    """The controller of a case in its cell.
+
+    Args:
+        job: names the cell.
+
+    Returns:
+        The case's, whose own tool and base have frames where its tables do not say them.
+    """
+    section, scene = job.case.controller, job.scene
+
+    def forward(joints: Floats, external: Floats, tool: ToolFrame, base: BaseFrame) -> Floats:
+        T = scene.chain.forward(joints[None])[0] @ inverse(T_flange_tcp(scene)) @ tool.T_flange_tcp
+        frame = tables_seen_from_base(scene, np.nan_to_num(external)[None])[0] @ base.T if base.coupled else base.T
+        return pose_of(inverse(frame) @ T)
+
+    made = controller_of(job.case, home=scene.home, axes=scene.chain.n, forward=forward)
+    tools, bases = dict(made.tool_data), dict(made.base_data)
+    if isinstance(section.tool, int):
+        tools.setdefault(section.tool, T_flange_tcp(scene))
+    if isinstance(section.base, int):
+        on_table = BaseFrame(T_table_part(scene), coupled=True, number=section.base, machine=section.machine)
+        bases.setdefault(section.base, on_table)
+    return replace(made, tool_data=tools, base_data=bases)

@@ -1,0 +1,59 @@
+"""Where a cell has what a program names: the table's flange, the part on it, the tool on the arm's flange.
+
+Use:
+
+    T_flange_tcp(scene)                       # the torch, as $TOOL
+    T_table_part(scene)                       # the part on the table's flange, as a coupled $BASE
+    tables_seen_from_base(scene, tables)      # (m, 2) rad -> (m, 4, 4): the table's flange in $ROBROOT
+
+Metres and radians.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from ik.chain import Floats
+
+from ..rigid import inverse, pose
+from ..scene.scene import Scene
+
+
+def T_flange_tcp(scene: Scene) -> Floats:
+    """The TCP in the arm's flange, (4, 4), m."""
+    return _between(scene, "flange", "tcp")
+
+
+def T_table_part(scene: Scene) -> Floats:
+    """The part's frame in the table's flange, (4, 4), m."""
+    return _between(scene, "table", "part")
+
+
+def _between(scene: Scene, one: str, other: str) -> Floats:
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    a, b = (pose(data.site_xpos[scene.sites[name]], data.site_xmat[scene.sites[name]]) for name in (one, other))
+    return inverse(a) @ b
+
+
+def tables_seen_from_base(scene: Scene, tables: Floats) -> Floats:
+    """The table's flange in the arm's base frame.
+
+    Args:
+        scene: the cell.
+        tables: E1, E2, (m, 2), rad.
+
+    Returns:
+        (m, 4, 4), m.
+    """
+    poses, which = np.unique(tables, axis=0, return_inverse=True)
+    data = mujoco.MjData(scene.model)
+    out = np.empty((len(poses), 4, 4))
+    site = scene.sites["table"]
+    for i, angles in enumerate(poses):
+        data.qpos[scene.table_qpos] = angles
+        mujoco.mj_kinematics(scene.model, data)
+        out[i] = pose(data.site_xpos[site], data.site_xmat[site])
+    seen: Floats = (inverse(scene.T_world_base()) @ out)[which.ravel()]
+    return seen

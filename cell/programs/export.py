@@ -1,0 +1,100 @@
+"""A checked motion as a program's text, believed only once it was read back, run and judged.
+
+    made = export_program(job, motion)
+    made.fault                                # one line, or None: made.files may be written
+    made.files                                # texts by the names of their files, the main module first
+
+What is judged is what stands in the text: it is read as anybody's program is.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from slicing import Warning
+
+from ..job.job import Job
+from ..motion.motion import Motion
+from ..units import METRES_PER_MM
+from .cell_controller import cell_controller, frames_of
+from .controller import ReadLimits
+from .from_motion import ProgramOfMotion, program_of_motion
+from .krl_read import read_krl
+from .krl_write import write_krl
+from .program import SourceLine
+from .program_check import ProgramResult, check_program
+from .round_trip import OFF, TURNED, Gap, compared, difference_of
+
+
+@dataclass(frozen=True, eq=False)
+class Exported:
+    """A program with what was found of it.
+
+    Attributes:
+        files: texts by the names of their files, the main module first.
+        written: what was made of the motion.
+        gap: how far the text's motion is off the checked one; None where it is another program.
+        result: what the judge says of the text; None likewise.
+        fault: why it may not be used, one line; None where it may.
+        warnings: typed.
+    """
+
+    files: dict[str, str]
+    written: ProgramOfMotion
+    gap: Gap | None
+    result: ProgramResult | None
+    fault: str | None
+    warnings: tuple[Warning, ...]
+
+
+def export_program(job: Job, motion: Motion) -> Exported:
+    """Make a program of a motion and prove that its text is that motion.
+
+    Args:
+        job: whose motion it is.
+        motion: checked.
+
+    Returns:
+        The program, and what is wrong with it if anything is.
+
+    Raises:
+        InputError: what was written cannot be read; one line.
+    """
+    controller = replace(cell_controller(job), limits=ReadLimits())
+    frames = frames_of(job, controller)
+    written = program_of_motion(job, motion, frames)
+    files = write_krl(written.program, controller)
+    told = (*frames.warnings, *written.warnings)
+    with tempfile.TemporaryDirectory(prefix="rbam-krl-") as folder:
+        for name, text in files.items():
+            (Path(folder) / name).write_bytes(text.encode("ascii"))
+        again = read_krl(Path(folder) / next(iter(files)), controller)
+    other = difference_of(written.program, again)
+    if other is not None:
+        return Exported(files, written, None, None, f"{_line(again.line_of(other[0]))}: {other[1]}", told)
+    result = check_program(again, job)
+    gap = compared(job, motion, written, result.run)
+    return Exported(files, written, gap, result, _fault(gap, written, result), told)
+
+
+def _fault(gap: Gap, written: ProgramOfMotion, result: ProgramResult) -> str | None:
+    if gap.share(written.thinning) > 1:
+        chord, angle = OFF + written.thinning.chord, TURNED + written.thinning.angle
+        return (
+            f"{_line(result.program.line_of(gap.move))}: {gap.position / METRES_PER_MM:.4f} mm and "
+            f"{np.rad2deg(gap.angle):.4f} deg off the checked motion; allowed are {chord / METRES_PER_MM:.4f} mm and "
+            f"{np.rad2deg(angle):.4f} deg"
+        )
+    if result.findings:
+        first = result.findings[0]
+        more = f" (and {len(result.findings) - 1} more)" if len(result.findings) > 1 else ""
+        return f"{_line(first.line)}: {first.reason} {first.detail}{more}"
+    return None
+
+
+def _line(line: SourceLine | None) -> str:
+    return "the program" if line is None else str(line)

@@ -1,0 +1,378 @@
+"""The program of a checked motion: which moves a controller has to make so that it runs that motion.
+
+    written = program_of_motion(job, motion, frames)
+    written.program                           # cell.programs.program.Program
+    written.row                               # (m,) the motion's row at which each move ends
+    written.points, written.rows              # points, and of how many rows they were made
+
+Beads are lines of the TCP in the part's frame on the table's flange. Ways between them are lines where the TCP goes
+straight, and moves of all axes where those do: on both the controller's interpolation is what was checked. The first
+move is one of axes to the motion's first row. Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ik.chain import Floats
+from slicing import Code, Warning
+
+from ..arrays import Ints
+from ..case.sections import Case
+from ..job.job import Job, speeds
+from ..motion.deposition_speed import HELD
+from ..motion.motion import STANDING, Motion
+from ..rigid import inverse
+from ..units import METRES_PER_MM
+from .cell_controller import ProgramFrames
+from .cell_frames import T_flange_tcp, tables_seen_from_base
+from .orientation import pose_of
+from .program import Event, Happens, MoveKind, Moves, Program
+from .running.interpolation import angles_between, turned_shares
+
+WINDOW_S = 2.0  # over which points are counted
+LINE_BYTES = 100  # of a point's line
+SPEED_STEP = 1e-5  # m/s: the digits of a speed
+TRAVEL_STEP = 1e-4  # likewise of ways with the arc off
+FASTEST = 2.0  # m/s of a line: what a controller takes
+FIRST_SHARE = 0.1  # of the axes' speed to the first point, from wherever the arm is
+JOINT_LINE = 1e-6  # rad that rows may be off the straight line of all axes
+WAIT = 1e-4  # s: rows at one place that last longer are a wait
+
+
+@dataclass(frozen=True)
+class PointThinning:
+    """How far a program's way may be off the motion's rows for having fewer points.
+
+    Attributes:
+        chord: of the TCP, m.
+        angle: of the TCP's orientation and of every axis, rad.
+        corner: a bead that turns by more than this keeps the point, rad.
+    """
+
+    chord: float
+    angle: float
+    corner: float = float(np.deg2rad(10.0))
+
+    @classmethod
+    def of(cls, case: Case) -> PointThinning:
+        """What a case asks for, at most half of what its checks allow: a thinned bead is to pass them."""
+        asked, checks = case.controller.thinning, case.checks
+        chord = min(asked.chord_mm, checks.off_bead_mm / 2) * METRES_PER_MM
+        return cls(chord, float(np.deg2rad(min(asked.angle_deg, checks.off_wire_deg / 2))))
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramOfMotion:
+    """What was made of a motion.
+
+    Attributes:
+        program: the program.
+        row: row of the motion at which each move ends, (m,).
+        rows: how many rows the motion has.
+        thinning: what it was thinned by.
+        points_a_second: most points that a second of welding takes, over ``WINDOW_S``.
+        warnings: what a controller may not manage, typed.
+    """
+
+    program: Program
+    row: Ints
+    rows: int
+    thinning: PointThinning
+    points_a_second: float
+    warnings: tuple[Warning, ...]
+
+    @property
+    def points(self) -> int:
+        """Points of the program."""
+        return len(self.row)
+
+
+def program_of_motion(job: Job, motion: Motion, frames: ProgramFrames) -> ProgramOfMotion:
+    """Make a program of a motion.
+
+    Args:
+        job: whose motion it is.
+        motion: checked.
+        frames: from ``cell.programs.cell_controller.frames_of``: the program's name, tool and base.
+
+    Returns:
+        The program.
+    """
+    thinning = PointThinning.of(job.case)
+    made = _Made(job, motion, thinning, frames)
+    made.all()
+    program = Program(frames.program, made.moves(), tuple(made.events), (frames.tool,), (frames.base,))
+    row = np.array(made.row)
+    most = _points_a_second(motion.t_s[row[made.in_bead()]])
+    return ProgramOfMotion(program, row, len(motion.t_s), thinning, most, _told(job.case, len(row), most))
+
+
+def _points_a_second(t: Floats) -> float:
+    if not len(t):
+        return 0.0
+    count = np.searchsorted(t, t + WINDOW_S) - np.arange(len(t))
+    return float(count.max() / WINDOW_S)
+
+
+def _told(case: Case, points: int, most: float) -> tuple[Warning, ...]:
+    limits, found = case.controller, []
+    if most > limits.points_a_second:
+        text = f"program: up to {most:.1f} points a second inside beads; above {limits.points_a_second:g} "
+        text += (
+            "(controller.points_a_second) a controller may slow down: a coarser sampling or wider thinning makes fewer"
+        )
+        found.append(Warning(Code.PROGRAM_DENSE, text))
+    needed = points * LINE_BYTES / 2**20
+    if needed > limits.memory_mb:
+        text = f"program: {points} points take about {needed:.1f} MB; the controller has {limits.memory_mb:g} MB for "
+        found.append(Warning(Code.PROGRAM_MEMORY, f"{text}programs (controller.memory_mb)"))
+    return tuple(found)
+
+
+@dataclass(eq=False)
+class _Made:
+    """A program while it is made; rows of the motion in, moves and events out."""
+
+    job: Job
+    motion: Motion
+    thinning: PointThinning
+    frames: ProgramFrames
+    events: list[Event] = field(default_factory=list)
+    row: list[int] = field(default_factory=list)
+    kind: list[int] = field(default_factory=list)
+    speed: list[float] = field(default_factory=list)
+    share: list[float] = field(default_factory=list)
+    blend: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        motion, scene = self.motion, self.job.scene
+        tables = tables_seen_from_base(scene, motion.table)
+        to_tool = inverse(T_flange_tcp(scene)) @ self.frames.tool.T_flange_tcp
+        self.T = inverse(tables @ self.frames.base.T) @ scene.chain.forward(motion.q) @ to_tool
+        self.axes = np.concatenate([motion.q, motion.table], axis=1)
+        self.dt = np.diff(motion.t_s)
+        self.still = np.abs(np.diff(self.axes, axis=0)).max(axis=1) <= STANDING
+        self.tcp_speed = np.linalg.norm(np.diff(self.T[:, :3, 3], axis=0), axis=1) / self.dt
+        limit = np.where(np.isfinite(self.job.drives.speed), self.job.drives.speed, np.inf)
+        self.axis_use = (np.abs(np.diff(self.axes, axis=0)) / self.dt[:, None] / limit).max(axis=1)
+        self.bead_speed = self._bead_speeds()
+        own = self.job.case.controller.blend_mm
+        self.blend_mm = self.job.case.process.blend_mm if own is None else own
+
+    def _bead_speeds(self) -> Floats:
+        """Speed that each step is written with inside a bead, (m - 1,), m/s.
+
+        The deposition speed of its target; where the motion is slowed down, what it reaches there.
+        """
+        asked = speeds(self.job)[self.motion.target[:-1]]
+        out = asked.copy()
+        weld = np.flatnonzero(self.motion.welding & ~self.still)
+        if len(weld):
+            edge = np.concatenate([[True], (np.diff(self.motion.target[weld]) != 0) | (np.diff(weld) > 1)])
+            first = np.flatnonzero(edge)
+            reached = np.maximum.reduceat(self.tcp_speed[weld], first)
+            slow = reached < HELD * asked[weld[first]]
+            out[weld] = np.repeat(np.where(slow, reached, asked[weld[first]]), np.diff([*first, len(weld)]))
+        return np.maximum(np.round(out / SPEED_STEP), 1) * SPEED_STEP
+
+    def all(self) -> None:
+        """Everything, in order."""
+        self._move(0, MoveKind.AXES, share=min(FIRST_SHARE, self.job.case.controller.axis_speed_percent / 100))
+        arc = self.motion.arc
+        at, layer = 0, None
+        if not arc[0]:
+            at = self._until(np.flatnonzero(arc)[0] if arc.any() else len(arc) - 1, 0, first_layer=True)
+        while at < len(arc) - 1 or (arc[at] and layer is None):
+            if not arc[at]:
+                at = self._until(self._next_arc(at), at)
+                continue
+            layer = int(self.motion.layer[at])
+            at = self._bead(at)
+            if at >= len(arc) - 1:
+                break
+            at = self._until(self._next_arc(at + 1), at)
+
+    def _next_arc(self, at: int) -> int:
+        """The next row with the arc on, or the last."""
+        found = np.flatnonzero(self.motion.arc[at:])
+        return at + int(found[0]) if len(found) else len(self.motion.arc) - 1
+
+    def _fields(self, row: int) -> dict[str, str | float]:
+        t, i = self.job.targets, int(self.motion.target[row])
+        return {
+            "bead": int(self.motion.bead[row]),
+            "layer": int(self.motion.layer[row]),
+            "sub_volume": t.sub_volume[t.sub_volume_index[i]],
+            "target": i,
+        }
+
+    def _event(self, kind: Happens, row: int, seconds: float = 0.0, **more: float) -> None:
+        fields = {} if kind == Happens.WAIT else {**self._fields(row), **more}
+        self.events.append(Event(kind, len(self.row), seconds, fields))
+
+    def _move(
+        self, row: int, kind: MoveKind, *, speed: float = np.nan, share: float = np.nan, blend: float = 0.0
+    ) -> None:
+        self.row.append(row)
+        self.kind.append(kind)
+        self.speed.append(speed)
+        self.share.append(share)
+        self.blend.append(blend)
+
+    def _until(self, end: int, at: int, *, first_layer: bool = False) -> int:
+        """A way with the arc off from row ``at`` to row ``end``."""
+        leads_to_bead = bool(self.motion.arc[end])
+        new = leads_to_bead and (first_layer or self._other_layer(at, end))
+        if new:
+            if not first_layer:
+                self._event(Happens.LAYER_END, at)
+            self._event(Happens.LAYER_START, end)
+        elif not leads_to_bead and self.motion.arc[at]:
+            self._event(Happens.LAYER_END, at)
+        begin = at
+        waits = np.flatnonzero(self.still[at:end]) + at
+        for w in [*waits.tolist(), end]:
+            self._travel(begin, w)
+            if w < end and self.dt[w] > WAIT:
+                self._event(Happens.WAIT, w, float(self.dt[w]))
+            begin = w + 1
+        return end
+
+    def _other_layer(self, at: int, end: int) -> bool:
+        t, a, b = self.job.targets, int(self.motion.target[at]), int(self.motion.target[end])
+        return bool(t.layer[a] != t.layer[b] or t.sub_volume_index[a] != t.sub_volume_index[b])
+
+    def _travel(self, first: int, last: int) -> None:
+        at = first
+        while at < last:
+            straight = _farthest(self._on_line, at, last)
+            joint = _farthest(self._on_axes, at, last)
+            steps = slice(at, max(straight, joint))
+            if straight > joint or (straight == joint and straight > at + 1):
+                speed = min(float(self.tcp_speed[steps].max()), FASTEST)
+                self._move(straight, MoveKind.LINEAR, speed=max(round(speed / TRAVEL_STEP), 1) * TRAVEL_STEP)
+                at = straight
+            else:
+                most = self.job.case.controller.axis_speed_percent / 100
+                share = float(np.clip(np.ceil(self.axis_use[at:joint].max() * 100 - 1e-6) / 100, 0.01, most))
+                self._move(joint, MoveKind.AXES, share=share)
+                at = joint
+
+    def _bead(self, first: int) -> int:
+        """A bead from its first row with the arc on; the last such row."""
+        arc, bead = self.motion.arc, self.motion.bead
+        others = np.flatnonzero((arc[first:] != 1) | (bead[first:] != bead[first]))
+        last = first + int(others[0]) - 1 if len(others) else len(arc) - 1
+        self._event(Happens.ARC_ON, first, speed_mm_s=float(self.bead_speed[first]) / METRES_PER_MM)
+        kept = self._kept(first, last)
+        at = first
+        for stop in kept:
+            if self.still[at] and stop == at + 1:
+                if self.dt[at] > WAIT:
+                    self._event(Happens.WAIT, at, float(self.dt[at]))
+                at = stop
+                continue
+            while at < stop:
+                to = _farthest(self._on_line, at, stop)
+                done = bool(self.still[to:last].all())  # nothing but a wait comes after
+                blend = 0.0 if done else self.blend_mm * METRES_PER_MM
+                self._move(to, MoveKind.LINEAR, speed=float(self.bead_speed[at]), blend=blend)
+                at = to
+        self._event(Happens.ARC_OFF, last)
+        return last
+
+    def _kept(self, first: int, last: int) -> list[int]:
+        """Rows of a bead at which a point has to stand: waits, changes of speed, corners, the end."""
+        rows = np.arange(first, last)
+        still = self.still[rows]
+        speed = self.bead_speed[rows]
+        way = np.diff(self.T[first : last + 1, :3, 3], axis=0)
+        size = np.linalg.norm(way, axis=1)
+        unit = way / np.maximum(size, STANDING)[:, None]
+        turn = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
+        corner = (turn > self.thinning.corner) & (size[1:] > 1e-6) & (size[:-1] > 1e-6)
+        change = (np.abs(np.diff(speed)) > SPEED_STEP / 2) | (still[1:] != still[:-1]) | corner | still[1:]
+        return [*(first + 1 + np.flatnonzero(change)).tolist(), last]
+
+    def _on_line(self, a: int, b: int) -> bool:
+        """Whether the rows between two lie on the line of the TCP from one to the other."""
+        inner = slice(a + 1, b)
+        p, start, end = self.T[inner, :3, 3], self.T[a], self.T[b]
+        way = end[:3, 3] - start[:3, 3]
+        length = float(way @ way)
+        if length < STANDING**2:
+            return False
+        share = np.clip((p - start[:3, 3]) @ way / length, 0.0, 1.0)
+        if (np.diff(share) < 0).any():
+            return False
+        off = np.linalg.norm(p - start[:3, 3] - share[:, None] * way, axis=1)
+        R_start, R_end = (np.broadcast_to(T[:3, :3], (len(share), 3, 3)) for T in (start, end))
+        R = turned_shares(R_start, R_end, share)
+        turned = angles_between(R, self.T[inner, :3, :3])
+        table = self.motion.table
+        external = np.abs(table[a] + share[:, None] * (table[b] - table[a]) - table[inner]).max(axis=1)
+        limits = self.thinning
+        return bool((off <= limits.chord).all() and (np.maximum(turned, external) <= limits.angle).all())
+
+    def _on_axes(self, a: int, b: int) -> bool:
+        """Whether the rows between two lie on the straight line of all axes from one to the other."""
+        inner = self.axes[a + 1 : b]
+        way = self.axes[b] - self.axes[a]
+        length = float(way @ way)
+        if length < STANDING**2:
+            return False
+        share = np.clip((inner - self.axes[a]) @ way / length, 0.0, 1.0)
+        off = np.abs(self.axes[a] + share[:, None] * way - inner).max(axis=1)
+        return bool((off <= JOINT_LINE).all() and (np.diff(share) >= 0).all())
+
+    def in_bead(self) -> list[int]:
+        """Moves that end with the arc on."""
+        return [k for k, row in enumerate(self.row) if self.motion.arc[row] and self.kind[k] == MoveKind.LINEAR]
+
+    def moves(self) -> Moves:
+        """As columns."""
+        row, kind = np.array(self.row), np.array(self.kind, dtype=np.int64)
+        m, section = len(row), self.job.case.controller
+        linear = kind == MoveKind.LINEAR
+        joints = np.where(linear[:, None], np.nan, self.motion.q[row])
+        pose = np.full((m, 6), np.nan)
+        pose[linear] = pose_of(self.T[row[linear]])
+        return replace(
+            Moves.empty(m, self.motion.q.shape[1]),
+            kind=kind,
+            joints=joints,
+            pose=pose,
+            external=self.motion.table[row],
+            tool=np.zeros(m, dtype=np.int64),
+            base=np.zeros(m, dtype=np.int64),
+            speed=np.array(self.speed),
+            turn_speed=np.where(linear, np.deg2rad(section.turn_speed_deg_s), np.nan),
+            acceleration=np.where(linear, section.acceleration_mm_s2 * METRES_PER_MM, np.nan),
+            axis_share=np.array(self.share),
+            axis_acceleration=np.where(linear, np.nan, section.axis_acceleration_percent / 100),
+            external_share=np.full(m, section.external_speed_percent / 100),
+            blend=np.array(self.blend),
+        )
+
+
+def _farthest(fits: Callable[[int, int], bool], first: int, last: int) -> int:
+    """The farthest row that a move from ``first`` can end at, doubling and halving; at least the next."""
+    good, step = first + 1, 1
+    bad = last + 1
+    while good < last:
+        to = min(good + step, last)
+        if not fits(first, to):
+            bad = to
+            break
+        good, step = to, 2 * step
+    while bad - good > 1:
+        middle = (good + bad) // 2
+        if fits(first, middle):
+            good = middle
+        else:
+            bad = middle
+    return good

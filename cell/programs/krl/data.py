@@ -1,0 +1,362 @@
+"""Variables of a program: its own, those of its .dat files, and what the controller has.
+
+Use:
+
+    data.set("I", (), 3)
+    data.variable("I")                        # 3
+    data.variable("$POS_ACT")                 # {"X": .., ..}, as far as it is known
+
+A name is looked for among the part's own variables, then in the .dat of its file, then among what .dat files give all,
+in ``$config.dat`` too, and last in the case: TOOL_DATA, BASE_DATA, MACHINE_DEF and HOME.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from ..controller import Controller
+from ..program import SourceLine
+from .bas import null_frame, run_bas
+from .expressions import Component, Element, Expression, Variable
+from .lexing import quoted, refuse
+from .moving import EXTERNAL, position_now
+from .sources import SHARED, Sources
+from .state import ControllerState
+from .statements import Declaration, ParsedFile
+from .values import (
+    CARTESIAN,
+    CoupledFrame,
+    ListedFrame,
+    MachineReference,
+    UnknownValue,
+    element,
+    evaluate,
+    frame_dict,
+    integer,
+    matrix,
+    number,
+    shown,
+)
+
+Accessors = tuple[str | tuple[int, ...], ...]
+DEFAULTS: dict[str, Any] = {
+    "PDEFAULT": {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0},
+    "FDEFAULT": {"TOOL_NO": 0.0, "BASE_NO": 0.0, "IPO_FRAME": "#BASE"},
+}
+MOST_ELEMENTS = 100_000  # of all arrays together
+HOMES = ("HOME", "XHOME")
+
+
+class RunningCall(Protocol):
+    """A call that is running: its file and its own variables."""
+
+    file: ParsedFile
+    variables: VariableScope
+
+
+class ProgramRun(Protocol):
+    """What variables ask of the run they belong to."""
+
+    sources: Sources
+    controller: Controller
+    state: ControllerState
+    where: SourceLine
+
+    @property
+    def calls(self) -> Sequence[RunningCall]:
+        """Calls that are running, the last of them now."""
+
+    def step(self) -> None:
+        """Count a statement."""
+
+    def calls_known(self, name: str) -> bool:
+        """Whether a sub-program or function is among the files."""
+
+    def call(self, name: str, arguments: tuple[Expression | None, ...]) -> Any:
+        """Call it."""
+
+    def variable(self, name: str) -> Any:
+        """The value of a variable."""
+
+    def function(self, name: str, arguments: tuple[Expression | None, ...]) -> Any:
+        """The value of a function that is not built in."""
+
+
+class VariableScope(dict[str, Any]):
+    """Variables by name, with the types of those that are declared."""
+
+    def __init__(self, values: dict[str, Any] | None = None) -> None:
+        super().__init__(values or {})
+        self.kinds: dict[str, str] = {}
+
+    def add(self, other: VariableScope) -> None:
+        """Take what others hold."""
+        self.update(other)
+        self.kinds |= other.kinds
+
+
+class Data:
+    """The variables of a run."""
+
+    def __init__(self, execution: ProgramRun) -> None:
+        self._run = execution
+        self._of_files: dict[int, VariableScope] = {}
+        self._everywhere = VariableScope()
+        self._elements = 0
+        self._shared_read = False
+
+    # -- .dat files ----------------------------------------------------------------------------------------------
+
+    def load(self, file: ParsedFile) -> None:
+        """Read the data of a file: its own DEFDAT, and the .dat of its name."""
+        if file.index in self._of_files:
+            return
+        own = self._of_files[file.index] = VariableScope()
+        if not self._shared_read:
+            self._shared_read = True
+            shared = self._run.sources.beside(SHARED, ".dat")
+            if shared is not None:
+                self._parts(shared, self._everywhere)
+        beside = self._run.sources.beside(file.path.stem, ".dat")
+        if beside is not None and beside.index not in self._of_files:
+            self._of_files[beside.index] = own
+            self._parts(beside, own)
+        self._parts(file, own)
+
+    def _parts(self, file: ParsedFile, into: VariableScope) -> None:
+        where, path = self._run.where, str(file.path)
+        for part in file.parts.values():
+            if part.kind != "DEFDAT":
+                continue
+            found = VariableScope()
+            for statement in part.body:
+                self._run.where = SourceLine(path, statement.line)
+                self._run.step()
+                if statement.op == "declare":
+                    for one in statement.value:
+                        self.declare(one, found)
+                elif statement.op == "assign":
+                    root, accessors = self.path(statement.value[0])
+                    self._put(found, root, accessors, evaluate(statement.value[1], self._run))
+                elif statement.op != "pass":
+                    raise refuse(self._run.where, "a .dat file holds declarations and values alone")
+            into.add(found)
+            if part.everywhere:
+                self._everywhere.add(found)
+        self._run.where = where
+
+    # -- variables -----------------------------------------------------------------------------------------------
+
+    def declare(self, one: Declaration, into: VariableScope) -> None:
+        """Declare a variable among others, with its first value."""
+        into.kinds[one.name] = one.kind
+        if one.value is None and one.name in into:  # a parameter, whose type stands in the body
+            into[one.name] = self._typed(one.kind, into[one.name])
+            return
+        if one.value is None:
+            into[one.name] = {} if one.array else UnknownValue(f"{one.name} has no value yet")
+            return
+        value = evaluate(one.value, self._run)
+        into.setdefault(one.name, {} if one.array else UnknownValue(f"{one.name} has no value yet"))
+        indices = tuple(integer(evaluate(index, self._run), self._run) for index in one.element)
+        text = isinstance(value, str) and not value.startswith("#")
+        self._put(into, one.name, () if text or not indices else (indices,), value)
+
+    def _scopes(self) -> list[VariableScope]:
+        frame = self._run.calls[-1] if self._run.calls else None
+        if frame is None:
+            return [self._everywhere]
+        return [frame.variables, self._of_files.get(frame.file.index, VariableScope()), self._everywhere]
+
+    def variable(self, name: str) -> Any:
+        """The value of a variable; ``UnknownValue`` where it has none that is known."""
+        if name.startswith("$"):
+            return self._of_controller(name)
+        if name in ("TOOL_DATA", "BASE_DATA"):
+            return lambda indices: self.listed(name, indices[0])
+        for scope in self._scopes():
+            if name in scope:
+                return scope[name]
+        if name in ("MACHINE_DEF", "EX_AX_DATA"):
+            first = 1 if name == "EX_AX_DATA" else 0  # the first external kinematic is the second machine
+            return lambda indices: MachineReference(indices[0] + first)
+        if (file := self._run.sources.with_variable(name)) is not None:
+            self.load(file)
+            self._everywhere.add(self._of_files[file.index])
+            if name in self._everywhere:
+                return self._everywhere[name]
+        return self._last_resort(name)
+
+    def _last_resort(self, name: str) -> Any:
+        home = self._run.controller.home
+        if name in HOMES and home is not None:
+            return {f"A{i + 1}": math.degrees(x) for i, x in enumerate(home)}
+        if name in DEFAULTS:
+            return DEFAULTS[name]
+        return UnknownValue(f"{quoted(name)} is declared neither in the program nor in a .dat beside it")
+
+    def path(self, target: Expression) -> tuple[str, Accessors]:
+        """A variable's name and the way to what is assigned of it."""
+        accessors: list[str | tuple[int, ...]] = []
+        while not isinstance(target, Variable):
+            if isinstance(target, Component):
+                accessors.append(target.name)
+            elif isinstance(target, Element):
+                indices = tuple(integer(evaluate(index, self._run), self._run) for index in target.indices)
+                if indices:
+                    accessors.append(indices)
+            else:
+                raise refuse(self._run.where, "assigns to what is no variable")
+            target = target.of
+        return target.name, tuple(reversed(accessors))
+
+    def set(self, name: str, accessors: Accessors, value: Any) -> None:
+        """Assign to a variable of the program's own."""
+        scopes = self._scopes()
+        scope = next((scope for scope in scopes if name in scope), scopes[0])
+        self._put(scope, name, accessors, value)
+
+    def _put(self, scope: VariableScope, name: str, accessors: Accessors, value: Any) -> None:
+        if not accessors:
+            scope[name] = self._typed(scope.kinds.get(name), value)
+            return
+        held = scope.get(name)
+        held = dict(held) if isinstance(held, dict) else {}
+        if isinstance(scope.get(name), UnknownValue) and "no value yet" not in scope[name].why:
+            return  # a component of what is not known: it stays so
+        scope[name] = held
+        for accessor in accessors[:-1]:
+            inner = held.get(accessor)
+            inner = dict(inner) if isinstance(inner, dict) else {}
+            held[accessor] = inner
+            held = inner
+        self._elements += accessors[-1] not in held
+        if self._elements > MOST_ELEMENTS:
+            raise refuse(self._run.where, f"more than {MOST_ELEMENTS} elements of arrays")
+        real = isinstance(value, int) and not isinstance(value, bool) and isinstance(accessors[-1], str)
+        held[accessors[-1]] = float(value) if real else self._typed(scope.kinds.get(name), value)
+
+    def _typed(self, kind: str | None, value: Any) -> Any:
+        """A value as a variable of a kind holds it."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            return dict(value) if type(value) is dict else value
+        if kind == "REAL":
+            return float(value)
+        return integer(value, self._run) if kind == "INT" else value
+
+    # -- what the controller has ---------------------------------------------------------------------------------
+
+    def listed(self, name: str, place: int) -> Any:
+        """TOOL_DATA[n] or BASE_DATA[n]: of a .dat beside the program, or else of the case."""
+        if place == 0:
+            return null_frame(name)
+        for scope in self._scopes():
+            held = scope.get(name)
+            if isinstance(held, dict) and (place,) in held:
+                frame = element(held, (place,), self._run)
+                return ListedFrame(frame, name, place) if isinstance(frame, dict) else frame
+        controller = self._run.controller
+        T = controller.tool_data.get(place) if name == "TOOL_DATA" else None
+        if name == "BASE_DATA" and (base := controller.base_data.get(place)) is not None:
+            T = base.T
+        if T is not None:
+            return ListedFrame(frame_dict(T), name, place)
+        return UnknownValue(
+            f"{name}[{place}] is neither in a .dat beside the program nor in controller.read of the case"
+        )
+
+    def _of_controller(self, name: str) -> Any:
+        state = self._run.state
+        if name in ("$NULLFRAME", "$WORLD"):
+            return null_frame("")
+        if name in ("$AXIS_ACT", "$AXIS_FOR", "$AXIS_RET"):
+            state.stop()
+            found = {} if state.joints is None else {f"A{i + 1}": math.degrees(x) for i, x in enumerate(state.joints)}
+            return found | self._external()
+        if name in ("$POS_ACT", "$POS_FOR", "$POS_RET"):
+            state.stop()
+            pose = position_now(state, self._run)
+            if pose is None:
+                return UnknownValue(f"{name} after a motion of axes")
+            return dict(zip(CARTESIAN, [*(1e3 * x for x in pose[:3]), *map(math.degrees, pose[3:])], strict=True)) | (
+                self._external()
+            )
+        if name == "$TOOL" and state.tool is not None:
+            return frame_dict(state.tool.T_flange_tcp)
+        if name == "$BASE" and state.base is not None:
+            base = state.base
+            if base.coupled:
+                return CoupledFrame(base.T, base.machine or 0, base.root, base.number)
+            return frame_dict(base.T)
+        if name == "$VEL":
+            return {} if math.isnan(state.speeds.speed) else {"CP": state.speeds.speed}
+        if name == "$ASYNC_AXIS":
+            return 0
+        return UnknownValue(f"{quoted(name)} of the controller")
+
+    def _external(self) -> dict[str, float]:
+        external = self._run.state.external
+        return {
+            name: math.degrees(value) for name, value in zip(EXTERNAL, external, strict=False) if not math.isnan(value)
+        }
+
+    def function(self, name: str, arguments: tuple[Expression | None, ...]) -> Any:
+        """The value of EK, or of a function of the program's own."""
+        if name == "EK":
+            return self._coupled([evaluate(one, self._run) for one in arguments if one is not None])
+        if not self._run.calls_known(name):
+            return UnknownValue(f"function {quoted(name)} is not among the files")
+        return self._run.call(name, arguments)
+
+    def _coupled(self, values: list[Any]) -> Any:
+        """EK(root, kind, frame)."""
+        run = self._run
+        if len(values) != 3:
+            raise refuse(run.where, f"EK takes a root, a kind and a frame, not {len(values)} values")
+        root, kind, frame = values
+        if isinstance(root, MachineReference) and root.component == "ROOT":
+            machine = root.machine
+            held = run.controller.machines.get(machine)
+        elif isinstance(root, dict):
+            machine, held = run.controller.machine, matrix(root, run)
+        else:
+            raise refuse(run.where, f"EK: the root is MACHINE_DEF[n].ROOT or a frame, not {shown(root)}")
+        if isinstance(kind, MachineReference) and kind.component not in ("MECH_TYPE", "EX_KIN"):
+            raise refuse(run.where, f"EK: the kind is MACHINE_DEF[n].MECH_TYPE, not .{quoted(kind.component)}")
+        if isinstance(kind, MachineReference) and kind.machine != machine:
+            raise refuse(run.where, f"EK: the root is of machine {machine}, the kind of machine {kind.machine}")
+        place = frame.number if isinstance(frame, ListedFrame) else None
+        if isinstance(frame, ListedFrame) and frame.place == "TOOL_DATA" and place:
+            raise refuse(run.where, f"EK: TOOL_DATA[{place}] is no base")
+        if isinstance(frame, MachineReference):
+            raise refuse(run.where, f"EK: the frame .{quoted(frame.component)} of machine {frame.machine} is not known")
+        return CoupledFrame(matrix(frame, run), machine, held, place)
+
+    def bas(self, arguments: tuple[Expression | None, ...]) -> None:
+        """Run BAS."""
+        values = [evaluate(one, self._run) for one in arguments if one is not None]
+        if not values or not isinstance(values[0], str):
+            raise refuse(self._run.where, "BAS needs a word like #TOOL first")
+        for value in values[1:]:
+            if not isinstance(value, UnknownValue):
+                number(value, self._run)
+        run_bas(self._run.state, values[0], tuple(values[1:]), _BasView(self))
+
+
+class _BasView:
+    """What BAS asks for: variables, lists of frames, the line."""
+
+    def __init__(self, data: Data) -> None:
+        self._data = data
+        self.where = data._run.where
+
+    def variable(self, name: str) -> Any:
+        return self._data.variable(name)
+
+    def function(self, name: str, arguments: tuple[Expression | None, ...]) -> Any:
+        return self._data.function(name, arguments)
+
+    def listed(self, name: str, place: int) -> Any:
+        return self._data.listed(name, place)

@@ -1,0 +1,390 @@
+"""A program run as far as it moves the arm: its statements in order, sub-programs called, loops counted.
+
+Use:
+
+    execution = Execution(Sources(path, controller), controller)
+    execution.run()
+    execution.state.moves()
+
+Loops, conditions and calls are followed where they depend on numbers of the program alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..controller import Controller
+from ..program import SourceLine
+from .data import Data, VariableScope
+from .expressions import Component, Element, Expression, FunctionCall, Variable
+from .lexing import quoted, refuse
+from .moving import move
+from .setting import HARMLESS, assign
+from .sources import Sources
+from .state import ControllerState
+from .statements import Declaration, Happening, ModulePart, MotionStatement, ParsedFile, Statement, set_in
+from .values import UnknownValue, evaluate, integer, number, truth
+
+HARMLESS_CALLS = frozenset(
+    ("MSGNOTIFY", "MSGQUIT", "MSGSTATE", "CLEARMSG", "CWRITE", "SREAD", "SWRITE", "STRCLEAR", "STRCOPY", "STRADD")
+)
+NO_SUBPROGRAM = frozenset(("IR_STOPM", "USERSPOC"))
+MOST_DEPTH = 120  # blocks that run in each other, over all calls
+
+
+@dataclass
+class CallFrame:
+    """A call that is running: its file, part and own variables."""
+
+    file: ParsedFile
+    part: ModulePart
+    variables: VariableScope = field(default_factory=VariableScope)
+    result: Any = None
+
+
+class _Left(Exception):
+    """A loop or a part is left."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__(what)
+        self.what = what
+
+
+class Execution:
+    """A run of a program.
+
+    Attributes:
+        state: what the controller holds, and the moves.
+        passed: statements passed over while it ran, by kind.
+        where: the line that runs.
+    """
+
+    def __init__(self, sources: Sources, controller: Controller) -> None:
+        self.sources, self.controller = sources, controller
+        self.state = ControllerState(controller)
+        self.data = Data(self)
+        self.calls: list[CallFrame] = []
+        self.where = SourceLine(str(sources.main.path), 1)
+        self._steps = self._depth = 0
+        self._seen: set[tuple[int, int, str]] = set()
+
+    @property
+    def passed(self) -> Counter[str]:
+        """Lines passed over while it ran, by kind."""
+        return Counter(kind for _, _, kind in self._seen)
+
+    def run(self) -> None:
+        """Run the main part.
+
+        Raises:
+            InputError: a line cannot be followed and may move the arm; it is named.
+        """
+        main = self.sources.main
+        part = main.parts[main.first]
+        if part.kind != "DEF":
+            raise refuse(SourceLine(str(main.path), part.line), f"{part.name} is no program but data or a function")
+        if part.parameters:
+            raise refuse(SourceLine(str(main.path), part.line), f"{part.name} has parameters: it is called by another")
+        self._run_part(main, part, VariableScope())
+        self.state.finish()
+
+    def passing(self, kind: str) -> None:
+        """Count the line that runs as passed over."""
+        frame = self.calls[-1]
+        self._seen.add((frame.file.index, self.where.number, kind))
+
+    # -- parts ---------------------------------------------------------------------------------------------------
+
+    def _run_part(self, file: ParsedFile, part: ModulePart, variables: VariableScope) -> Any:
+        if len(self.calls) >= self.controller.limits.calls:
+            raise refuse(self.where, f"calls more than {self.controller.limits.calls} sub-programs in each other")
+        self.data.load(file)
+        frame = CallFrame(file, part, variables)
+        self.calls.append(frame)
+        try:
+            self._block(part.body)
+        except _Left as left:
+            if left.what == "loop":
+                raise refuse(self.where, "EXIT stands in no loop") from None
+        self.calls.pop()
+        return frame.result
+
+    def call(self, name: str, arguments: tuple[Expression | None, ...], known: bool = False) -> Any:
+        """Call a sub-program or function.
+
+        Args:
+            name: in capitals.
+            arguments: what it is given.
+            known: whether it may be missing: it is an event, which has been taken.
+
+        Returns:
+            What a function gives back.
+
+        Raises:
+            InputError: it is missing, or cannot be followed.
+        """
+        found = self._part(name)
+        if found is None:
+            if known or name in HARMLESS_CALLS:
+                self.passing("calls of hooks" if known else "messages")
+                return UnknownValue(f"{name} is not among the files")
+            raise refuse(
+                self.where,
+                f"sub-program {quoted(name)} is missing: neither in this file nor as {quoted(name)}.src beside it; "
+                "if it moves nothing, controller.read.harmless of the case may say so",
+            )
+        file, part = found
+        if len(arguments) > len(part.parameters):
+            raise refuse(self.where, f"{quoted(name)} takes {len(part.parameters)} values, not {len(arguments)}")
+        variables = VariableScope()
+        for parameter, argument in zip(part.parameters, arguments, strict=False):
+            if argument is not None:
+                variables[parameter.name] = evaluate(argument, self)
+        for parameter in part.parameters:
+            variables.setdefault(parameter.name, UnknownValue(f"parameter {parameter.name} is not given"))
+        where = self.where
+        result = self._run_part(file, part, variables)
+        self.where = where
+        for parameter, argument in zip(part.parameters, arguments, strict=False):
+            if parameter.out and isinstance(argument, (Variable, Component, Element)):
+                self._assign(argument, variables[parameter.name])
+        return result
+
+    def calls_known(self, name: str) -> bool:
+        """Whether a sub-program or function is among the files."""
+        return self._part(name) is not None
+
+    def _part(self, name: str) -> tuple[ParsedFile, ModulePart] | None:
+        here = self.calls[-1].file
+        if name in here.parts and here.parts[name].kind != "DEFDAT":
+            return here, here.parts[name]
+        file = self.sources.beside(name)
+        if file is not None and name in file.parts and file.parts[name].kind != "DEFDAT":
+            return file, file.parts[name]
+        file = self.sources.with_global(name) if name not in HARMLESS_CALLS else None
+        return None if file is None or name not in file.parts else (file, file.parts[name])
+
+    # -- the scope of expressions --------------------------------------------------------------------------------
+
+    def variable(self, name: str) -> Any:
+        """The value of a variable."""
+        return self.data.variable(name)
+
+    def function(self, name: str, arguments: tuple[Expression | None, ...]) -> Any:
+        """The value of a function that is not built in."""
+        return self.data.function(name, arguments)
+
+    # -- statements ----------------------------------------------------------------------------------------------
+
+    def _block(self, body: tuple[Statement, ...]) -> None:
+        file, path = self.calls[-1].file.index, str(self.calls[-1].file.path)
+        self._depth += 1
+        if self._depth > MOST_DEPTH:
+            raise refuse(self.where, f"runs in more than {MOST_DEPTH} blocks and sub-programs in each other")
+        try:
+            self._statements(body, file, path)
+        finally:
+            self._depth -= 1
+
+    def _statements(self, body: tuple[Statement, ...], file: int, path: str) -> None:
+        for statement in body:
+            self.where = SourceLine(path, statement.line)
+            if statement.op == "move":
+                self._move(statement.value, (file, statement.line))
+            else:
+                self.step()
+                getattr(self, f"_do_{statement.op}")(statement)
+
+    def step(self) -> None:
+        """Count a statement; a loop without end comes to its end here."""
+        self._steps += 1
+        if self._steps > self.controller.limits.statements:
+            raise refuse(
+                self.where, f"more than {self.controller.limits.statements} statements have run: a loop without end?"
+            )
+
+    def _move(self, motion: MotionStatement, where: tuple[int, int]) -> None:
+        if len(self.state) >= self.controller.limits.moves:
+            raise refuse(self.where, f"is more than move {self.controller.limits.moves}")
+        if motion.spline or motion.word == "SPL":
+            self.passing("segments of splines, taken as straight lines")
+        if not motion.settings:
+            move(self.state, motion, where, self)
+            return
+        state = self.state
+        held = (state.speeds.copy(), state.tool, state.base)
+        for target, value in motion.settings:
+            self._assign(target, evaluate(value, self))
+        move(state, motion, where, self)
+        state.speeds = held[0]
+        if state.tool is not held[1]:
+            state.set_tool(held[1])
+        if state.base is not held[2]:
+            state.set_base(held[2])
+
+    def _do_spline(self, statement: Statement) -> None:
+        held = self.state.speeds.copy()
+        for target, value in statement.value:
+            self._assign(target, evaluate(value, self))
+        self._block(statement.body)
+        self.state.speeds = held
+
+    def _do_pass(self, statement: Statement) -> None:
+        self.passing(statement.value)
+
+    def _do_refused(self, statement: Statement) -> None:
+        raise refuse(self.where, statement.value)
+
+    def _do_continue(self, statement: Statement) -> None:
+        self.state.continues = True
+
+    def _do_stop(self, statement: Statement) -> None:
+        self.passing(statement.value)
+        self.state.stop()
+
+    def _do_wait(self, statement: Statement) -> None:
+        seconds = number(evaluate(statement.value, self), self)
+        if not 0 <= seconds <= 86_400:
+            raise refuse(self.where, f"WAIT SEC is 0 to 86400, not {seconds:g}")
+        self.state.wait(seconds, self._named())
+
+    def _named(self) -> SourceLine:
+        """The line that runs, by its file's name alone."""
+        return SourceLine(self.calls[-1].file.path.name, self.where.number)
+
+    def _do_event(self, statement: Statement) -> None:
+        found: Happening = statement.value
+        self.state.happens(found.kind, dict(found.fields), found.at, self._named())
+
+    def _do_call(self, statement: Statement) -> None:
+        call: FunctionCall = statement.value[0]
+        if call.name == "BAS":
+            self.data.bas(call.arguments)
+        elif call.name not in NO_SUBPROGRAM:
+            self.call(call.name, call.arguments, known=statement.value[1])
+
+    def _do_declare(self, statement: Statement) -> None:
+        declared: tuple[Declaration, ...] = statement.value
+        for one in declared:
+            self.data.declare(one, self.calls[-1].variables)
+
+    def _do_assign(self, statement: Statement) -> None:
+        target, value = statement.value
+        self._assign(target, evaluate(value, self))
+
+    def _assign(self, target: Expression, value: Any) -> None:
+        root, accessors = self.data.path(target)
+        if not root.startswith("$"):
+            self.data.set(root, accessors, value)
+            return
+        part = next((accessor for accessor in accessors if isinstance(accessor, str)), "")
+        indices = next((accessor for accessor in accessors if isinstance(accessor, tuple)), ())
+        assign(self.state, (root, part), indices, value, self)
+        if root in HARMLESS:
+            self.passing("outputs" if root in ("$OUT", "$ANOUT", "$OUT_C") else f"settings of {root}")
+
+    def _do_exit(self, statement: Statement) -> None:
+        raise _Left("loop")
+
+    def _do_return(self, statement: Statement) -> None:
+        if statement.value is not None:
+            self.calls[-1].result = evaluate(statement.value, self)
+        raise _Left("part")
+
+    # -- blocks --------------------------------------------------------------------------------------------------
+
+    def _do_if(self, statement: Statement) -> None:
+        value = evaluate(statement.value, self)
+        if not isinstance(value, UnknownValue):
+            self._block(statement.body if truth(value, self) else statement.other)
+        else:
+            self._skip(statement, value, (*statement.body, *statement.other))
+
+    def _skip(self, statement: Statement, value: UnknownValue, body: tuple[Statement, ...]) -> None:
+        """Pass over statements that may or may not run, where they move nothing."""
+        if not self._moves_nothing(body):
+            raise refuse(self.where, f"what runs depends on what is not known here, and may move the arm: {value.why}")
+        line = self.where.number
+        self.passing("conditions that are not known, on what moves nothing")
+        for root in set_in(body):
+            self.data.set(root, (), UnknownValue(f"{root} is set where line {line} says so"))
+        self.state.stop()
+
+    def _moves_nothing(self, body: tuple[Statement, ...]) -> bool:
+        for one in body:
+            if one.op == "assign":
+                root = self.data.path(one.value[0])[0]
+                if root.startswith("$") and root not in HARMLESS:
+                    return False
+            elif one.op in ("if", "while", "loop", "repeat"):
+                if not self._moves_nothing((*one.body, *one.other)):
+                    return False
+            elif one.op not in ("pass", "stop", "wait", "continue"):
+                return False
+        return True
+
+    def _do_switch(self, statement: Statement) -> None:
+        of, cases, otherwise = statement.value
+        value = evaluate(of, self)
+        if isinstance(value, UnknownValue):
+            self._skip(statement, value, tuple(one for _, body in cases for one in body))
+            return
+        last = len(cases) - 1
+        for place, (labels, body) in enumerate(cases):
+            default = otherwise and place == last
+            if default or any(self._equal(value, evaluate(label, self)) for label in labels):
+                self._block(body)
+                return
+
+    def _equal(self, a: Any, b: Any) -> bool:
+        if isinstance(b, UnknownValue):
+            raise refuse(self.where, f"a CASE depends on what is not known here: {b.why}")
+        if isinstance(a, (bool, str)) or isinstance(b, (bool, str)):
+            return type(a) is type(b) and bool(a == b)
+        return number(a, self) == number(b, self)
+
+    def _loop(self, body: tuple[Statement, ...]) -> bool:
+        """One round; False where the loop is left."""
+        self.step()
+        try:
+            self._block(body)
+        except _Left as left:
+            if left.what != "loop":
+                raise
+            return False
+        return True
+
+    def _do_loop(self, statement: Statement) -> None:
+        while self._loop(statement.body):
+            self.where = SourceLine(self.where.file, statement.line)
+
+    def _do_while(self, statement: Statement) -> None:
+        while True:
+            self.where = SourceLine(self.where.file, statement.line)
+            value = evaluate(statement.value, self)
+            if isinstance(value, UnknownValue):
+                self._skip(statement, value, statement.body)
+                return
+            if not truth(value, self) or not self._loop(statement.body):
+                return
+
+    def _do_repeat(self, statement: Statement) -> None:
+        while self._loop(statement.body):
+            self.where = SourceLine(self.where.file, statement.line)
+            if truth(evaluate(statement.value, self), self):
+                return
+
+    def _do_for(self, statement: Statement) -> None:
+        name, low, high, step = statement.value
+        start, end, stride = (integer(evaluate(of, self), self) for of in (low, high, step))
+        if stride == 0:
+            raise refuse(self.where, "STEP is 0")
+        for value in range(start, end + (1 if stride > 0 else -1), stride):
+            self.data.set(name, (), value)
+            if not self._loop(statement.body):
+                return
+        rounds = max(0, math.floor((end - start) / stride) + 1)
+        self.data.set(name, (), start + rounds * stride)

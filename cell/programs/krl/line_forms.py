@@ -1,0 +1,320 @@
+"""The forms that a line of KRL can have, each as a statement.
+
+Use:
+
+    constant_move("LIN {X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0,E1 0.0} C_DIS")      # MotionStatement("LIN", ..)
+    LineForms(()).statements("WAIT SEC 0.5", "WAIT SEC 0.5", where, events, False)   # [Statement("wait", ..)]
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Callable, Iterator
+
+from ..program import SourceLine
+from .events import EventReader
+from .expressions import (
+    Component,
+    Constant,
+    Cursor,
+    Element,
+    Expression,
+    FunctionCall,
+    Variable,
+    arguments,
+    expression,
+)
+from .lexing import quoted, refuse, tokens
+from .statements import Declaration, MotionStatement, Statement
+
+CIRCLES = frozenset(("CIRC", "CIRC_REL", "SCIRC", "SCIRC_REL"))
+LINES = frozenset(("LIN", "LIN_REL", "SLIN", "SLIN_REL", "SPL"))
+MOTIONS = CIRCLES | LINES | {"PTP", "PTP_REL", "SPTP", "SPTP_REL"}
+BLENDS = frozenset(("C_PTP", "C_DIS", "C_VEL", "C_ORI", "C_SPL"))
+_TYPES = "INT REAL BOOL CHAR FRAME POS E6POS AXIS E6AXIS LOAD FDAT PDAT LDAT ADAT INERTIA EX_KIN ESYS"
+TYPES = frozenset(_TYPES.split())
+PASSED = {  # what moves nothing, by its first word
+    "INTERRUPT": "interrupts",
+    "EXT": "declarations of other modules",
+    "EXTFCT": "declarations of other modules",
+    "STRUC": "declarations of types",
+    "ENUM": "declarations of types",
+    "SIGNAL": "declarations of signals",
+    "IMPORT": "declarations of other modules",
+    "CHANNEL": "declarations of signals",
+    "TRIGGER": "triggers that are no known event",
+    "PULSE": "outputs",
+    "BRAKE": "BRAKE",
+    "ANOUT": "analogue signals",
+    "ANIN": "analogue signals",
+    "DIGIN": "analogue signals",
+    "CONST_VEL": "settings of splines",
+    "TIME_BLOCK": "settings of splines",
+    "ON_ERROR_PROCEED": "ON_ERROR_PROCEED",
+    "CONFIRM": "CONFIRM",
+}
+_MOVE = re.compile(r"(LIN|PTP|SLIN|SPTP|SPL)\s*\{([^{}\[\]\"';]*)\}\s*((?:C_[A-Z]+\s*){0,2})", re.IGNORECASE)
+_REAL = re.compile(r"[-+]?(?:\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:[eE][-+]?\d{1,3})?")
+_KINDS = ("FRAME", "POS", "E6POS", "AXIS", "E6AXIS")
+
+
+def constant_move(line: str) -> MotionStatement | None:
+    """A motion whose numbers stand in it, as nearly all lines are; None where the line is another."""
+    match = _MOVE.fullmatch(line)
+    if match is None:
+        return None
+    word, body, blends = match.groups()
+    kind, colon, rest = body.partition(":")
+    if colon:
+        if kind.strip().upper() not in _KINDS:
+            return None
+        body = rest
+    point: dict[str, float] = {}
+    for piece in body.split(","):
+        pair = piece.split()
+        if len(pair) != 2 or _REAL.fullmatch(pair[1]) is None:
+            return None
+        name, value = sys.intern(pair[0].upper()), float(pair[1])
+        if name in point or not math.isfinite(value):
+            return None
+        point[name] = value
+    words = frozenset(blends.upper().split())
+    return MotionStatement(word.upper(), (point,), words or _NONE) if words <= BLENDS else None
+
+
+_NONE: frozenset[str] = frozenset()
+
+
+class LineForms:
+    """Lines as statements, given the patterns of what the case calls harmless."""
+
+    def __init__(self, harmless: tuple[re.Pattern[str], ...]) -> None:
+        self._harmless = harmless
+
+    def statements(
+        self, text: str, line: str, where: SourceLine, events: EventReader, spline: bool
+    ) -> Iterator[Statement]:
+        """What a line that is no block stands for.
+
+        Args:
+            text: of the statement, without its comment.
+            line: with it.
+            where: it stands.
+            events: to recognise arcs and layers.
+            spline: whether it stands in a spline block.
+
+        Yields:
+            Statements; of kinds that move nothing ``pass``.
+
+        Raises:
+            InputError: it cannot be read.
+        """
+        word = re.split(r"[^A-Za-z0-9_$]", text, maxsplit=1)[0].upper()
+        number = where.number
+        if word in MOTIONS:
+            yield Statement("move", number, _motion(word, Cursor(tokens(text, where), where), spline))
+            return
+        if word in _SIMPLE:
+            yield _SIMPLE[word](Cursor(tokens(text, where), where), number)
+            return
+        if word in ("DECL", "GLOBAL", "CONST") or (word in TYPES and _declares(text)):
+            yield _declaration(text, where)
+            return
+        event = events.of_statement(line)
+        if event is not None:
+            yield Statement("event", number, event)
+        if word in PASSED:
+            if event is None:
+                yield Statement("pass", number, PASSED[word])
+            return
+        if event is None and any(pattern.search(line) for pattern in self._harmless):
+            yield Statement("pass", number, "statements that the case calls harmless")
+            return
+        yield from _call_or_assignment(text, where, event is not None)
+
+    def head(self, word: str, statement: str, where: SourceLine) -> object:
+        """What the first line of a block says."""
+        cursor = Cursor(tokens(statement, where), where)
+        cursor.need(word)
+        if word in ("LOOP", "REPEAT"):
+            return None
+        if word == "SPLINE":
+            settings = _settings(cursor) if cursor.take("WITH") else ()
+            cursor.need_end()
+            return settings
+        if word == "FOR":
+            return _for(cursor)
+        found = expression(cursor)
+        if word == "IF":
+            cursor.need("THEN")
+        cursor.need_end()
+        return found
+
+    def labels(self, statement: str, where: SourceLine) -> tuple[Expression, ...]:
+        """The values of a CASE."""
+        cursor = Cursor(tokens(statement, where), where)
+        cursor.need("CASE")
+        found = [expression(cursor)]
+        while cursor.take(","):
+            found.append(expression(cursor))
+        cursor.need_end()
+        return tuple(found)
+
+    def until(self, statement: str, where: SourceLine) -> Expression:
+        """The condition of UNTIL."""
+        cursor = Cursor(tokens(statement, where), where)
+        cursor.need("UNTIL")
+        found = expression(cursor)
+        cursor.need_end()
+        return found
+
+
+def _for(cursor: Cursor) -> tuple[str, Expression, Expression, Expression]:
+    name = cursor.need_name("a variable")
+    cursor.need("=")
+    low = expression(cursor)
+    cursor.need("TO")
+    high = expression(cursor)
+    step = expression(cursor) if cursor.take("STEP") else Constant(1)
+    cursor.need_end()
+    return name, low, high, step
+
+
+def _settings(cursor: Cursor) -> tuple[tuple[Expression, Expression], ...]:
+    """The assignments of WITH."""
+    found = []
+    while True:
+        target = _target(cursor)
+        cursor.need("=")
+        found.append((target, expression(cursor)))
+        if not cursor.take(","):
+            return tuple(found)
+
+
+def _target(cursor: Cursor) -> Expression:
+    """What is assigned to: a variable with its indices and components."""
+    found: Expression = Variable(cursor.need_name("a variable"))
+    while cursor.token.text in ("[", ".") and cursor.token.kind == "op":
+        if cursor.take("."):
+            found = Component(found, cursor.need_name("a component"))
+            continue
+        cursor.need("[")
+        indices = []
+        while not cursor.take("]"):
+            if not cursor.take(","):
+                indices.append(expression(cursor))
+        found = Element(found, tuple(indices))
+    return found
+
+
+def _motion(word: str, cursor: Cursor, spline: bool) -> MotionStatement:
+    cursor.next()
+    points = [expression(cursor)]
+    if word in CIRCLES:
+        cursor.need(",")
+        points.append(expression(cursor))
+    angle = None
+    settings: tuple[tuple[Expression, Expression], ...] = ()
+    blends, frame = set(), "#BASE"
+    while not cursor.ended():
+        if cursor.take(","):
+            cursor.need("CA")
+            angle = expression(cursor)
+        elif cursor.take("CA"):
+            angle = expression(cursor)
+        elif cursor.take("WITH"):
+            settings = _settings(cursor)
+        elif (blend := cursor.take(*BLENDS)) is not None:
+            blends.add(blend)
+        elif cursor.token.kind == "enum" and cursor.token.text in ("#BASE", "#TOOL"):
+            frame = cursor.next().text
+        else:
+            raise refuse(cursor.where, f"{word} is followed by {quoted(cursor.token.text)}, which is not known")
+    return MotionStatement(word, tuple(points), frozenset(blends), frame, angle, settings, spline)
+
+
+def _wait(cursor: Cursor, number: int) -> Statement:
+    cursor.next()
+    if cursor.take("SEC"):
+        seconds = expression(cursor)
+        cursor.need_end()
+        return Statement("wait", number, seconds)
+    cursor.need("FOR")
+    return Statement("stop", number, "WAIT FOR")
+
+
+def _exit(cursor: Cursor, number: int) -> Statement:
+    cursor.next()
+    cursor.need_end()
+    return Statement("exit", number)
+
+
+def _return(cursor: Cursor, number: int) -> Statement:
+    cursor.next()
+    return Statement("return", number, None if cursor.ended() else expression(cursor))
+
+
+def _refused(text: str) -> Callable[[Cursor, int], Statement]:
+    return lambda cursor, number: Statement("refused", number, text)
+
+
+_SIMPLE: dict[str, Callable[[Cursor, int], Statement]] = {
+    "WAIT": _wait,
+    "EXIT": _exit,
+    "RETURN": _return,
+    "CONTINUE": lambda cursor, number: Statement("continue", number),
+    "HALT": lambda cursor, number: Statement("stop", number, "HALT"),
+    "GOTO": _refused("GOTO: where the program goes on is not followed; loops and conditions are"),
+    "RESUME": _refused("RESUME belongs to interrupts, which are not run"),
+}
+
+
+def _declares(text: str) -> bool:
+    """Whether a line that starts with the name of a type declares: a name follows it."""
+    return re.match(r"[A-Za-z0-9_$]+\s+[A-Za-z_$]", text) is not None
+
+
+def _declaration(text: str, where: SourceLine) -> Statement:
+    cursor = Cursor(tokens(text, where), where)
+    while cursor.take("DECL", "GLOBAL", "CONST"):
+        pass
+    if cursor.token.text in PASSED:
+        return Statement("pass", where.number, PASSED[cursor.token.text])
+    kind = cursor.need_name("a type")
+    found = []
+    while True:
+        name = cursor.need_name("a name")
+        array, element = False, []
+        if cursor.take("["):
+            array = True
+            while not cursor.take("]"):
+                if not cursor.take(","):
+                    element.append(expression(cursor))
+        value = expression(cursor) if cursor.take("=") else None
+        found.append(Declaration(kind, name, array, tuple(element), value))
+        if not cursor.take(","):
+            break
+    cursor.need_end()
+    return Statement("declare", where.number, tuple(found))
+
+
+def _call_or_assignment(text: str, where: SourceLine, known: bool) -> Iterator[Statement]:
+    """A call or an assignment; ``known``: it is an event too, so that what it calls may be missing."""
+    if re.fullmatch(r"[A-Za-z_$][A-Za-z0-9_$]*\s*:", text):
+        yield Statement("pass", where.number, "labels")
+        return
+    cursor = Cursor(tokens(text, where), where)
+    target = _target(cursor)
+    if isinstance(target, Variable) and cursor.take("("):
+        call = FunctionCall(target.name, arguments(cursor))
+        if cursor.ended():
+            yield Statement("call", where.number, (call, known))
+            return
+    elif cursor.take("="):
+        value = expression(cursor)
+        cursor.need_end()
+        yield Statement("assign", where.number, (target, value))
+        return
+    raise refuse(where, f"is no statement that is known: {quoted(text)}")

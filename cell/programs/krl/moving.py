@@ -1,0 +1,217 @@
+"""Motions of KRL: where they go, given where the arm is.
+
+Use:
+
+    move(state, motion, scope)                # adds one move to the state, or refuses it
+
+What a point leaves out stays as it is. A relative motion, or one that leaves X Y Z A B C out, after a motion of axes
+needs to know where that has put the TCP: ``Controller.forward`` says it, or else it is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..orientation import frame_of, pose_of
+from ..program import MoveKind
+from .lexing import quoted, refuse
+from .line_forms import CIRCLES
+from .setting import check_modes
+from .state import NAN, ControllerState, Destination
+from .statements import MotionStatement
+from .values import CARTESIAN, Scope, UnknownValue, evaluate, integer, number, shown
+
+EXTERNAL = ("E1", "E2", "E3", "E4", "E5", "E6")
+FURTHEST, MOST_TURN = 1e6, 1e5  # mm, degrees: beyond them nothing is a robot's
+STATUSES, TURNS = 64, 4096  # values that S and T can have
+
+
+def move(state: ControllerState, motion: MotionStatement, where: tuple[int, int], scope: Scope) -> None:
+    """Add a motion.
+
+    Args:
+        state: what holds, which is changed.
+        motion: as it is written.
+        where: file and line.
+        scope: variables.
+
+    Raises:
+        InputError: it has no tool, no base or no end that is known, or names what the arm has not.
+    """
+    points = [_point(point, state, scope) for point in motion.points]
+    end, word = points[-1], motion.word
+    if not end:
+        return  # PTP $AXIS_ACT: to where the arm is
+    external = _external(state, end, word, scope)
+    if word.endswith("_REL"):
+        to = _relative(state, motion, points, scope)
+    elif word in ("PTP", "SPTP"):
+        to = _axes(state, end, scope)
+    else:
+        to = _cartesian(state, motion, points, scope)
+    kind = MoveKind.CIRCULAR if word in CIRCLES else MoveKind.LINEAR
+    if word.startswith(("PTP", "SPTP")):
+        kind = MoveKind.AXES
+    if kind != MoveKind.AXES:
+        check_modes(state, kind == MoveKind.CIRCULAR, scope)
+    if to.pose is not None:
+        _need_frames(state, scope)
+    state.add(kind, to, motion.blends, external, where)
+    if to.angle == to.angle:
+        state.pose = None  # it ends at an angle of its circle, not at its point
+
+
+def position_now(state: ControllerState, scope: Scope) -> list[float] | None:
+    """X Y Z A B C of the TCP in the base that holds, m and rad; None where it is not known."""
+    forward = state.controller.forward
+    if state.pose is None and state.joints is not None and forward is not None:
+        _need_frames(state, scope)
+        assert state.tool is not None
+        assert state.base is not None
+        pose = forward(np.array(state.joints), np.array(state.external), state.tool, state.base)
+        state.pose = [float(x) for x in pose]
+    return state.pose
+
+
+def _need_frames(state: ControllerState, scope: Scope) -> None:
+    if state.tool is None:
+        raise refuse(scope.where, "the motion has no tool: no $TOOL holds (BAS (#INITMOV,..) takes it away)")
+    if state.base is None:
+        raise refuse(scope.where, "the motion has no base: no $BASE holds (BAS (#INITMOV,..) takes it away)")
+
+
+def _point(point: Any, state: ControllerState, scope: Scope) -> dict[str, float]:
+    """The numbers of a point, by component."""
+    value = point if isinstance(point, dict) else evaluate(point, scope)
+    if isinstance(value, UnknownValue):
+        raise refuse(scope.where, f"goes to what is not known here: {value.why}")
+    if not isinstance(value, Mapping):
+        raise refuse(scope.where, f"goes to a point or to axes, not to {shown(value)}")
+    axes = state.controller.axes
+    known, names = _known(axes)
+    for name, given in value.items():
+        if name in known:
+            _in_reach(name, number(given, scope), scope)
+        else:
+            raise refuse(
+                scope.where, f"{quoted(name)} is no axis of this arm: it has A1 .. A{axes}, X Y Z A B C S T, E1 .. E6"
+            )
+    if not names.isdisjoint(value) and any(name in value for name in CARTESIAN):
+        raise refuse(scope.where, "goes to a point and to axes at once")
+    return dict(value)
+
+
+@cache
+def _known(axes: int) -> tuple[frozenset[str], frozenset[str]]:
+    """Components that a point can have, and those of them that are axes of the arm."""
+    names = frozenset(f"A{i}" for i in range(1, axes + 1))
+    return names | {*CARTESIAN, *EXTERNAL, "S", "T"}, names
+
+
+def _in_reach(name: str, value: float, scope: Scope) -> None:
+    if abs(value) > (FURTHEST if name in "XYZ" else MOST_TURN):
+        unit = "mm" if name in "XYZ" else "degrees"
+        raise refuse(scope.where, f"{name} {value:g}: {FURTHEST if unit == 'mm' else MOST_TURN:g} {unit} is the most")
+
+
+def _external(state: ControllerState, end: dict[str, float], word: str, scope: Scope) -> list[float]:
+    external = list(state.external)
+    relative = word.endswith("_REL")
+    for axis, name in enumerate(EXTERNAL):
+        if name not in end:
+            continue
+        if axis >= len(external):
+            if end[name] != 0:
+                raise refuse(scope.where, f"{name} {end[name]:g}: the cell has E1 and E2 alone")
+            continue
+        value = math.radians(end[name])
+        if relative and math.isnan(external[axis]):
+            raise refuse(scope.where, f"{word} adds to {name}, which has never been given")
+        external[axis] = external[axis] + value if relative else value
+    return external
+
+
+def _axes(state: ControllerState, end: dict[str, float], scope: Scope) -> Destination:
+    """Where a PTP goes."""
+    if any(name in end for name in CARTESIAN):
+        status, turn = (integer(end[name], scope) if name in end else -1 for name in ("S", "T"))
+        if not (-1 <= status < STATUSES and -1 <= turn < TURNS):
+            raise refuse(scope.where, f"S is 0 to {STATUSES - 1} and T 0 to {TURNS - 1}, not {status} and {turn}")
+        return Destination(pose=_pose(state, end, scope), status=status, turn=turn)
+    return Destination(joints=_joints(state, end, scope))
+
+
+def _joints(state: ControllerState, end: dict[str, float], scope: Scope) -> list[float]:
+    axes = state.controller.axes
+    joints = list(state.joints) if state.joints is not None else [NAN] * axes
+    for axis in range(axes):
+        name = f"A{axis + 1}"
+        if name in end:
+            joints[axis] = math.radians(end[name])
+        elif math.isnan(joints[axis]):
+            raise refuse(scope.where, f"gives no {name}, and where it is before is not known")
+    return joints
+
+
+def _pose(state: ControllerState, end: dict[str, float], scope: Scope) -> list[float]:
+    missing = [name for name in CARTESIAN if name not in end]
+    held = position_now(state, scope) if missing else None
+    if missing and held is None:
+        raise refuse(scope.where, f"gives no {' '.join(missing)}, and where the TCP is before is not known")
+    pose = list(held) if held is not None else [NAN] * 6
+    for i, name in enumerate(CARTESIAN):
+        if name in end:
+            pose[i] = end[name] * 1e-3 if i < 3 else math.radians(end[name])
+    return pose
+
+
+def _cartesian(
+    state: ControllerState, motion: MotionStatement, points: list[dict[str, float]], scope: Scope
+) -> Destination:
+    """Where a LIN or CIRC goes."""
+    end = points[-1]
+    if not _known(state.controller.axes)[1].isdisjoint(end):
+        raise refuse(scope.where, f"{motion.word} goes to axes; here it needs a point with X Y Z A B C")
+    pose = _pose(state, end, scope)
+    if motion.word not in CIRCLES:
+        return Destination(pose=pose)
+    via = [points[0].get(name, NAN) for name in CARTESIAN]
+    if any(math.isnan(x) for x in via[:3]):
+        raise refuse(scope.where, "the auxiliary point of a circle needs X Y Z")
+    via = [*(1e-3 * x for x in via[:3]), *map(math.radians, via[3:])]
+    if any(math.isnan(x) for x in via[3:]):
+        via[3:] = [NAN] * 3
+    angle = NAN if motion.angle is None else math.radians(number(evaluate(motion.angle, scope), scope))
+    return Destination(pose=pose, via=via, angle=angle)
+
+
+def _relative(
+    state: ControllerState, motion: MotionStatement, points: list[dict[str, float]], scope: Scope
+) -> Destination:
+    """Where a relative motion goes."""
+    end, word = points[-1], motion.word
+    if word in ("PTP_REL", "SPTP_REL"):
+        if any(name in end for name in CARTESIAN):
+            raise refuse(scope.where, f"{word} to a point is not known here; to axes it is")
+        if state.joints is None:
+            raise refuse(scope.where, f"{word} adds to where the axes are, which is not known")
+        return Destination(joints=[x + math.radians(end.get(f"A{i + 1}", 0.0)) for i, x in enumerate(state.joints)])
+    if word in CIRCLES:
+        raise refuse(scope.where, f"{word} is not known here")
+    if any(name[0] == "A" and len(name) > 1 for name in end):
+        raise refuse(scope.where, f"{word} goes to axes; here it needs a step in X Y Z")
+    held = position_now(state, scope)
+    if held is None:
+        raise refuse(scope.where, f"{word} adds to where the TCP is, which is not known")
+    step = [end.get(name, 0.0) for name in CARTESIAN]
+    if motion.frame == "#TOOL":
+        T = frame_of(np.array(held)) @ frame_of(np.array([*(1e-3 * x for x in step[:3]), *map(math.radians, step[3:])]))
+        return Destination(pose=[float(x) for x in pose_of(T)])
+    if any(step[3:]):
+        raise refuse(scope.where, f"{word} with a turn about the base's axes is not known here; #TOOL is")
+    return Destination(pose=[*(x + 1e-3 * dx for x, dx in zip(held[:3], step[:3], strict=True)), *held[3:]])

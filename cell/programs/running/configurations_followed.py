@@ -1,0 +1,98 @@
+"""The arm's axes along poses that a controller goes through in one configuration.
+
+    follow = Follower(solver)
+    q = follow.along(Ts_base_tcp, q_start)    # (m, n), NaN where the pose is out of reach
+
+From the axes at the start on, the configuration stays: a branch of the closed form, its angles unwound from row to row;
+of an arm without one, the solution that damped least squares reach from the row before. Where a branch has no
+continuation its angles jump, which the caller sees. Metres and radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ik import closed_form, dls
+from ik.chain import Floats
+from ik.roll import RollWindow, wrap
+from ik.solver import Solver
+
+ARM_AXES = 3  # the first axes, which a wrist in line does not leave open
+ALIKE = 1e-4  # rad: configurations that differ by less are one
+FIXED = RollWindow.fixed(0.0)
+
+
+@dataclass(frozen=True)
+class Follower:
+    """Follows poses.
+
+    Attributes:
+        solver: of the arm with the cell's own TCP.
+    """
+
+    solver: Solver
+
+    def along(self, Ts_base_tcp: Floats, q_start: Floats) -> Floats:
+        """Axes at poses that are gone through one after the other.
+
+        Args:
+            Ts_base_tcp: (m, 4, 4), m.
+            q_start: where the arm comes from, (n,), rad.
+
+        Returns:
+            (m, n), rad; NaN where the configuration does not reach the pose.
+        """
+        if self.solver.form is None:
+            return self._tracked(Ts_base_tcp, q_start)
+        start = self.solver.chain.forward(q_start[None])
+        raw = closed_form.solve(self.solver.form, np.concatenate([start, Ts_base_tcp]))
+        q = raw[1:, _branch(raw[0], q_start)]
+        return _unwound(q, q_start)
+
+    def _tracked(self, Ts: Floats, q_start: Floats) -> Floats:
+        out = np.full((len(Ts), len(q_start)), np.nan)
+        q = q_start
+        for i in range(len(Ts)):
+            found = dls.track_one(self.solver.chain, Ts[i : i + 1], q[None], FIXED)
+            if found.ok[0]:
+                q = out[i] = q + wrap(found.q[0] - q)
+        return out
+
+    def nearest(self, T_base_tcp: Floats, q: Floats, turn: int = -1) -> Floats | None:
+        """The configuration of a pose (4, 4) whose axes are nearest to others, or None where there is none.
+
+        Args:
+            T_base_tcp: (4, 4), m.
+            q: the others, (n,), rad.
+            turn: KUKA's T: bit i is set where axis i + 1 is below 0; -1 where it is not given.
+        """
+        found = self.solver.candidates(T_base_tcp[None]).q.reshape(-1, len(q))
+        found = found[np.isfinite(found[:, 0])]
+        if turn >= 0:
+            below = (turn >> np.arange(len(q))) & 1 == 1
+            found = found[((found < 0) == below).all(axis=1)]
+        if not len(found):
+            return None
+        best: Floats = found[int(np.argmin(np.abs(found - q).max(axis=1)))]
+        return best
+
+
+def _branch(raw: Floats, q: Floats) -> int:
+    """Which of the configurations (g, n) at a pose is the one that the axes q (n,) are in."""
+    gap = np.abs(wrap(raw - q))
+    whole = np.where(np.isfinite(gap), gap, np.inf).max(axis=1)
+    if whole.min() < ALIKE:
+        return int(np.argmin(whole))
+    # with the wrist in line A4 and A6 share their turn as they like
+    arm = np.where(np.isfinite(gap[:, :ARM_AXES]), gap[:, :ARM_AXES], np.inf).max(axis=1)
+    return int(np.argmin(np.where(arm < ALIKE, 0.0, np.pi) + np.minimum(whole, np.pi)))
+
+
+def _unwound(q: Floats, before: Floats) -> Floats:
+    """Angles (m, n) in the turns that are nearest to the row before; rows of NaN are passed over."""
+    out = q.copy()
+    there = np.flatnonzero(np.isfinite(q).all(axis=1))
+    out[there] = np.unwrap(np.concatenate([before[None], q[there]]), axis=0)[1:]
+    return out

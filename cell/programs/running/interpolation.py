@@ -1,0 +1,125 @@
+"""The TCP between two programmed poses: on a line or a circle, its orientation about one axis.
+
+Use:
+
+    T = on_lines(T_start, T_end, share)       # (m, 4, 4), (m, 4, 4), (m,) 0 to 1
+    arcs = Circles.through(start, via, end)   # (m, 3) each
+    arcs.at(share), arcs.length               # (m, 3), (m,) m
+
+Assumed of the controller: from pose to pose the orientation turns about one axis that stands still in the base, by the
+shorter way and in proportion to the length gone (KUKA: $ORI_TYPE = #VAR; of a circle $CIRC_TYPE = #BASE, the auxiliary
+point's orientation left out). The maker's own rule is not public. Whatever it is, the TCP, which is the wire's tip,
+stays on the line; and a rule under which the orientation is never further from either end than the ends are from one
+another differs from this one by that angle at most. So the greatest turn between two points of a program bounds what
+the assumption can change, and it is told.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ik.chain import Floats
+
+STRAIGHT = 1e-9  # m^2: less area between three points is a line
+
+
+def turned_shares(R_start: Floats, R_end: Floats, share: Floats) -> Floats:
+    """Rotations on the way from one to another about a constant axis, (m, 3, 3)."""
+    start = Rotation.from_matrix(R_start)
+    way = (start.inv() * Rotation.from_matrix(R_end)).as_rotvec()
+    out: Floats = (start * Rotation.from_rotvec(share[:, None] * way)).as_matrix()
+    return out
+
+
+def angles_between(R: Floats, other: Floats) -> Floats:
+    """Angles between orientations, (m,), rad."""
+    # the sine of half the angle is exact for small ones
+    gap = np.linalg.norm(R - other, axis=(-2, -1)) / (2 * np.sqrt(2))
+    out: Floats = 2 * np.arcsin(np.clip(gap, 0.0, 1.0))
+    return out
+
+
+def on_lines(T_start: Floats, T_end: Floats, share: Floats) -> Floats:
+    """Poses on straight lines.
+
+    Args:
+        T_start: (m, 4, 4), m.
+        T_end: (m, 4, 4), m.
+        share: of the way, (m,), 0 to 1.
+
+    Returns:
+        (m, 4, 4), m.
+    """
+    T = np.zeros_like(T_start)
+    T[:, :3, :3] = turned_shares(T_start[:, :3, :3], T_end[:, :3, :3], share)
+    T[:, :3, 3] = T_start[:, :3, 3] + share[:, None] * (T_end[:, :3, 3] - T_start[:, :3, 3])
+    T[:, 3, 3] = 1.0
+    return T
+
+
+@dataclass(frozen=True, eq=False)
+class Circles:
+    """Arcs of circles, one a row.
+
+    Attributes:
+        centre: (m, 3), m.
+        x: from the centre to the start, (m, 3), m.
+        y: at right angles to it in the plane, as long, the way round that passes the auxiliary point, (m, 3), m.
+        angle: from start to end, (m,), rad; 0 where the three points are in a line.
+        start: (m, 3), m.
+        end: (m, 3), m.
+    """
+
+    centre: Floats
+    x: Floats
+    y: Floats
+    angle: Floats
+    start: Floats
+    end: Floats
+
+    @classmethod
+    def through(cls, start: Floats, via: Floats, end: Floats) -> Circles:
+        """Arcs from start to end through an auxiliary point each, (m, 3), m; three points in a line are a line."""
+        a, b = via - start, end - start
+        n = np.cross(a, b)
+        area = np.linalg.norm(n, axis=1)
+        flat = area < STRAIGHT
+        safe = np.where(flat, 1.0, area)[:, None]
+        n = np.where(flat[:, None], np.array([0.0, 0.0, 1.0]), n / safe)
+        squares = (a**2).sum(axis=1)[:, None] * b - (b**2).sum(axis=1)[:, None] * a
+        to_centre = np.cross(squares, n) / (2 * safe)
+        x = -to_centre
+        y = np.cross(n, x)
+        out = end - start - to_centre
+        angle = np.arctan2((out * y).sum(axis=1), (out * x).sum(axis=1))
+        return cls(
+            start + to_centre, x, y, np.where(flat, 0.0, np.where(angle <= 0, angle + 2 * np.pi, angle)), start, end
+        )
+
+    def turned(self, k: int, angle: float) -> Circles:
+        """The same with arc k over another angle, rad; below 0 the other way round."""
+        y, angles, end = self.y.copy(), self.angle.copy(), self.end.copy()
+        y[k], angles[k] = self.y[k] * np.sign(angle), abs(angle)
+        end[k] = self.centre[k] + np.cos(angle) * self.x[k] + np.sin(angle) * self.y[k]
+        return Circles(self.centre, self.x, y, angles, self.start, end)
+
+    @property
+    def length(self) -> Floats:
+        """Of the arcs, (m,), m."""
+        return np.where(
+            self.angle > 0, self.angle * np.linalg.norm(self.x, axis=1), np.linalg.norm(self.end - self.start, axis=1)
+        )
+
+    def at(self, share: Floats) -> Floats:
+        """Points on the arcs, (m, 3), m.
+
+        Args:
+            share: of the arc, (m,), 0 to 1.
+        """
+        turn = (share * self.angle)[:, None]
+        arc = self.centre + np.cos(turn) * self.x + np.sin(turn) * self.y
+        line = self.start + share[:, None] * (self.end - self.start)
+        return np.where(self.angle[:, None] > 0, arc, line)

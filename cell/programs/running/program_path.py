@@ -1,0 +1,290 @@
+"""The way that a program's moves go, as a controller interpolates them: samples with all axes, no times yet.
+
+    path = path_of(program, job)
+    path.axes, path.move, path.share          # (m, j + 2) rad, (m,), (m,)
+    path.lost                                 # moves whose end or way the arm does not reach, and why
+
+Between two samples all axes move on straight lines, so close to the programmed way as ``OFF`` and ``TURNED`` say.
+Metres and radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ...arrays import Ints
+from ...errors import InputError
+from ...failure import IN_ROWS, Failure, Kind
+from ...job.job import Job
+from ...motion.motion import JUMP
+from ...rigid import inverse
+from ..cell_frames import T_flange_tcp, tables_seen_from_base
+from ..orientation import frame_of
+from ..program import MoveKind, Program
+from .configurations_followed import Follower
+from .interpolation import Circles, angles_between, on_lines
+
+OFF, TURNED = 4e-6, np.deg2rad(0.004)  # m and rad that a straight line of the axes is off the programmed way at most
+STEP, TURN = 2e-3, np.deg2rad(1.0)  # between the samples that are begun with
+HALVINGS = 9  # of a step between them
+AXES_STEP = np.deg2rad(1.0)  # between samples of a move of axes
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramPath:
+    """Samples of a program's way.
+
+    Attributes:
+        axes: the arm's joints, E1, E2, (m, j + 2), rad; the first row is where the first move ends.
+        move: number of the move each sample is on, (m,).
+        share: of its way, (m,), 0 to 1; the last sample of every move has 1.
+        Ts_frame_tcp: the programmed TCP in the move's base, (m, 4, 4), m; NaN on moves of axes.
+        lost: what the arm cannot do, by the number of the move: the way ends there, as the controller would.
+        turned: greatest turn of the TCP from one end of a Cartesian move to the other, rad.
+        begins: the programmed TCP in the move's base where the move begins, (k, 4, 4), m; NaN of moves of axes.
+    """
+
+    axes: Floats
+    move: Ints
+    share: Floats
+    Ts_frame_tcp: Floats
+    lost: dict[int, Failure]
+    turned: float
+    begins: Floats
+
+
+def path_of(program: Program, job: Job) -> ProgramPath:
+    """Interpolate a program.
+
+    Args:
+        program: the program.
+        job: names the arm, its torch and its table.
+
+    Returns:
+        Its way.
+
+    Raises:
+        InputError: it cannot be begun: no moves, the first leads nowhere, or a move lacks its tool or base; one line.
+    """
+    return _Walk(program, job).path()
+
+
+class _Walk:
+    """Goes through the moves in order."""
+
+    def __init__(self, program: Program, job: Job) -> None:
+        self.program, self.job, self.moves = program, job, program.moves
+        self.follow = Follower(job.solver)
+        self.n = job.scene.chain.n
+        self.external = _held(self.moves.external, job)
+        self.to_tool = [inverse(T_flange_tcp(job.scene)) @ tool.T_flange_tcp for tool in program.tools]
+        self.lost: dict[int, Failure] = {}
+        self.parts: list[tuple[Floats, Ints, Floats, Floats]] = []
+        self.turned = 0.0
+        self.begins = np.full((len(self.moves), 4, 4), np.nan)
+
+    def path(self) -> ProgramPath:
+        moves = self.moves
+        if not len(moves):
+            raise InputError(f"{self.program.name}: has no moves")
+        q = self._first()
+        self._put(np.append(q, self.external[0])[None], 0, np.ones(1))
+        i = 1
+        while i < len(moves) and not self.lost:
+            j = i + 1
+            if moves.kind[i] == MoveKind.AXES:
+                q = self._axes(i, q)
+            else:
+                while j < len(moves) and moves.kind[j] != MoveKind.AXES:
+                    j += 1
+                q = self._cartesian(i, j, q)
+            i = j
+        axes, move, share, T = (np.concatenate(some) for some in zip(*self.parts, strict=True))
+        return ProgramPath(axes, move, share, T, self.lost, self.turned, self.begins)
+
+    def _put(self, axes: Floats, move: int, share: Floats) -> None:
+        self.parts.append((axes, np.full(len(axes), move), share, np.full((len(axes), 4, 4), np.nan)))
+
+    def _first(self) -> Floats:
+        """Where the arm stands after the first move."""
+        moves, scene = self.moves, self.job.scene
+        where = place(self.program, 0)
+        if moves.kind[0] != MoveKind.AXES:
+            raise InputError(
+                f"{where}: the first move is a line; a program begins with a PTP, from wherever the arm is"
+            )
+        q = self._target(0, scene.home)
+        if q is None:
+            raise InputError(f"{where}: the first move leads to a pose that the arm does not reach")
+        return q
+
+    def _target(self, i: int, q: Floats) -> Floats | None:
+        """Where a move of axes ends: at its axes, or at its pose in the configuration that is nearest."""
+        joints = self.moves.joints[i]
+        if np.isfinite(joints).all():
+            return joints
+        self._needs_frames(i)
+        T = self._in_arm_base(np.array([i]), self.external[[i]], frame_of(self.moves.pose[[i]]))
+        return self.follow.nearest(T[0], q, int(self.moves.turn[i]))
+
+    def _needs_frames(self, i: int) -> None:
+        for name, index in (("tool", self.moves.tool[i]), ("base", self.moves.base[i])):
+            if index < 0:
+                raise InputError(f"{place(self.program, i)}: moves to a pose, and no {name} is set")
+
+    def _frames(self, move: Ints, external: Floats) -> Floats:
+        """The moves' bases in the arm's base frame, (m, 4, 4)."""
+        table = tables_seen_from_base(self.job.scene, external)
+        coupled = np.array([base.coupled for base in self.program.bases])
+        T = np.stack([base.T for base in self.program.bases])
+        at = self.moves.base[move]
+        out: Floats = np.where(coupled[at][:, None, None], table @ T[at], T[at])
+        return out
+
+    def _in_arm_base(self, move: Ints, external: Floats, T: Floats) -> Floats:
+        """The cell's own TCP in the arm's base where the programmed one is at T (m, 4, 4) in the moves' bases."""
+        to_own = np.stack([inverse(T_own_tool) for T_own_tool in self.to_tool])[self.moves.tool[move]]
+        return self._frames(move, external) @ T @ to_own
+
+    def _axes(self, i: int, q: Floats) -> Floats:
+        end = self._target(i, q)
+        if end is None:
+            self.lost[i] = Failure(Kind.OUT_OF_REACH, place=IN_ROWS)
+            return q
+        a, b = np.append(q, self.external[i - 1]), np.append(end, self.external[i])
+        count = max(int(np.ceil(np.abs(b - a).max() / AXES_STEP)), 1)
+        share = np.arange(1, count + 1) / count
+        self._put(a + share[:, None] * (b - a), i, share)
+        return end
+
+    def _cartesian(self, i: int, j: int, q: Floats) -> Floats:
+        """Lines and circles i .. j - 1, from the axes q on; where the arm stands after them."""
+        for k in range(i, j):
+            self._needs_frames(k)
+        line = _Lines(self, np.arange(i, j), q)
+        self.begins[i:j] = line.T_start
+        self.turned = max(self.turned, float(line.turn.max()))
+        count = np.maximum(np.ceil(np.maximum(line.length / STEP, line.turn / TURN)), 1).astype(np.int64)
+        at = np.repeat(np.arange(j - i), count)
+        share = (np.arange(len(at)) - np.repeat(np.cumsum(count) - count, count) + 1) / count[at]
+        at, share, axes = line.refined(at, share)
+        turn = np.abs(np.diff(np.concatenate([q[None], axes[:, : self.n]]), axis=0)).max(axis=1)
+        ends = np.flatnonzero(~(turn <= JUMP))  # or where it is not known
+        if len(ends):
+            k = int(ends[0])
+            why = Failure(Kind.OUT_OF_REACH, place=IN_ROWS)
+            if np.isfinite(turn[k]):
+                why = Failure(Kind.NO_CONFIGURATION, round(float(np.rad2deg(turn[k])), 3), place=IN_ROWS)
+            self.lost[i + int(at[k])] = why
+            at, share, axes = at[:k], share[:k], axes[:k]
+            if not k:
+                return q
+        self.parts.append((axes, i + at, share, line.poses(at, share)))
+        return axes[-1, : self.n]
+
+
+class _Lines:
+    """Cartesian moves that follow one another."""
+
+    def __init__(self, walk: _Walk, move: Ints, q: Floats) -> None:
+        self.walk, self.move, self.q = walk, move, q
+        moves, n = walk.moves, walk.n
+        self.T_end = frame_of(moves.pose[move])
+        self.ext_start, self.ext_end = walk.external[move - 1], walk.external[move]
+        own = walk.job.scene.chain.forward(q[None])
+        own = np.concatenate([own, walk._in_arm_base(move, self.ext_end, self.T_end)[:-1]])
+        # where the last move ended, seen by the next one's base and tool
+        tool = np.stack(walk.to_tool)[moves.tool[move]]
+        self.T_start = inverse(walk._frames(move, self.ext_start)) @ own @ tool
+        self.circle = moves.kind[move] == MoveKind.CIRCULAR
+        self.arcs = self._arcs()
+        straight = np.linalg.norm(self.T_end[:, :3, 3] - self.T_start[:, :3, 3], axis=1)
+        self.length = np.where(self.circle, self.arcs.length, straight)
+        turn = angles_between(self.T_start[:, :3, :3], self.T_end[:, :3, :3])
+        self.turn = np.maximum(turn, np.abs(self.ext_end - self.ext_start).max(axis=1))
+        self.n = n
+
+    def _arcs(self) -> Circles:
+        """The circles; one that ends at an angle of its own (CA) ends there, and the next move begins there."""
+        moves, start = self.walk.moves, self.T_start
+        via = np.where(self.circle[:, None], moves.via[self.move, :3], start[:, :3, 3])
+        arcs = Circles.through(start[:, :3, 3], via, self.T_end[:, :3, 3])
+        for k in np.flatnonzero(self.circle & np.isfinite(moves.arc_angle[self.move])).tolist():
+            arcs = Circles.through(start[:, :3, 3], via, self.T_end[:, :3, 3]).turned(k, moves.arc_angle[self.move[k]])
+            self.T_end[k, :3, 3] = arcs.end[k]
+            if k + 1 < len(start):
+                if (moves.base[self.move[k]], moves.tool[self.move[k]]) != (
+                    moves.base[self.move[k + 1]],
+                    moves.tool[self.move[k + 1]],
+                ):
+                    raise InputError(
+                        f"{place(self.walk.program, int(self.move[k + 1]))}: another tool or base right after a circle "
+                        "that ends at an angle (CA) is not followed; a point in between is needed"
+                    )
+                start[k + 1, :3, 3] = arcs.end[k]
+                via[k + 1] = via[k + 1] if self.circle[k + 1] else arcs.end[k]
+        return arcs
+
+    def poses(self, at: Ints, share: Floats) -> Floats:
+        """Poses in the moves' bases, (m, 4, 4)."""
+        T = on_lines(self.T_start[at], self.T_end[at], share)
+        round_ = np.flatnonzero(self.circle[at])
+        if len(round_):
+            k = at[round_]
+            arcs = Circles(*(getattr(self.arcs, name)[k] for name in ("centre", "x", "y", "angle", "start", "end")))
+            T[round_, :3, 3] = arcs.at(share[round_])
+        return T
+
+    def external(self, at: Ints, share: Floats) -> Floats:
+        """E1, E2, (m, 2), rad: in proportion to the way."""
+        out: Floats = self.ext_start[at] + share[:, None] * (self.ext_end[at] - self.ext_start[at])
+        return out
+
+    def solved(self, at: Ints, share: Floats) -> Floats:
+        """All axes, (m, j + 2), rad; NaN where a pose is out of reach."""
+        external = self.external(at, share)
+        T = self.walk._in_arm_base(self.move[at], external, self.poses(at, share))
+        return np.concatenate([self.walk.follow.along(T, self.q), external], axis=1)
+
+    def refined(self, at: Ints, share: Floats) -> tuple[Ints, Floats, Floats]:
+        """Samples between which a straight line of the axes is the programmed way, within ``OFF`` and ``TURNED``."""
+        axes = self.solved(at, share)
+        open_ = np.ones(len(at), dtype=bool)  # whether the step that ends here is still to be looked at
+        for _ in range(HALVINGS):
+            before = np.concatenate([np.append(self.q, self.ext_start[0])[None], axes[:-1]])
+            since = np.where(np.diff(at, prepend=-1) == 0, np.concatenate([[0.0], share[:-1]]), 0.0)
+            look = np.flatnonzero(open_ & np.isfinite(before).all(axis=1) & np.isfinite(axes).all(axis=1))
+            bad = look[self._off(at[look], (since[look] + share[look]) / 2, (before[look] + axes[look]) / 2)]
+            open_[:] = False
+            if not len(bad):
+                break
+            # a sample in the middle of each: both halves are looked at again
+            open_[bad] = True
+            at, share = np.insert(at, bad, at[bad]), np.insert(share, bad, (since[bad] + share[bad]) / 2)
+            open_ = np.insert(open_, bad, True)
+            axes = self.solved(at, share)
+        return at, share, axes
+
+    def _off(self, at: Ints, share: Floats, axes: Floats) -> Floats:
+        """Whether the axes are off the programmed way, (m,)."""
+        wanted = self.walk._in_arm_base(self.move[at], axes[:, self.n :], self.poses(at, share))
+        is_ = self.walk.job.scene.chain.forward(axes[:, : self.n])
+        away = np.linalg.norm(wanted[:, :3, 3] - is_[:, :3, 3], axis=1)
+        bad: Floats = (away > OFF) | (angles_between(wanted[:, :3, :3], is_[:, :3, :3]) > TURNED)
+        return bad
+
+
+def _held(external: Floats, job: Job) -> Floats:
+    """E1, E2 at the end of every move, (m, 2), rad; an axis that is never given stands where the case has it."""
+    table = np.deg2rad([job.case.table.E1_deg, job.case.table.E2_deg])
+    return np.where(np.isfinite(external), external, table)
+
+
+def place(program: Program, move: int) -> str:
+    """Where a move stands, as messages name it."""
+    line = program.line_of(move)
+    return f"{program.name}: move {move}" if line is None else str(line)

@@ -1,0 +1,36 @@
+"""Every shipped case that is feasible goes from its mesh to a robot program and back, and the program is feasible."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cell.case.read import load_case
+from cell.job.job import prepare
+from cell.programs.export import export_program
+from cell.shipped import MODELS_DIR
+from cell.verdict.check import check
+
+CASES = sorted((MODELS_DIR / "cases").glob("*.case.yaml"))
+FEASIBLE = [path for path in CASES if "tilted.case" not in path.name]
+
+
+def test_there_are_cases() -> None:
+    assert len(FEASIBLE) >= 7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", FEASIBLE, ids=lambda path: path.name.removesuffix(".case.yaml"))
+def test_a_shipped_case_becomes_a_program_and_back(path: Path) -> None:
+    job = prepare(load_case(path))
+    result = check(job, job.case.table.E1_deg, job.case.table.E2_deg)
+    assert result.motion is not None
+    made = export_program(job, result.motion)
+    assert made.fault is None
+    assert made.result is not None
+    assert made.result.feasible
+    assert made.result.found.welded == len(job.targets)
+    assert made.gap is not None
+    assert made.gap.share(made.written.thinning) < 1
+    assert made.written.points < made.written.rows / 2

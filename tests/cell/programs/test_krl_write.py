@@ -1,0 +1,160 @@
+"""What is written: a whole small program, modules of bounded size, names, ASCII."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from support.paths import ROOT
+from support.programs import controller, programs
+
+from cell.case.controller_section import HOOK_FIELDS
+from cell.case.read import parse_case
+from cell.errors import InputError
+from cell.programs.controller import controller_of, program_name
+from cell.programs.krl_write import write_krl
+from cell.programs.orientation import frame_of
+from cell.programs.program import BaseFrame, Event, Happens, MoveKind, Moves, Program, ToolFrame
+
+GOLDEN = ROOT / "tests" / "data" / "programs" / "golden"
+
+
+def small() -> Program:
+    """From home, two layers of one bead each on a table that turns, and home again."""
+    home = np.radians([0, -90, 90, 0, 30, 0])
+    moves = Moves.empty(12)
+    kind = np.array([0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0])
+    rows = np.zeros((12, 6))
+    rows[:, 0] = [0, 40, 40, 45, 50, 50, 40, 40, 45, 50, 50, 0]
+    rows[:, 2] = [0, 30, 5, 5, 5, 30, 30, 7.2, 7.2, 7.2, 30, 0]
+    rows[:, :3] /= 1000
+    rows[:, 3:] = np.radians([[0, 75 + 2.5 * i, 180] for i in range(12)])
+    axes = (kind == MoveKind.AXES)[:, None]
+    arc = np.isin(np.arange(12), (3, 4, 8, 9))
+    zero = np.zeros(12, dtype=np.int64)
+    turn = np.radians([0, 0, 0, 5, 10, 10, 0, 0, 5, 10, 10, 0])
+    moves = replace(
+        moves,
+        kind=kind,
+        joints=np.where(axes, home, np.nan),
+        pose=np.where(axes, np.nan, rows),
+        external=np.stack((np.full(12, np.pi / 2), turn), axis=1),
+        tool=zero,
+        base=zero,
+        speed=np.where(axes[:, 0], np.nan, np.where(arc, 0.008, 0.1)),
+        turn_speed=np.full(12, np.radians(200)),
+        acceleration=np.full(12, 2.3),
+        axis_share=np.full(12, 0.3),
+        axis_acceleration=np.full(12, 0.5),
+        external_share=np.full(12, 1.0),
+        blend=np.where(np.isin(np.arange(12), (3, 8)), 0.001, 0.0),
+    )
+
+    def fields(layer: int, target: int = -1) -> dict[str, str | float]:
+        found: dict[str, str | float] = {"layer": layer, "sub_volume": "SV1"}
+        return found | ({"bead": layer, "target": target, "speed_mm_s": 8.0} if target >= 0 else {})
+
+    events = (
+        Event(Happens.LAYER_START, 1, fields=fields(0)),
+        Event(Happens.ARC_ON, 3, fields=fields(0, 0)),
+        Event(Happens.WAIT, 3, seconds=0.3),
+        Event(Happens.ARC_OFF, 5, fields=fields(0, 2)),
+        Event(Happens.LAYER_END, 6, fields=fields(0)),
+        Event(Happens.LAYER_START, 6, fields=fields(1)),
+        Event(Happens.ARC_ON, 8, fields=fields(1, 3)),
+        Event(Happens.ARC_OFF, 10, fields=fields(1, 5)),
+        Event(Happens.LAYER_END, 11, fields=fields(1)),
+    )
+    torch = frame_of(np.array([0.0635, 0, 0.41225, 0, np.radians(45), 0]))
+    part = frame_of(np.array([0, 0, 0.1, np.radians(30), 0, 0]))
+    return Program("SMALL", moves, events, (ToolFrame(torch),), (BaseFrame(part, coupled=True, machine=2),))
+
+
+def test_a_whole_program_is_as_it_was() -> None:
+    files = write_krl(small(), controller("small"))
+    assert sorted(files) == sorted(path.name for path in GOLDEN.iterdir())
+    for name, text in files.items():
+        assert text.replace("\r\n", "\n") == (GOLDEN / name).read_text(encoding="ascii"), name
+
+
+@settings(max_examples=15, deadline=None)
+@given(program=programs())
+def test_every_file_can_be_loaded(program: Program) -> None:
+    files = write_krl(program, controller("a name of far more than twenty-four", points_a_module=10))
+    names = [name.removesuffix(".src") for name in files]
+    assert len({name.upper() for name in names}) == len(names)
+    for name, text in zip(names, files.values(), strict=True):
+        assert re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,23}", name)
+        assert text.isascii()
+        assert text.count("\r\n") == text.count("\n") == len(text.splitlines())
+        lines = text.split("\r\n")
+        assert f"DEF {name} ( )" in lines
+        moves = [line for line in lines if line.startswith(("PTP ", "LIN ", "CIRC "))]
+        assert len(moves) <= 10
+        assert not any(re.search(r"nan|inf|\de|-0\.0*[,}]", line) for line in lines)
+        for line in moves:
+            assert re.search(r"E1 [-\d.]+,E2 [-\d.]+\}", line)  # in every point
+        assert max(map(len, lines)) < 344  # lines of this length are known to run
+
+
+def test_a_layer_is_cut_where_the_arm_stops() -> None:
+    moves = Moves.empty(25)
+    blend = np.full(25, 0.001)
+    blend[[7, 24]] = 0
+    zero = np.zeros(25, dtype=np.int64)
+    pose = np.zeros((25, 6))
+    moves = replace(moves, pose=pose, external=np.zeros((25, 2)), tool=zero, base=zero, speed=np.ones(25), blend=blend)
+    program = Program("CUT", moves, (), (ToolFrame(np.eye(4)),), (BaseFrame(np.eye(4), coupled=True, machine=2),))
+    files = write_krl(program, controller(program="CUT", points_a_module=10))
+    assert [text.count("LIN ") for text in files.values()] == [0, 8, 10, 7]
+    assert list(files) == ["CUT.src", "CUT_P000_0.src", "CUT_P000_1.src", "CUT_P000_2.src"]
+
+
+@pytest.mark.parametrize(
+    ("title", "name"),
+    [("Propeller 3", "Propeller_3"), ("3 blades", "P_3_blades"), ("für Ñ", "fur_N"), ("叶", "P"), ("loop", "P_loop")],
+)
+def test_the_cases_name_becomes_a_modules(title: str, name: str) -> None:
+    assert program_name(title) == name
+    assert len(program_name("x" * 90)) == 24
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ({"program": "3D"}, "controller.program: is 1 to 24"),
+        ({"program": "A" * 25}, "controller.program: is 1 to 24"),
+        ({"program": "LOOP"}, "controller.program: is a word of the language"),
+        ({"program": "ARC_ON"}, "ARC_ON is the name of what a hook calls"),
+        ({"hooks": {"arc_on": "GO ({bed})"}}, f"has no field {{bed}}; fields are {', '.join(HOOK_FIELDS)}"),
+        ({"hooks": {"arc_on": "GO ({bead.x})"}}, "has no field {bead.x}"),
+        ({"hooks": {"arc_on": "GO ({bead!r})"}}, "a format is like"),
+        ({"hooks": {"arc_on": "GO ({bead:>99})"}}, "a format is like"),
+        ({"hooks": {"arc_on": "GO ({bead)"}}, "is no template"),
+        ({"hooks": {"arc_on": "X=\nLIN {{X 1}}"}}, "may not move the arm"),
+        ({"hooks": {"arc_on": "$TOOL = $NULLFRAME"}}, "may not move the arm"),
+        ({"hooks": {"arc_on": "GO () ;é"}}, "ASCII"),
+        ({"read": {"arc_on": ["("]}}, "is no regular expression"),
+        ({"advance": 6}, "controller.advance: is 0 to 5"),
+        ({"points_a_module": 1}, "controller.points_a_module: is 10 to 100000"),
+        ({"tool": {"position": [0, 0, 0]}}, "position"),
+    ],
+)
+def test_what_a_controller_cannot_be(section: dict[str, object], words: str) -> None:
+    part = {"sub_volumes": ["a.stl"], "body": {"radius_mm": 20}}
+    with pytest.raises(InputError) as caught:
+        parse_case({"part": part, "controller": section})
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_hooks_are_written_with_their_fields() -> None:
+    hooks = {"arc_on": "ArcOn_{sub_volume} ({bead:03d}, {speed_mm_s:.1f}, {{0}})", "layer_end": []}
+    part = {"sub_volumes": ["a.stl"], "body": {"radius_mm": 20}}
+    its = controller_of(parse_case({"name": "small", "part": part, "controller": {"hooks": hooks}}))
+    text = write_krl(small(), its)["small_L001.src"]
+    assert "\r\nArcOn_SV1 (001, 8.0, {0})\r\n" in text
+    assert "ends" not in text

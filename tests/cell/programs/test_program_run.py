@@ -1,0 +1,188 @@
+"""A program as it is run: poses against MuJoCo alone, the table, circles, configurations, times."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from support.boss_program import boss_program
+
+from cell.programs.program import Event, Happens, MoveKind
+from cell.programs.running.interpolation import Circles, on_lines
+from cell.programs.running.program_path import OFF, TURNED, path_of
+from cell.programs.running.simulate import run_program
+
+
+def rotation(a: float, b: float, c: float) -> np.ndarray:
+    """KUKA's A, B, C, rad, by hand."""
+    ca, sa, cb, sb, cc, sc = np.cos(a), np.sin(a), np.cos(b), np.sin(b), np.cos(c), np.sin(c)
+    z = np.array([[ca, -sa, 0], [sa, ca, 0], [0, 0, 1]])
+    y = np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])
+    return z @ y @ np.array([[1, 0, 0], [0, cc, -sc], [0, sc, cc]])
+
+
+def in_mujoco(q: np.ndarray, table: np.ndarray, site: str) -> tuple[np.ndarray, np.ndarray]:
+    """Place and orientation of a site in the world, by MuJoCo's kinematics and nothing else."""
+    scene = boss_program().job.scene
+    data = mujoco.MjData(scene.model)
+    data.qpos[scene.arm_qpos], data.qpos[scene.table_qpos] = q, table
+    mujoco.mj_kinematics(scene.model, data)
+    return data.site_xpos[scene.sites[site]].copy(), data.site_xmat[scene.sites[site]].reshape(3, 3).copy()
+
+
+def test_the_run_hits_the_programs_own_poses_in_mujoco(tmp_path: Path) -> None:
+    result = boss_program().read(tmp_path)
+    run, moves = result.run, result.program.moves
+    last = np.flatnonzero(np.append(np.diff(run.move) != 0, True))
+    base = result.program.bases[0]
+    seen = 0
+    for row in last:
+        k = run.move[row]
+        if moves.kind[k] == MoveKind.AXES:
+            assert np.abs(run.motion.q[row] - moves.joints[k]).max() < 1e-9
+            continue
+        place, R = in_mujoco(run.motion.q[row], run.motion.table[row], "table")
+        x = place + R @ (base.T[:3, 3] + base.T[:3, :3] @ moves.pose[k, :3])
+        wanted = R @ base.T[:3, :3] @ rotation(*moves.pose[k, 3:])
+        tcp, is_ = in_mujoco(run.motion.q[row], run.motion.table[row], "tcp")
+        assert np.abs(tcp - x).max() < 1e-6
+        assert np.abs(is_ - wanted).max() < 1e-6
+        seen += 1
+    assert seen == 24
+
+
+def test_the_tcp_runs_on_the_line_in_the_base_while_the_table_turns() -> None:
+    # each point a little further about E1 and E2: the arm has to follow the table
+    boss = boss_program()
+    program = boss.made.written.program
+    turn = np.linspace(0, np.deg2rad(8.0), len(program.moves))[:, None] * [1.0, -1.0]
+    # from the last point before the first bead on: the home is left from where it is
+    start = np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[0]
+    external = program.moves.external + np.where(np.arange(len(turn))[:, None] > start, turn, turn[start])
+    moved = replace(program, moves=replace(program.moves, external=external))
+    path = path_of(moved, boss.job)
+    k = int(np.flatnonzero((moved.moves.kind[1:] == 1) & (moved.moves.kind[:-1] == 1))[2]) + 1
+    rows = np.flatnonzero(path.move == k)
+    start_pose, end_pose = moved.moves.pose[k - 1], moved.moves.pose[k]
+    base, checked = moved.bases[0], 0
+    rows = np.append(rows[0] - 1, rows)
+    for a, b in pairwise(rows):
+        for share in (0.25, 0.5, 1.0):
+            axes = path.axes[a] + share * (path.axes[b] - path.axes[a])
+            place, R = in_mujoco(axes[:6], axes[6:], "table")
+            tcp, _ = in_mujoco(axes[:6], axes[6:], "tcp")
+            in_base = base.T[:3, :3].T @ (R.T @ (tcp - place) - base.T[:3, 3])
+            way = end_pose[:3] - start_pose[:3]
+            f = (in_base - start_pose[:3]) @ way / (way @ way)
+            assert np.linalg.norm(in_base - start_pose[:3] - f * way) < 2 * OFF
+            # E1 and E2 are where the way is
+            expected = external[k - 1] + f * (external[k] - external[k - 1])
+            assert np.abs(axes[6:] - expected).max() < np.deg2rad(0.02)
+            checked += 1
+    assert checked > 6
+    assert np.deg2rad(0.01) > TURNED
+
+
+def test_an_orientation_turns_about_one_axis_by_the_shorter_way() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        a, b = (rotation(*rng.uniform(-3, 3, 3)) for _ in range(2))
+        T = np.tile(np.eye(4), (2, 1, 1))
+        T[0, :3, :3], T[1, :3, :3] = a, b
+        R = on_lines(T[:1], T[1:], np.array([0.3]))[0, :3, :3]
+        whole, part = (np.arccos(np.clip((np.trace(a.T @ M) - 1) / 2, -1, 1)) for M in (b, R))
+        assert part == pytest.approx(0.3 * whole, abs=1e-6)
+        axis = [M - M.T for M in (a.T @ b, a.T @ R)]
+        assert np.allclose(axis[0] / np.linalg.norm(axis[0]), axis[1] / np.linalg.norm(axis[1]), atol=1e-6)
+
+
+def test_a_circle_passes_its_auxiliary_point_and_is_as_long_as_it_is() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(50):
+        centre, R = rng.normal(size=3), rotation(*rng.uniform(-3, 3, 3))
+        radius, angle = rng.uniform(0.1, 2), rng.uniform(0.2, 6.0)
+        via = rng.uniform(0.1, 0.9)
+
+        def at(f: float, centre=centre, R=R, radius=radius, angle=angle) -> np.ndarray:
+            return centre + R @ (radius * np.array([np.cos(f * angle), np.sin(f * angle), 0.0]))
+
+        arc = Circles.through(at(0.0)[None], at(via)[None], at(1.0)[None])
+        assert arc.length[0] == pytest.approx(radius * angle, rel=1e-6)
+        for f in (0.0, 0.3, via, 1.0):
+            assert np.allclose(arc.at(np.array([f]))[0], at(f), atol=1e-7)
+
+
+def test_three_points_in_a_line_are_a_line() -> None:
+    p = np.array([[0.0, 0, 0]]), np.array([[1.0, 0, 0]]), np.array([[2.0, 0, 0]])
+    arc = Circles.through(*p)
+    assert arc.length[0] == 2.0
+    assert np.allclose(arc.at(np.array([0.25])), [[0.5, 0, 0]])
+
+
+def test_a_wait_takes_its_time_and_the_arm_stands() -> None:
+    boss = boss_program()
+    program = boss.made.written.program
+    plain = run_program(program, boss.job)
+    first = next(e for e in program.events if e.kind == Happens.ARC_ON)
+    at = program.events.index(first) + 1
+    events = (*program.events[:at], Event(Happens.WAIT, first.before, 1.5), *program.events[at:])
+    longer = run_program(replace(program, events=events), boss.job)
+    assert np.ptp(longer.motion.t_s) - np.ptp(plain.motion.t_s) == pytest.approx(1.5, abs=1e-6)
+    assert longer.motion.arc_time - plain.motion.arc_time == pytest.approx(1.5, abs=1e-6)
+
+
+def test_a_bead_is_welded_at_the_speed_that_is_set() -> None:
+    boss = boss_program()
+    program = boss.made.written.program
+    run = run_program(program, boss.job)
+    p = boss.job.scene.chain.forward(run.motion.q)[:, :3, 3]  # the table stands still
+    speed = np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(run.motion.t_s)
+    welding = run.motion.welding
+    assert speed[welding].max() == pytest.approx(0.008, rel=1e-3)
+    assert np.median(speed[welding]) == pytest.approx(0.008, rel=1e-2)
+
+
+def test_axes_keep_their_share_of_speed_and_acceleration() -> None:
+    boss = boss_program()
+    run = run_program(boss.made.written.program, boss.job)
+    moves, drives = boss.made.written.program.moves, boss.job.drives
+    axes = np.concatenate([run.motion.q, run.motion.table], axis=1)
+    dt = np.diff(run.motion.t_s)
+    use = np.abs(np.diff(axes, axis=0)) / dt[:, None] / drives.speed
+    ptp = moves.kind[run.move[1:]] == MoveKind.AXES
+    share = np.nan_to_num(moves.axis_share[run.move[1:]], nan=1.0)
+    assert (use[ptp].max(axis=1) <= share[ptp] * (1 + 1e-6)).all()
+    assert (use[ptp].max(axis=1) >= 0.9 * share[ptp]).any()
+
+
+def test_the_configuration_of_the_ptp_before_a_line_is_kept() -> None:
+    # the same points from the wrist turned over: the whole bead is run in that configuration
+    boss = boss_program()
+    program = boss.made.written.program
+    first = int(np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[0])
+    path = path_of(program, boss.job)
+    q = path.axes[np.flatnonzero(path.move == first - 1)[-1], :6]
+    half = np.where(q < 0, np.pi, -np.pi)
+    other = np.append(q[:3], [q[3] + half[3], -q[4], q[5] + half[5]])
+    joints = program.moves.joints.copy()
+    joints[first - 1] = other
+    turned = path_of(replace(program, moves=replace(program.moves, joints=joints)), boss.job)
+    rows = np.flatnonzero(turned.move == first)
+    assert np.sign(turned.axes[rows, 4]).tolist() == [np.sign(-q[4])] * len(rows)
+    T = boss.job.scene.chain.forward(turned.axes[rows[-1:], :6])
+    end = path.axes[np.flatnonzero(path.move == first)[-1:], :6]
+    assert np.allclose(T, boss.job.scene.chain.forward(end), atol=1e-8)
+
+
+def test_a_pose_out_of_reach_is_a_finding_on_its_move_and_no_exception() -> None:
+    boss = boss_program()
+    program = boss.made.written.program
+    pose = program.moves.pose.copy()
+    k = int(np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[3])
+    pose[k, 2] += 9.0
+    run = run_program(replace(program, moves=replace(program.moves, pose=pose)), boss.job)
+    assert run.lost[k].reason == "unreachable"
