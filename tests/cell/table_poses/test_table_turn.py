@@ -90,7 +90,7 @@ def test_the_part_is_not_swept_through_a_fixture(job: Job) -> None:
 
 def bladed(job: Job, middle: tuple[float, float]) -> tuple[Job, Job]:
     """A thin blade on the table, alone, and with a peg where the blade passes at a pose."""
-    blade = {"name": "blade", "box": {"size_mm": [1, 1, 40]}, "position_mm": [150, 0, 60], "on": "table"}
+    blade = {"name": "blade", "box": {"size_mm": [1, 1, 40]}, "position_mm": [120, 0, 260], "on": "table"}
     alone = fenced(job, [blade])
     model, data = alone.scene.model, mujoco.MjData(alone.scene.model)
     data.qpos[alone.scene.table_qpos] = middle
@@ -101,7 +101,7 @@ def bladed(job: Job, middle: tuple[float, float]) -> tuple[Job, Job]:
 
 
 def test_what_meets_between_two_samples_is_seen(job: Job) -> None:
-    a, b = deg(-30, 0), deg(-29, 0)  # one step of the samples, on which the blade moves 7 mm
+    a, b = deg(-30, 0), deg(-29, 0)  # one step of the samples, on which the blade moves some millimetres
     alone, pegged = bladed(job, deg(-29.5, 0))
     home = job.scene.home
     assert isinstance(TurnSearch(alone).search(home, a, b, 0), TableTurn)
