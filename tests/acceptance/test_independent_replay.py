@@ -101,12 +101,12 @@ class Bystander:
         most = np.concatenate([self.model.numeric("max_speed_deg_s").data, self.turns_deg_s])
         fast = np.abs(speed) > np.deg2rad(most) * 1.001
         found += [f"row {k}: too fast" for k in np.flatnonzero(fast.any(axis=1))]
-        # the table's second differences where it turns alone, with rows at which everything stands; where the arm
-        # moves with it corners are rounded, of which the rows say nothing
+        # the table's second differences; it turns in travels of its own, with rows at which everything stands. Where it
+        # moves along the beads corners are rounded, of which the rows by themselves say nothing
         spent = (m.t_s[2:] - m.t_s[:-2])[:, None] / 2
         jerked = np.abs(np.diff(speed[:, -2:], axis=0)) / spent
-        alone = ~np.diff(m.q, axis=0).any(axis=1)
-        jerked[~(alone[1:] & alone[:-1])] = 0.0
+        if np.diff(m.table, axis=0)[m.welding].any():
+            jerked[:] = 0.0
         limit = np.deg2rad(self.starts_deg_s2) * 1.02
         found += [f"row {k + 1}: the table too suddenly" for k in np.flatnonzero((jerked > limit).any(axis=1))]
         place, wire, side = (np.array([x[j] for x in seen]) for j in (0, 1, 3))
