@@ -50,9 +50,10 @@ def export(args: argparse.Namespace, case: Case) -> int:
     from ..programs.export import export_program
 
     job = prepare(case)
-    motion = _checked_motion(args, job)
-    if motion is None:
+    checked = _checked_motion(args, job)
+    if checked is None:
         return NOT_DONE
+    job, motion = checked
     made = export_program(job, motion)
     if made.fault is not None:
         sys.stderr.write(f"rbam: no program: {made.fault}\n")
@@ -73,15 +74,15 @@ def _folder(name: str) -> Path:
     return folder
 
 
-def _checked_motion(args: argparse.Namespace, job: Job) -> Motion | None:
-    """The motion of the case, or None where it has none, which is said."""
-    from ..verdict.check import check
+def _checked_motion(args: argparse.Namespace, job: Job) -> tuple[Job, Motion] | None:
+    """The motion of the case and the job in its order of layers, or None where it has none, which is said."""
+    from ..verdict.as_asked import check_as_asked
 
-    table = job.case.table
-    result = check(job, table.E1_deg, table.E2_deg, Bars(sys.stderr))
+    result = check_as_asked(job, Bars(sys.stderr))
     if result.motion is None:
         sys.stderr.write(f"rbam: {job.case.path}: infeasible: no program of it; rbam check says why\n")
-    return result.motion
+        return None
+    return result.job, result.motion
 
 
 def _contents(args: argparse.Namespace, job: Job, made: Exported, folder: Path | None) -> dict[Path, bytes]:

@@ -252,6 +252,8 @@ def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
                 f"{place(run.program, int(first[0]))}: {name} moves with the arc on, by "
                 f"{np.rad2deg(max(sizes, float(turned[:, k].max()))):.3g} deg (in {len(first)} moves)",
             )
+    if job.case.table.mode != "fixed":
+        return  # the case leaves it open where the table stands
     E = np.rad2deg(table[welding[0]])
     asked = np.array([job.case.table.E1_deg, job.case.table.E2_deg])
     off = np.abs((E - asked + 180) % 360 - 180)
