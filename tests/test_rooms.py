@@ -31,7 +31,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("mjcf",),
         ("scene",),
         ("job", "collision"),
-        ("motion", "compare"),
+        ("motion", "compare", "coordination"),
         ("planning", "verification"),
         ("table_poses",),
         ("verdict",),

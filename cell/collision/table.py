@@ -115,17 +115,19 @@ class TableChecker:
     def _against_tilt(self, found: Clearances, i: int, table: Floats, laid: int) -> None:
         """Lower a clearance to the workpiece's from the tilting part, where that is nearer."""
         model, data = self.scene.model, self._data
+        work = self._work[self.scene.deposit_of_geom[self._work] < laid]
+        if not len(work) or not len(self._tilt):
+            return
         data.qpos[self.scene.table_qpos] = table
         mujoco.mj_kinematics(model, data)
+        apart = np.linalg.norm(data.geom_xpos[work][:, None] - data.geom_xpos[self._tilt], axis=2)
+        apart -= model.geom_rbound[work][:, None] + model.geom_rbound[self._tilt]
         ends = np.zeros(6)
-        for g in self._work[self.scene.deposit_of_geom[self._work] < laid]:
-            for t in self._tilt:
-                apart = float(np.linalg.norm(data.geom_xpos[g] - data.geom_xpos[t]))
-                if apart - model.geom_rbound[g] - model.geom_rbound[t] > self.reach:
-                    continue
-                distance = mujoco.mj_geomDistance(model, data, int(g), int(t), self.reach, ends)
-                if distance == 0.0:
-                    distance = DEGENERATE
-                if distance < min(self.reach, found.distance[i]):
-                    found.distance[i], found.pair[i] = distance, (g, t)
-                    found.position[i] = (ends[:3] + ends[3:]) / 2
+        for k, m in np.argwhere(apart <= self.reach).tolist():
+            g, t = int(work[k]), int(self._tilt[m])
+            distance = mujoco.mj_geomDistance(model, data, g, t, self.reach, ends)
+            if distance == 0.0:
+                distance = DEGENERATE
+            if distance < min(self.reach, found.distance[i]):
+                found.distance[i], found.pair[i] = distance, (g, t)
+                found.position[i] = (ends[:3] + ends[3:]) / 2

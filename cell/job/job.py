@@ -59,6 +59,7 @@ from ..units import METRES_PER_MM
 from .build_order import BuildOrder, layers_of, ordered, ordered_shape
 from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_runs, check_table
+from .table_winding import for_moving_table
 
 
 def speeds(job: Job) -> Floats:
@@ -349,7 +350,8 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
         shape = ordered_shape(shape, order.deposit)
     scene = compose(case, shape)
     check_table(case, scene)
-    warnings = (*said, *scene.warnings)
+    targets, split = for_moving_table(case, scene, targets)
+    warnings = (*said, *scene.warnings, *split)
     job = Job(case, path.sliced, shape, targets, scene, warnings, path.laid, part.T_part_input, part.evidence, order)
     job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
     _ = job.drives  # what is wrong with them is to be said before any search

@@ -68,7 +68,10 @@ class _Home:
         first, last = self.beads[0], self.beads[-1]
         start, end = self.context.span.start, self.context.span.end
         laid = int(self.context.laid[last.stop - 1])
-        stuck_at_home = [self._home_itself(start, self.context.begun), self._home_itself(end, laid)]
+        stuck_at_home = [
+            self._home_itself(start, self.context.begun, first.first),
+            self._home_itself(end, laid, last.stop - 1),
+        ]
         out = stuck_at_home[0] or (self._way(None, first.stretches[0]) if first.whole and start is not None else None)
         back = stuck_at_home[1] or (self._way(last.stretches[0], None) if last.whole and end is not None else None)
         if self.whole and isinstance(out, Failure) and not stuck_at_home[0]:
@@ -94,11 +97,12 @@ class _Home:
         if target not in (*bead.missing, *bead.cuts, *self.stuck):
             self.stuck[target] = failure
 
-    def _home_itself(self, home: Floats | None, stage: int) -> Failure | None:
-        """What the arm is too near to at home, if anything."""
+    def _home_itself(self, home: Floats | None, stage: int, target: int) -> Failure | None:
+        """What the arm is too near to at home, if anything, with the table as at a target."""
         if home is None:
             return None
-        found = self.context.checker.clearances(home[None], np.array([stage]))
+        axes = self.context.placed.axes(home[None], np.array([target]))
+        found = self.context.checker.clearances(axes, np.array([stage]))
         if found.distance[0] >= self.context.settings.clearance:
             return None
         return self.context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
@@ -145,7 +149,7 @@ class _Home:
             into, start = found, turned(start, found)
         if after is not None or span.end is not None:
             found = self._way(start, after)
-            if isinstance(found, Failure) or (after is not None and (found[0][-1] != after.q_targets[0]).any()):
+            if isinstance(found, Failure) or (after is not None and (found[0][-1] != after.axes[0]).any()):
                 return None  # a way on that ends whole turns from the next bead would turn all that comes after it
             on = found
         self.beads[k] = replace(bead, stretches=(start,))

@@ -129,7 +129,8 @@ def _has_configuration(context: Context, i: int) -> bool:
     placed = context.placed.rows(here)
     nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step, context.limits)
     q = nodes.q[np.isfinite(nodes.cost)]
-    found = context.screen.clearances(q, np.full(len(q), context.stage[i]))
+    axes = placed.axes(q, np.zeros(len(q), dtype=np.int64))
+    found = context.screen.clearances(axes, np.full(len(q), context.stage[i]))
     return bool((found.distance >= context.settings.clearance).any())
 
 

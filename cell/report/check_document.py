@@ -21,6 +21,7 @@ from ..rigid import inverse, pose
 from ..units import MARGIN_UNITS, METRES_PER_MM
 from ..verdict.all_reasons import Excluded
 from ..verdict.check import Result
+from ..verdict.table_use import table_use
 
 if TYPE_CHECKING:
     from ..job.job import Job
@@ -112,6 +113,7 @@ def report_document(
             "speed": None if result.motion.pace is None else pace_document(result.motion.pace, t.path),
             "home_s": None if result.motion.home_s is None else round(result.motion.home_s, 3),
         },
+        "table_use": None if (use := table_use(result)) is None else use.document(),
         "metal": metal_of(job) if job.beads else None,
         "warnings": [str(line) for line in result.warnings],
         "typed_warnings": [typed(line).document() for line in result.warnings],

@@ -20,6 +20,7 @@ from ..motion.deposition_speed import pace_document
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..verdict.severity import worst_first
+from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words, unit_word
 from .check_document import least_document, metal_of, roll_text_of
 from .facts import facts_table
@@ -68,6 +69,9 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
 
 def table_in_words(result: Result) -> str:
     """Where the table stands, in a few words."""
+    if result.mode == "coordinated":
+        axes = " and ".join(result.job.case.table.axes or ("E1", "E2"))
+        return f"table coordinated, {axes} along the beads"
     if not result.poses:
         return f"E1 = {result.asked[0]:g}, E2 = {result.asked[1]:g} deg"
     count = len({(pose.E1_deg, pose.E2_deg) for pose in result.poses})
@@ -131,6 +135,9 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
             f"{motion.t_s[-1]:.0f} s, {motion.arc_time:.0f} s of them with the arc on, {motion.travel_time:.0f} s "
             f"travelling{home}{dwell}; {len(motion.t_s)} samples checked",
         )
+        use = table_use(result)
+        if use is not None and job.case.table.mode == "coordinated":
+            yield "table", use.in_words()
         if motion.pace is not None:
             yield "speed", speed_in_words(pace_document(motion.pace, job.targets.path))
     if job.beads:

@@ -6,11 +6,11 @@ result.feasible, result.asked
 
 from __future__ import annotations
 
-from ..errors import InputError
 from ..job.job import Job
 from ..progress import Progress
 from .best_pose import check_best
 from .check import Result, check
+from .coordinated import check_coordinated
 from .indexed import check_indexed
 
 
@@ -34,4 +34,4 @@ def check_as_asked(job: Job, progress: Progress | None = None) -> Result:
         return check_indexed(job, progress)
     if table.mode == "best":
         return check_best(job, progress)
-    raise InputError(f"{job.case.path}: table.mode: {table.mode} is not planned yet")
+    return check_coordinated(job, progress)

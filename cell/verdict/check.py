@@ -292,7 +292,8 @@ def check_span(job: Job, context: Context, gravity: Floats, progress: Progress |
         The verdict.
     """
     table, span = context.checker.table, context.span
-    blocked = _table_in_the_way(job, table, context.done)
+    moves = context.placed.moving is not None  # what it meets then is asked of all of its way
+    blocked = None if moves else _table_in_the_way(job, table, context.done)
     if blocked is not None:
         return SpanVerdict(tuple(failed(blocked, i) for i in range(span.first, span.stop)))
     plan, home = with_home(context, with_lockouts(job, context, plan_part(context, job.targets.path, progress)))
@@ -397,7 +398,7 @@ def _least_clearance(
     The way home leads to none: it is named by the target it comes from.
     """
     runs: list[tuple[Floats, Clearances, Ints, Ints]] = [
-        (s.q, s.clearances, context.stage[s.edge], s.edge) for s in stretches
+        (s.axes, s.clearances, context.stage[s.edge], s.edge) for s in stretches
     ]
 
     def add(way: Way, stage: int, target: int) -> None:

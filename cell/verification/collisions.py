@@ -85,7 +85,7 @@ def collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> tuple[Clearan
         The arm's clearances at the samples, and what was found.
     """
     clear, found = _arm_collisions(job, way, stage)
-    return clear, [*found, *_wire_collisions(job, motion, way, stage), *_table_collisions(job, way, stage)]
+    return clear, [*found, *_wire_collisions(job, motion, way, stage), *table_collisions(job, way, stage)]
 
 
 def arm_checker(job: Job, way: Way) -> Checker:
@@ -158,8 +158,17 @@ def _across(job: Job, motion: Motion, way: Way) -> NDArray[np.bool_]:
     return out
 
 
-def _table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
-    """What stands on the table against the cell around it and against the positioner."""
+def table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
+    """What stands on the table against the cell around it and against the positioner.
+
+    Args:
+        job: the job.
+        way: samples.
+        stage: from :func:`stages`, (m,).
+
+    Returns:
+        What was found; nothing is looked at twice at one pose of the table.
+    """
     scene = job.scene
     checker = TableChecker(scene, CLEARANCE_REACH)
     tables = way.q[:, scene.chain.n :]

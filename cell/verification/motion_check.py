@@ -23,6 +23,7 @@ from ..collision.clearances import Clearances
 from ..collision.reach_radii import all_radii
 from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
+from ..job.table_winding import upright_of
 from ..job.unsupported import past_horizontal, unsupported_targets
 from ..motion.deposition_speed import Pace
 from ..motion.motion import Motion
@@ -320,9 +321,13 @@ def _past_horizontal(job: Job, motion: Motion, fine: Way, on: OnBead) -> tuple[s
 
 
 def _gravity_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
-    steepest = job.case.checks.gravity_max_deg
-    if steepest is None:
+    asked = job.case.checks.gravity_max_deg
+    limits = [] if asked is None else [asked]
+    if job.case.table.mode == "coordinated":
+        limits.append(float(np.rad2deg(upright_of(job.case))))
+    if not limits:
         return []
+    steepest = min(limits)
     angle = np.rad2deg(_off_upright(job, way, on))
     return [
         Finding(Failure(Kind.GRAVITY, round(float(angle[k]), 3), steepest, place=IN_ROWS), a, b)
