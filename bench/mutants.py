@@ -137,7 +137,7 @@ def survives(mutant: Mutant) -> str:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", help="mutants of modules whose path begins so")
-    parser.add_argument("--list", action="store_true")
+    parser.add_argument("--list", "--smoke", action="store_true", help="apply none")
     args = parser.parse_args()
     bad = 0
     for mutant in MUTANTS:
