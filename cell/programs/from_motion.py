@@ -204,10 +204,10 @@ class _Made:
     def _fields(self, row: int) -> dict[str, str | float]:
         t, i = self.job.targets, int(self.motion.target[row])
         return {
-            "bead": int(self.motion.bead[row]),
+            "bead": int(self.motion.called[0][row]),
             "layer": int(self.motion.layer[row]),
             "sub_volume": t.sub_volume[t.sub_volume_index[i]],
-            "target": i,
+            "target": int(self.motion.called[1][row]),
         }
 
     def _event(self, kind: Happens, row: int, seconds: float = 0.0, **more: float) -> None:
