@@ -13,7 +13,9 @@ from cell.shipped import MODELS_DIR
 from cell.verdict.as_asked import check_as_asked
 
 CASES = sorted((MODELS_DIR / "cases").glob("*.case.yaml"))
-FEASIBLE = [path for path in CASES if "tilted.case" not in path.name]
+# the tilted one is infeasible; five blades in one motion take minutes to be planned
+LEFT_OUT = ("propeller_tilted", "propeller_indexed")
+FEASIBLE = [path for path in CASES if path.name.removesuffix(".case.yaml") not in LEFT_OUT]
 
 
 def test_there_are_cases() -> None:
