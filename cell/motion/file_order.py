@@ -44,6 +44,8 @@ def in_motion_order(job: Job, motion: Motion) -> Job:
     """The job with its layers in the order in which a motion lays them, where that is the motion's to choose."""
     if job.case.table.mode not in CHOOSES or job.case.table.poses or not len(job.targets):
         return job
+    if job.order is not None:
+        return job  # it has one already, by which the motion was made or read
     return in_order(job, _runs(job, motion))
 
 

@@ -12,6 +12,8 @@ from support.indexed import three_bosses
 from cell.case.read import load_case
 from cell.cli.main import main
 from cell.job.job import prepare
+from cell.job.reordered import in_order
+from cell.motion.file_order import in_motion_order
 from cell.programs.export import export_program
 from cell.programs.program import MoveKind
 from cell.verdict.as_asked import check_as_asked
@@ -48,3 +50,15 @@ def test_a_table_that_indexes_is_turned_between_its_groups_and_the_program_is_re
     turns = {line.split("E2 ")[1].split("}")[0] for line in text.splitlines() if "E2 " in line}
     assert len(turns) >= 3
     assert capsys.readouterr().err.count("rbam:") == 0
+
+
+def test_a_program_of_layers_by_turns_is_judged_in_the_order_it_was_made_in(tmp_path: Path) -> None:
+    job = prepare(load_case(three_bosses(tmp_path)))
+    result = check_as_asked(job)
+    assert result.motion is not None
+    turns = [(k, layer, layer) for layer in range(job.layers[0]) for k in range(3)]
+    mixed = in_order(job, turns)
+    # a job that has an order keeps it, whatever a motion does
+    assert in_motion_order(mixed, result.motion) is mixed
+    # and one that has none takes the motion's: here sub-volume after sub-volume, as it is
+    assert in_motion_order(job, result.motion) is job
