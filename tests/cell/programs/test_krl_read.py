@@ -137,6 +137,7 @@ def test_a_coupled_base_takes_offsets_and_knows_its_root(tmp_path: Path) -> None
         ("I=7/2\nSWITCH I\nCASE 1,2\nHALT\nCASE 3\nLIN {Y 1}\nDEFAULT\nLIN {Y 1}\nLIN {Y 2}\nENDSWITCH\n", 1),
         ("R=7\nIF R/2==3.5 THEN\nLIN {Y 1}\nENDIF\n", 1),
         ("IF NOT (TRUE AND FALSE) AND (2*3+1 == 7) THEN\nLIN {Y 1}\nELSE\nLIN {Y 1}\nLIN {Y 1}\nENDIF\n", 1),
+        ("IF FALSE == TRUE OR TRUE THEN\nLIN {Y 1}\nENDIF\n", 0),  # comparisons bind least
         ("I='B101' B_AND 'H0C'\nFOR J=1 TO I\nLIN {Y 1}\nENDFOR\n", 4),
         ("FOR J=1 TO TWICE(3)\nLIN {Y 1}\nENDFOR\n", 6),
         ("I=1\nBUMP(I)\nFOR J=1 TO I\nLIN {Y 1}\nENDFOR\n", 11),
