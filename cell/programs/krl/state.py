@@ -19,11 +19,10 @@ from typing import Any
 import numpy as np
 
 from ..controller import Controller
-from ..program import BaseFrame, Event, Happens, MoveKind, Moves, ProgramDoubt, SourceLine, ToolFrame
+from ..program import ANYWHERE, BaseFrame, Event, Happens, MoveKind, Moves, ProgramDoubt, SourceLine, ToolFrame
 from .lexing import refuse
 
 NAN = float("nan")
-ANYWHERE = 1.0  # m: a corner that is rounded anywhere within the moves at it, of which half at most is taken
 WIDTHS = {"pose": 6, "via": 6, "external": 2}
 REALS = (
     *("arc_angle", "speed", "turn_speed", "acceleration", "axis_share", "axis_acceleration", "external_share"),
@@ -150,6 +149,7 @@ class ControllerState:
         if self._base < 0 and self.base is not None:
             base = self.base
             key = ("base", base.number, base.name, base.coupled, base.machine, base.T.tobytes())
+            key += (None if base.root is None else base.root.tobytes(),)
             self._base = self._known.setdefault(key, len(self.bases))
             if self._base == len(self.bases):
                 self.bases.append(base)
