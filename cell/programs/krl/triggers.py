@@ -23,6 +23,7 @@ from .values import UnknownValue
 PASSED = "triggers that are no known event"
 CALLS = "triggers whose sub-programs are not run"
 _DONE = re.compile(r"\bDO\b\s*(.*?)\s*(?:\bPRIO\s*=[^;]*)?(;.*)?$", re.IGNORECASE)
+_COMPUTED = re.compile(r"\b(PATH|DELAY)\s*=\s*(?![-+]?[\d.]+(\s|$))", re.IGNORECASE)
 _NAME = re.compile(r"([A-Za-z_$][A-Za-z0-9_$]*)(?:\s*(?:\[[^\]]*\]|\.\s*\w+))*\s*(=|\()")
 
 
@@ -49,7 +50,7 @@ def trigger_statements(text: str, where: SourceLine, event: Happening | None) ->
     number = where.number
     if event is not None:
         if event.kind in (Happens.ARC_ON, Happens.ARC_OFF):
-            yield from _off_its_point(event, number)
+            yield from _off_its_point(event, text, number)
         return
     found = _NAME.match(done_by(text))
     if found is None:
@@ -66,12 +67,13 @@ def trigger_statements(text: str, where: SourceLine, event: Happening | None) ->
         yield Statement("assign", number, (Variable(name), Constant(unknown)))
 
 
-def _off_its_point(event: Happening, number: int) -> Iterator[Statement]:
+def _off_its_point(event: Happening, text: str, number: int) -> Iterator[Statement]:
     """A trigger of the arc that does not fire at its point."""
     path, delay = (float(event.fields.get(name, 0.0)) for name in ("path_mm", "delay_ms"))
     word = event.kind.value
     if path:
         yield Statement("refused", number, f"a TRIGGER with PATH = {path:g} mm: {word} off a point is not followed")
-    elif delay:
-        text = f"a TRIGGER with DELAY = {delay:g} ms: {word} is taken to be at its point"
-        yield Statement("doubt", number, ("triggers with a delay", text))
+    elif delay or _COMPUTED.search(text):
+        when = f"DELAY = {delay:g} ms" if delay else "a PATH or DELAY that is computed"
+        doubt = f"a TRIGGER with {when}: {word} is taken to be at its point"
+        yield Statement("doubt", number, ("triggers off their point", doubt))
