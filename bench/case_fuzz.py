@@ -28,6 +28,7 @@ from typing import Any
 
 import trimesh
 import yaml
+from bench_arguments import parsed
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES = sorted((ROOT / "models" / "cases").glob("*.case.yaml"))
@@ -295,7 +296,7 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="check what can be prepared")
     parser.add_argument("--read", action="store_true", help="read alone")
     parser.add_argument("--show", type=int, metavar="SEED", help="print a case")
-    args = parser.parse_args()
+    args = parsed(parser, count=5)
     if args.show is not None:
         sys.stdout.write(Mutator().text(args.show))
         return 0

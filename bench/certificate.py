@@ -28,19 +28,17 @@ import mujoco
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
+from bench_arguments import parsed
 from toolbox import links_of
 
-from cell.case.read import load_case
-from cell.job.job import prepare
+from cell import load_case, prepare
 from cell.mjcf.chain_from_model import chain_of
 from cell.rigid import inverse
-from ik import closed_form, dls
-from ik.chain import Chain, Floats
+from ik import Chain, RollWindow, SingularityLimits, certify, closed_form, dls
+from ik.chain import Floats
 from ik.joint_turns import excess
-from ik.reachability_proof import certify
-from ik.roll import RollWindow, apply_roll
-from ik.singularity import SingularityLimits, margins
+from ik.roll import apply_roll
+from ik.singularity import margins
 
 MODELS = Path(__file__).resolve().parents[1] / "models"
 JOINTS = [f"A{i}" for i in range(1, 7)]
@@ -193,7 +191,7 @@ def main() -> None:
     parser.add_argument("--rolls", type=int, default=36, help="rolls that sampling tries (default 36)")
     parser.add_argument("--repeat", type=int, default=5, help="rounds; the fastest counts (default 5)")
     parser.add_argument("--seed", type=int, default=0, help="of the targets (default 0)")
-    args = parser.parse_args()
+    args = parsed(parser, targets=60, few=5, rolls=6, repeat=1)
     job = prepare(load_case(MODELS / "cases" / "propeller.case.yaml"))
     arm = mujoco.MjModel.from_xml_path(str(MODELS / "kr70_r2100" / "kr70_r2100.xml"))
     chain, flange = job.solver.chain, chain_of(arm, JOINTS, tcp="flange", base="base_link")

@@ -17,6 +17,8 @@ import sys
 import time
 from pathlib import Path
 
+from bench_arguments import parsed
+
 ROOT = Path(__file__).resolve().parents[1]
 IMPORTS = "import mujoco, trimesh, scipy"
 
@@ -43,7 +45,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("case", nargs="?", help="case file (default: the shipped propeller)")
     parser.add_argument("--runs", type=int, default=5, help="pairs of runs (default 5)")
-    args = parser.parse_args()
+    args = parsed(parser, runs=1)
     check = [sys.executable, "-m", "cell", "check", *([str(Path(args.case).resolve())] if args.case else [])]
     imports = [sys.executable, "-c", IMPORTS]
     seconds(check, (0, 1))  # once for the disk's cache and the bytecode

@@ -24,9 +24,9 @@ from scipy.spatial import ConvexHull
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
+from bench_arguments import left_out, parsed  # noqa: E402
 
-from cell.case.read import load_case  # noqa: E402
-from cell.job.job import prepare  # noqa: E402
+from cell import load_case, prepare  # noqa: E402
 from cell.scene.scene import Scene  # noqa: E402
 
 LINKS = tuple(f"link_{i}" for i in range(1, 7))
@@ -151,11 +151,15 @@ def configurations(scene: Scene, count: int, seed: int):
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("meshes", type=Path, help="folder of the vendor's collision meshes")
+    parser.add_argument("meshes", type=Path, nargs="?", help="folder of the vendor's collision meshes")
     parser.add_argument("--count", type=int, default=5000, help="configurations (default 5000)")
     parser.add_argument("--depth", type=float, default=10.0, help="mm from which a hit counts (default 10)")
     parser.add_argument("--seed", type=int, default=0)
-    args = parser.parse_args()
+    args = parsed(parser, count=50)
+    if args.meshes is None:
+        if args.smoke:
+            left_out("the vendor's meshes are no part of this project")
+        parser.error("MESHES: a folder is needed")
     missing = [link for link in LINKS if not (args.meshes / f"{link}.stl").is_file()]
     if missing:
         raise SystemExit(f"{args.meshes}: has no {missing[0]}.stl")

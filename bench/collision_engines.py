@@ -24,15 +24,13 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
+from bench_arguments import parsed  # noqa: E402
 from support.random_cells import KINDS, put, random_cell, random_pair, write_meshes  # noqa: E402
 from support.second_engine import SecondEngine, placed, shape_of, signed_distance  # noqa: E402
 
+from cell import InputError, compose, prepare  # noqa: E402
 from cell.collision.checker import Checker  # noqa: E402
-from cell.errors import InputError  # noqa: E402
-from cell.job.job import prepare  # noqa: E402
 from cell.mjcf.detection import make_detectable  # noqa: E402
-from cell.scene.compose import compose  # noqa: E402
 
 DEEP, EXACT, REACH = 2e-4, 1e-4, 0.05
 
@@ -123,7 +121,7 @@ def main() -> int:
     parser.add_argument("--each", type=int, default=50, help="configurations of every cell")
     parser.add_argument("--pairs", type=int, default=0, help="configurations of every pair of kinds instead")
     parser.add_argument("--seed", type=int, default=1)
-    args = parser.parse_args()
+    args = parsed(parser, cells=4, each=5)
     bad = pairs(args.pairs, args.seed) if args.pairs else cells(args.cells, args.each, args.seed)
     return int(bad > 0)
 

@@ -27,15 +27,13 @@ import mujoco
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
+from bench_arguments import parsed
 from toolbox import links_of
 
 from cell.mjcf.chain_from_model import chain_of
-from ik import closed_form, dls
-from ik.chain import Chain, Floats
+from ik import Chain, RollWindow, Solver, closed_form, dls
+from ik.chain import Floats
 from ik.joint_turns import excess
-from ik.roll import RollWindow
-from ik.solver import Solver
 
 MODEL = Path(__file__).resolve().parents[1] / "models" / "kr70_r2100" / "kr70_r2100.xml"
 JOINTS = [f"A{i}" for i in range(1, 7)]
@@ -163,7 +161,7 @@ def main() -> None:
     parser.add_argument("--targets", type=int, default=2000, help="poses for the fast solvers (default 2000)")
     parser.add_argument("--repeat", type=int, default=3, help="rounds; the fastest counts (default 3)")
     parser.add_argument("--seed", type=int, default=0, help="of the targets (default 0)")
-    args = parser.parse_args()
+    args = parsed(parser, targets=40, repeat=1)
     model = mujoco.MjModel.from_xml_path(str(MODEL))
     chain = chain_of(model, JOINTS, tcp="flange", base="base_link")
     rng = np.random.default_rng(args.seed)

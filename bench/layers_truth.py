@@ -23,17 +23,16 @@ import shapely
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
+from bench_arguments import parsed
 from support.random_solids import random_solid, unrolled_section
 
+from slicing import WRONG_LAYER, Body, Mesh, PartError, SlicedSubVolume, SlicingParameters, slice_sub_volume
 from slicing.curves.intersect import intersect
-from slicing.layers.layer import Body, Layer, SlicedSubVolume, SlicingParameters
+from slicing.layers.layer import Layer
 from slicing.layers.outside_body import region_of
-from slicing.mesh.solid import Mesh, PartError, mesh_from_arrays
-from slicing.strategies.slice import slice_sub_volume
+from slicing.mesh.solid import mesh_from_arrays
 from slicing.surfaces.surfaces import Cylinder, Plane
 from slicing.volume.layer_areas import hold_volume
-from slicing.warning import WRONG_LAYER
 
 RADIUS, OUT = 40.0, 56.0  # of the body; how far out the solid's middle is
 AREA_MM2, AREA_SHARE = 0.2, 0.01  # bent sections are polygons of 0.8 mm
@@ -113,7 +112,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
-    args = parser.parse_args()
+    args = parsed(parser, count=3)
     tally: Counter[str] = Counter()
     start = time.perf_counter()
     for seed in range(args.seed, args.seed + args.count):

@@ -20,10 +20,9 @@ import trimesh
 import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from bench_arguments import parsed
 
-from cell.case.read import load_case
-from cell.failure import Failure
-from cell.job.job import Job, prepare
+from cell import Failure, Job, load_case, prepare
 from cell.planning.context import Context
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_bead
@@ -116,7 +115,7 @@ def main() -> None:
     parser.add_argument("--targets", type=int, nargs="+", default=[1000, 10_000, 100_000], help="sizes of parts")
     parser.add_argument("--sample", type=int, default=900, help="targets planned of each part")
     parser.add_argument("--repeat", type=int, default=3, help="runs; the fastest counts")
-    arguments = parser.parse_args()
+    arguments = parsed(parser, targets=[100], sample=20, repeat=1)
     print(
         "| targets | deposits | ready, ms | planned, ms | ratio | without deposits, ms | growing part costs | failed |"
     )

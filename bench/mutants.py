@@ -26,7 +26,7 @@ COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyprojec
 LONGEST = 900  # s a mutant
 BOUNDS, DETECTION, OWN = "cell/collision/test_bounds.py", "cell/mjcf/test_detection.py", "acceptance/test_own_motion.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
-HITS = "cell/verification/test_broken_motions.py"
+HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/test_coupled_bounds.py"
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,12 @@ MUTANTS = (
     Mutant("cell/collision/between_samples.py", "dm = np.minimum(seen.distance, checker.reach) - least", "dm = np.minimum(seen.distance, checker.reach)", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "if seen.distance[k] < best.distance[0]:", "if False:", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
-    Mutant("cell/collision/motion_bounds.py", "2 * (straight + bow / 4)", "straight + bow / 4", (BOUNDS,)),
-    Mutant("cell/collision/motion_bounds.py", "(straight + bow / 4)", "straight", (BOUNDS,)),
+    Mutant("cell/collision/motion_bounds.py", "2 * (straight + bow(self.radius, turn) / 4)", "straight + bow(self.radius, turn) / 4", (BOUNDS,)),
+    Mutant("cell/collision/motion_bounds.py", "2 * (straight + bow(self.radius, turn) / 4)", "2 * straight", (BOUNDS,)),
+    Mutant("cell/collision/motion_bounds.py", "seen = np.maximum(seen, straight + bow(radius,", "seen = np.maximum(0.5 * seen, 0.5 * straight + bow(radius,", (COUPLED,)),
+    Mutant("cell/collision/motion_bounds.py", " + bow(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)", ")", (COUPLED,)),
+    Mutant("cell/collision/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return arm", (COUPLED,)),
+    Mutant("cell/collision/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return np.minimum(joints, seen)", (COUPLED,)),
     Mutant("cell/collision/blended_corners.py", "joint_travel_bound(radius, q[:-1], q[1:]) + 2 * bow)", "joint_travel_bound(radius, q[:-1], q[1:]))", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]", "checker.way(radius, q[k], q[k + 1])]", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "low = known - joint_travel_bound(radius, path.q, q)", "low = known", (BOUNDS,)),
@@ -137,7 +141,7 @@ def survives(mutant: Mutant) -> str:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", help="mutants of modules whose path begins so")
-    parser.add_argument("--list", action="store_true")
+    parser.add_argument("--list", "--smoke", action="store_true", help="apply none")
     args = parser.parse_args()
     bad = 0
     for mutant in MUTANTS:

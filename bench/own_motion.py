@@ -19,10 +19,10 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
+from bench_arguments import parsed  # noqa: E402
 from support.random_jobs import own_motion, random_job  # noqa: E402
 
-from cell.errors import InputError  # noqa: E402
+from cell import InputError  # noqa: E402
 
 
 def main() -> int:
@@ -30,7 +30,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=Path, help="folder for the cases that fail")
-    args = parser.parse_args()
+    args = parsed(parser, count=2)
     feasible = failed = refused = 0
     for k in range(args.count):
         with tempfile.TemporaryDirectory() as folder:

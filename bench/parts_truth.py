@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:1] = [str(ROOT), str(ROOT / "tests")]  # bench/slicing.py is not the package
-
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]  # before bench/slicing.py, which is not the package
+from bench_arguments import parsed  # noqa: E402
 from support.cad_parts import FORMATS, cad_part  # noqa: E402
 from support.part_truth import Judgement, judged  # noqa: E402
 
-from slicing.mesh.load import load_mesh  # noqa: E402
+from slicing import load_mesh  # noqa: E402
 
 
 def one(seed: int) -> tuple[Judgement, str, float]:
@@ -38,10 +38,10 @@ def one(seed: int) -> tuple[Judgement, str, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("count", type=int, help="how many parts")
+    parser.add_argument("count", type=int, nargs="?", default=200, help="how many parts (default 200)")
     parser.add_argument("--first", type=int, default=0, help="seed of the first")
     parser.add_argument("--json", help="where to write figures")
-    args = parser.parse_args()
+    args = parsed(parser, count=3)
     kinds: Counter[str] = Counter()
     seconds = []
     for seed in range(args.first, args.first + args.count):

@@ -20,11 +20,11 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
+from bench_arguments import parsed  # noqa: E402
 
-from cell.case.read import load_case, with_changes  # noqa: E402
-from cell.cli.main import parse_roll  # noqa: E402
+from cell import Job, load_case, prepare, with_changes  # noqa: E402
+from cell.case.roll_text import parse_roll  # noqa: E402
 from cell.collision.checker import Checker  # noqa: E402
-from cell.job.job import Job, prepare  # noqa: E402
 from cell.planning.configurations import evaluate  # noqa: E402
 from cell.planning.context import settings_of  # noqa: E402
 from cell.scene.placement import place  # noqa: E402
@@ -70,7 +70,7 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=1000, help="random table poses (default 1000)")
     parser.add_argument("--roll", default=None, help="free | fixed:DEG | range:LO:HI instead of the case's")
     parser.add_argument("--seed", type=int, default=0)
-    args = parser.parse_args()
+    args = parsed(parser, poses=3)
     case = load_case(ROOT / "models" / "cases" / "propeller.case.yaml")
     if args.roll:
         case = with_changes(case, roll=parse_roll(args.roll))

@@ -24,16 +24,15 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-
+from bench_arguments import parsed
 from support.arms import random_class_arm, random_pose, replaced
 
-from ik import dls
-from ik.chain import Chain, Floats, rotation_about
+from ik import Chain, RollWindow, SingularityLimits, certify, dls
+from ik.chain import Floats, rotation_about
 from ik.closed_form import TOLERANCE, SphericalWristArm, recognise, solve
 from ik.joint_turns import excess
-from ik.reachability_proof import certify
-from ik.roll import RollWindow, apply_roll
-from ik.singularity import SingularityLimits, margins
+from ik.roll import apply_roll
+from ik.singularity import margins
 
 NOISE = (0.0, 1e-5, 1e-4)
 INSIDE = 1e-7  # rad; of a limit, and of margins: nearer to them a proof and a search may differ by rounding
@@ -90,7 +89,7 @@ def main() -> int:
     parser.add_argument("--rolls", type=int, default=720, help="rolls looked at in the window")
     parser.add_argument("--seeds", type=int, default=24)
     parser.add_argument("--first", type=int, default=0, help="number of the first arm")
-    args = parser.parse_args()
+    args = parsed(parser, arms=3, targets=5, rolls=36, seeds=4)
     count = {noise: np.zeros(5, dtype=int) for noise in NOISE}  # targets, reachable, undecided, proved, refuted
     for seed in range(args.first, args.first + args.arms):
         chain, form, Ts, window = random_case(seed, args.targets)

@@ -25,18 +25,15 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
+from bench_arguments import parsed  # noqa: E402
 from support.random_bosses import random_case  # noqa: E402
 
-from cell.case.read import load_case  # noqa: E402
-from cell.errors import InputError  # noqa: E402
-from cell.job.job import prepare  # noqa: E402
+from cell import InputError, Result, check, load_case, prepare  # noqa: E402
 from cell.planning.context import (  # noqa: E402
     Context,
     settings_of,
 )
 from cell.rigid import frames  # noqa: E402
-from cell.verdict.check import Result, check  # noqa: E402
 from ik import closed_form  # noqa: E402
 from ik.joint_turns import with_turns  # noqa: E402
 from ik.roll import apply_roll, wrap  # noqa: E402
@@ -275,7 +272,7 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=12, help="verdicts of a kind looked at in a case (default 12)")
     parser.add_argument("--keep", type=Path, help="folder to write refuted cases to")
     parser.add_argument("--samplings", action="store_true", help="sample the same curves in three ways instead")
-    args = parser.parse_args()
+    args = parsed(parser, cases=2, seconds=0.5, most=1)
     if args.samplings:
         sys.exit(1 if samplings(args.cases, args.seed) else 0)
     total: Counter[tuple[str, str]] = Counter()

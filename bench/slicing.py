@@ -4,8 +4,8 @@
     python bench/slicing.py --repeat 7 --no-memory
 
 Every row gives closed, ordered loops of points and the area inside of them for every layer; what is in and out of a
-row is said in its name and in bench/README.md. Each row is the fastest of its repeats, and the rows take turns, so
-that a busy machine slows all of them alike.
+row is said in its name and in bench/figures/slicing.json. Each row is the fastest of its repeats, and the rows take
+turns, so that a busy machine slows all of them alike.
 
 Four parts: a sphere of 328,000 faces in 98 planar layers; a boss of about as many faces in some 50 cylindrical,
 non-uniform and planar layers, each way by the whole of what `rbam slice` does for a sub-volume; peak memory of
@@ -38,11 +38,11 @@ import numpy as np
 import trimesh
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from bench_arguments import parsed
 
+from slicing import Body, Mesh, SlicingParameters, slice_sub_volume
 from slicing.curves.intersect import intersect_offsets
-from slicing.layers.layer import Body, SlicingParameters
-from slicing.mesh.solid import Floats, Ints, Mesh, mesh_from_arrays
-from slicing.strategies.slice import slice_sub_volume
+from slicing.mesh.solid import Floats, Ints, mesh_from_arrays
 from slicing.surfaces.surfaces import Plane
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -140,8 +140,8 @@ def take_turns(rows: list[Row], repeat: int) -> None:
             row.measure()
 
 
-def planar_table(repeat: int) -> str:
-    vertices, faces = sphere(7)
+def planar_table(repeat: int, *, coarse: bool) -> str:
+    vertices, faces = sphere(3 if coarse else 7)
     mesh, heights = prepared(vertices, faces), np.linspace(0.0, 100.0, 100)[1:-1]
     rows = [
         Row("rbam, prepared", lambda: layers_of(mesh, 98)),
@@ -155,8 +155,8 @@ def planar_table(repeat: int) -> str:
     return "\n".join(lines + [f"| {r.name} | {r.best * 1e3:.0f} | {bare / r.best:.1f} |" for r in rows])
 
 
-def boss_table(repeat: int) -> str:
-    vertices, faces = boss(0.575)
+def boss_table(repeat: int, *, coarse: bool) -> str:
+    vertices, faces = boss(8.0 if coarse else 0.575)
     mesh, body = prepared(vertices, faces), Body(BODY_MM)
     heights = BODY_MM + 0.5 + STEP_MM * np.arange(50)
 
@@ -208,10 +208,10 @@ def layers_of(mesh: Mesh, count: int) -> int:
     return len(intersect_offsets(mesh, base, heights))
 
 
-def growth_table(repeat: int) -> str:
-    counts = (50, 100, 200, 400)
+def growth_table(repeat: int, *, coarse: bool) -> str:
+    counts = (5, 10) if coarse else (50, 100, 200, 400)
     rows: dict[tuple[int, int], Row] = {}
-    for subdivisions in (5, 6, 7, 8):
+    for subdivisions in (2, 3) if coarse else (5, 6, 7, 8):
         mesh = prepared(*sphere(subdivisions))
         for count in counts:
             rows[len(mesh.faces), count] = Row("", partial(layers_of, mesh, count))
@@ -229,9 +229,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeat", type=int, default=5, help="rounds; the fastest counts (default 5)")
     parser.add_argument("--no-memory", action="store_true", help="leave out the part of a million faces")
-    args = parser.parse_args()
+    args = parsed(parser, repeat=1, no_memory=True)
     for part in (planar_table, boss_table, growth_table):
-        print(part(args.repeat), end="\n\n", flush=True)
+        print(part(args.repeat, coarse=args.smoke), end="\n\n", flush=True)
     if not args.no_memory:
         print(memory_table())
 

@@ -20,16 +20,13 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from bench_arguments import parsed
 
-from cell.case.read import load_case
-from cell.case.sections import Case
-from cell.job.job import prepare
-from cell.pose_sweep.grid import Pose, grid
-from cell.pose_sweep.hopeless_poses import screen
+from cell import DEFAULT_CASE, Case, check, grid, load_case, prepare
+from cell.pose_sweep.grid import Pose
 from cell.pose_sweep.sweep import Unit, fingerprint
 from cell.pose_sweep.workers import completed, processes
-from cell.shipped import DEFAULT_CASE
-from cell.verdict.check import check
+from cell.table_poses.hopeless_poses import screen
 
 
 @dataclass(frozen=True)
@@ -104,7 +101,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=3, help="pairs of runs (default 3)")
     parser.add_argument("--e1", default="-90:90:45")
     parser.add_argument("--e2", default="-180:135:22.5")
-    args = parser.parse_args()
+    args = parsed(parser, runs=1, e1="0:45:45", e2="-45")
     case = load_case(args.case)
     poses = grid(case, args.e1, args.e2)
     screening(case, poses)

@@ -25,12 +25,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from bench_arguments import left_out, parsed
 from motion import job_of, setup_of
 from tesseract_cell import write_cell
 
-from cell.case.read import load_case
+from cell import load_case, prepare
 from cell.collision.between_samples import unproven_steps
-from cell.job.job import prepare
 from cell.planning.context import Context
 from cell.planning.edge_check import SearchedBead as OneBead
 from cell.planning.edge_tracking import track_edges
@@ -200,12 +200,16 @@ def show(rows: list[Row], context: Context) -> None:
 def main() -> None:
     """Measure and print a table."""
     parser = argparse.ArgumentParser(description="Planning beads against Tesseract's Descartes planner.")
-    parser.add_argument("--python", required=True, help="a Python with tesseract-robotics 0.5.1")
+    parser.add_argument("--python", help="a Python with tesseract-robotics 0.5.1")
     parser.add_argument("--targets", type=int, default=1200)
     parser.add_argument("--case", type=Path, help="a case instead of the round boss on a shaft")
     parser.add_argument("--seconds", type=float, default=240.0, help="begin no further bead after this")
     parser.add_argument("--edges", type=float, metavar="SECONDS", help="Descartes on two targets, edges checked too")
-    arguments = parser.parse_args()
+    arguments = parsed(parser, targets=30, seconds=5.0)
+    if arguments.python is None:
+        if arguments.smoke:
+            left_out("tesseract-robotics is not installed: --python names an environment that has it")
+        parser.error("--python is needed")
     located = subprocess.run([arguments.python, "-c", LOCATE], capture_output=True, text=True, check=True)
     libraries = Path(located.stdout.strip()).with_name("tesseract_robotics.libs")
     with tempfile.TemporaryDirectory() as name:

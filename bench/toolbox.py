@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ik.chain import Chain
+from ik import Chain
 
 
 def links_of(chain: Chain) -> Any:

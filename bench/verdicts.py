@@ -12,16 +12,23 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+from bench_arguments import left_out, parsed  # noqa: E402
+
+from ik import RollWindow  # noqa: E402
+
+if find_spec("py_opw_kinematics") is None:
+    left_out("py-opw-kinematics is not installed")
 
 from support.peers import FREE, certified, found_by_opw, poses  # noqa: E402
 
-from ik.roll import RollWindow, apply_roll  # noqa: E402
+from ik.roll import apply_roll  # noqa: E402
 
 CHUNK = 200_000  # poses that opw is given at once
 
@@ -59,7 +66,7 @@ def main() -> None:
     parser.add_argument("--targets", type=int, default=10_000, help="of each kind (default 10000)")
     parser.add_argument("--rolls", type=int, default=720, help="of each target of free roll (default 720)")
     parser.add_argument("--seed", type=int, default=0, help="of the targets (default 0)")
-    args = parser.parse_args()
+    args = parsed(parser, targets=20, rolls=12)
     rng = np.random.default_rng(args.seed)
     start, Ts = time.perf_counter(), poses(rng, args.targets)
     good = say("full poses", certified(Ts, RollWindow.fixed(0.0)), found_by_opw(Ts), time.perf_counter() - start)

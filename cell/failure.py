@@ -217,7 +217,7 @@ class Failure:
 
     @property
     def _is_on_a_way(self) -> bool:
-        ways = (Where.BEAD, Where.TRAVEL, Where.FROM_HOME, Where.TO_HOME)
+        ways = (Where.BEAD, Where.TRAVEL, Where.FROM_HOME, Where.TO_HOME, Where.TABLE_TURN)
         return self.where in ways or self.kind in (Kind.JUMP, Kind.ARRIVES_OFF, Kind.CONFIGURATION_CHANGE)
 
     def _place_items(self) -> Iterator[tuple[str, Any]]:
@@ -229,6 +229,8 @@ class Failure:
             yield "from_target", place.from_target
         if place.where is Where.TO_HOME:
             yield from (("travel", True), ("to", "home"))
+        elif place.where is Where.TABLE_TURN:
+            yield from (("table_turns", True), ("to_target", place.to_target))
         elif place.where is Where.TRAVEL and place.from_target is not None:
             yield from (("travel", True), ("to_target", place.to_target))
         elif self.kind is Kind.NOT_WELDED:

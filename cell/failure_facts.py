@@ -22,6 +22,7 @@ class Where(Enum):
     TRAVEL = "the way from one bead to the next"
     FROM_HOME = "the way from home to the first bead"
     TO_HOME = "the way from the last bead home"
+    TABLE_TURN = "the table's turn from one pose to the next, before a bead"
     ROWS = "rows of a motion"
 
 

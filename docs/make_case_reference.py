@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from cell.case.sections import Case
+from cell import Case
 
 HEAD = """# Case files
 

@@ -16,15 +16,13 @@ from pathlib import Path
 
 from PIL import Image
 
-from cell.case.read import load_case, parse_case, with_changes
-from cell.case.sections import Case, Support
-from cell.job.job import prepare, slice_part
+from cell import MODELS_DIR, Case, Result, check, load_case, parse_case, picture, prepare, slice_picture, with_changes
+from cell.case.sections import Support
+from cell.job.job import slice_part
 from cell.job.part_input import read_part
-from cell.shipped import MODELS_DIR
-from cell.verdict.check import Result, check
+from cell.verdict.as_asked import check_as_asked
 from cell.view.camera import View
-from cell.view.layer_picture import body_of, slice_picture
-from cell.view.picture import picture
+from cell.view.layer_picture import body_of
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 CASES = MODELS_DIR / "cases"
@@ -99,7 +97,7 @@ def pictures(what: str) -> Iterator[tuple[str, bytes]]:
     """The pictures of a part, of the collision, or of the layers.
 
     Args:
-        what: propeller, support, boiler, valve, collision or layers.
+        what: propeller, propeller_indexed, support, boiler, valve, collision or layers.
 
     Yields:
         Names and PNGs.
@@ -111,6 +109,9 @@ def pictures(what: str) -> Iterator[tuple[str, bytes]]:
         case = case_of("propeller")
         case = with_changes(case, support=Support(radius_mm=WIDE_SUPPORT_MM, height_mm=case.support.height_mm))
         yield from seen(check(prepare(case), 90, 180), "collision", ("torch",))
+    elif what == "propeller_indexed":
+        result = check_as_asked(prepare(case_of(what)))
+        yield f"{what}_torch", picture(result, width=WIDTH, height=HEIGHT, view="torch", target=600)
     elif what == "propeller":
         job = prepare(case_of(what))
         for e1, e2 in PROPELLER_POSES:
@@ -138,7 +139,7 @@ def layers(part: str) -> Iterator[tuple[str, bytes]]:
 
 def main() -> None:
     """Write them."""
-    everything = ("layers", "propeller", "collision", *PARTS[1:])
+    everything = ("layers", "propeller", "propeller_indexed", "collision", *PARTS[1:])
     parser = argparse.ArgumentParser(description="Make the pictures of the documents.")
     parser.add_argument("what", nargs="*", metavar="WHAT", help=f"which: {', '.join(everything)} (default: all)")
     parser.add_argument("--out", type=Path, default=PICTURES)

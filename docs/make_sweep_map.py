@@ -13,17 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+from cell import DEFAULT_CASE, Job, Result, check, grid, load_case, prepare, sweep, sweep_document, sweep_picture
 from cell.atomic_files import write_bytes
-from cell.case.read import load_case
 from cell.cli.bar import Bars
-from cell.job.job import Job, prepare
-from cell.pose_sweep.grid import grid
-from cell.pose_sweep.ranking import sweep_document
-from cell.pose_sweep.sweep import sweep
-from cell.shipped import DEFAULT_CASE
-from cell.verdict.check import Result, check
 from cell.verdict.words import in_words
-from cell.view.sweep_map_picture import sweep_picture
 
 START, END = "<!-- measured -->", "<!-- end -->"
 E1, E2 = "-135:135:7.5", "-180:135:7.5"

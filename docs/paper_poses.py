@@ -8,11 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cell.case.read import load_case, with_changes
-from cell.case.sections import Case, Roll
-from cell.job.job import prepare
-from cell.shipped import DEFAULT_CASE
-from cell.verdict.check import Result, check
+from cell import DEFAULT_CASE, Case, Result, check, load_case, prepare, with_changes
+from cell.case.sections import Roll
 
 POSES = ((-45.0, 0.0), (90.0, 180.0))
 DISTANCES = (1400.0, 1475.0, 1550.0)

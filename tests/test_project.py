@@ -25,3 +25,18 @@ def test_every_mutant_stands_once_in_the_code():
     for mutant in mutants:
         assert (ROOT / mutant.module).read_text(encoding="utf-8").count(mutant.text) == 1, mutant
         assert all((ROOT / "tests" / name).is_file() for name in mutant.tests), mutant
+
+
+def test_the_benches_figures_are_up_to_date_in_their_readme():
+    figures = runpy.run_path(str(ROOT / "bench" / "figures.py"))
+    assert figures["readme"]() == (ROOT / "bench" / "README.md").read_text(encoding="utf-8")
+    for name, document in figures["documents"]().items():
+        assert (ROOT / "bench" / "figures" / f"{name}.json").read_text(encoding="utf-8") == figures["text_of"](document)
+        assert (ROOT / "bench" / f"{name}.py").is_file()
+        assert {"date", "machine", "against"} <= set(document)
+        assert "ratio" in document or "result" in document
+
+
+def test_every_bench_has_a_smoke_run():
+    for path in runpy.run_path(str(ROOT / "bench" / "run_smoke.py"))["benches"]():
+        assert "parsed(" in (text := path.read_text(encoding="utf-8")) or '"--smoke"' in text, path

@@ -95,6 +95,7 @@ def _merged(base: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
         if key == "positioner" and out.get(key) == NO_TABLE:
             out[key] = {"model": NO_TABLE}  # its short form
         both = isinstance(value, dict) and isinstance(out.get(key), dict) and key not in _WHOLE
+        both = both and not (key == "table" and "mode" in value)  # another mode has keys of its own
         out[key] = _merged(out[key], value) if both else value
     return out
 

@@ -42,6 +42,7 @@ from .fields import (
     within,
 )
 from .seam_section import SeamSection
+from .table_section import Table as Table
 
 NO_PART = "none"  # as part: nothing is built
 NO_TABLE = "none"  # as positioner.model: the part stands still, on nothing that is modelled
@@ -217,13 +218,6 @@ class Roll(Section):
         if self.range_deg is not None and not 0 <= self.range_deg[1] - self.range_deg[0] <= 360:
             raise ValueError("range_deg needs low <= high, at most 360 apart")
         return self
-
-
-class Table(Section):
-    """Angles of the positioner."""
-
-    E1_deg: Angle = 0.0
-    E2_deg: Angle = 0.0
 
 
 class Robot(Section):

@@ -14,6 +14,7 @@ from typing import NoReturn
 BAD_INPUT = 2
 STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
 PATTERNS = ("contour", "contour_parallel", "zigzag")
+TABLE_MODES = ("fixed", "indexed", "coordinated", "best")
 
 DESCRIPTION = """Can the robot build the part?
 
@@ -24,6 +25,7 @@ it where it cannot."""
 EXAMPLES = """examples:
   rbam check                                     the shipped propeller, at its case's table angles
   rbam check my.case.yaml --e1 -45 --e2 0        another table pose
+  rbam check my.case.yaml --table indexed        a table pose for each sub-volume, searched where none is given
   rbam check --html report.html                  the same in 3D, with the joints over time
   rbam check --roll fixed:90 --json report.json  the wire's roll held at 90 deg; every target as data
   rbam check my.case.yaml --motion-in their.csv  does a motion from another planner hold in this cell?
@@ -182,17 +184,17 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 CHECK_TEXT = """\
-Slices the part, puts its targets on the table, searches every configuration of the arm at every
-roll about the wire that the case allows, and follows the arm from its home along each bead, from
-bead to bead and home again, against joint limits, singularity margins and collisions. "feasible" is said of a motion
-that was followed; every infeasible target carries a reason:
+Slices the part and puts its targets on the table. Searches every configuration of the arm at every roll about the
+wire that the case allows. Then follows the arm from its home along each bead, from bead to bead and home again, and
+looks at joint limits, singularity margins and collisions. "feasible" means that such a motion was found and followed
+all along. Every infeasible target has a reason:
   unreachable   the wrist cannot get there            joint_limit   an axis would leave its range
   singular      a margin is too small                 collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
   speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
-Of what is infeasible, the smallest changes that help are searched and checked: of the roll, E1,
+Where the case is infeasible, the smallest change that helps is searched and checked. It may be one of the roll, E1,
 E2, the place of the positioner, the support's height or the part's place, the stick-out, the
-deposition speed, the seams of closed beads.
+deposition speed, or the seams of closed beads.
 
 --program reads a KRL program, ours or anybody's, runs it as the controller would and holds it against
 the same; findings carry file and line.
@@ -219,9 +221,9 @@ body), nonuniform (from the body's curvature to planes within h_min .. h_max; Le
 In a case, slicing: {body: planar} slices the body as well, across its axis, as BODY.
 A mesh is a whole part, whose round body and sub-volumes are found; with --body-radius it is one
 sub-volume on a cylinder about the z axis. Prints the paper's indices: layers NL, adhesion area A,
-targets NV, top angle R. Every border of a layer is one bead, or --pattern fills it: rounds
-along the border (contour_parallel), or lines to and fro (zigzag); the case's beads section says
-how wide, from where, in which direction and order."""
+targets NV, top angle R. Every border of a layer is one bead. --pattern fills the layer as well: with rounds
+along the border (contour_parallel), or with lines to and fro (zigzag). The case's beads section says
+how wide beads are, where they start, and in which direction and order they are laid."""
 
 COMPARE_TEXT = """\
 Slices every sub-volume by each strategy that suits what it stands on and prints the paper's indices
@@ -229,11 +231,11 @@ Slices every sub-volume by each strategy that suits what it stands on and prints
 total F; higher is better."""
 
 SWEEP_TEXT = """\
-Every pose gets the verdict of rbam check at those angles. Poses that cannot be feasible, since the
-table is in the way or some target by itself has no free configuration, are settled without a
-search; they count such targets only ("12+": 12 of those looked at). Feasible poses are ranked by
+Every pose gets the verdict of rbam check at those angles. Some poses cannot be feasible: the table is
+in the way, or some target by itself has no free configuration. These are settled without a search,
+and count such targets only ("12+": 12 of those looked at). Feasible poses are ranked by
 how far off upright they deposit (in steps of 5 deg), then by clearance (1 mm), singularity margin,
-room to the joint limits, and time. Grids may stand in the case's section sweep as well.
+room to the joint limits, and time. The case's section sweep may hold the grid instead.
 
 examples:
   rbam sweep --e1 -135:135:15 --e2 -180:180:15 --picture map.png
@@ -293,4 +295,9 @@ def _case_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
     parser.add_argument("--e1", type=float, metavar="DEG", help="tilt of the table instead of the case's")
     parser.add_argument("--e2", type=float, metavar="DEG", help="turn of the table instead of the case's")
+    parser.add_argument(
+        "--table",
+        choices=TABLE_MODES,
+        help="instead of the case's: one pose | one for each sub-volume | moving along the beads | the best one pose",
+    )
     parser.add_argument("--roll", metavar="ROLL", help="free | fixed:DEG | range:LO:HI instead of the case's")

@@ -112,17 +112,33 @@ def _joined_negatives(argv: Sequence[str]) -> list[str]:
 
 def _load(args: argparse.Namespace) -> Case:
     from ..case.read import load_case, with_changes
-    from ..case.sections import Table
     from ..shipped import DEFAULT_CASE
 
     case = load_case(args.case or DEFAULT_CASE)
     if getattr(args, "roll", None) is not None:
         case = with_changes(case, roll=parse_roll(args.roll))
-    if isinstance(getattr(args, "e1", None), float) or isinstance(getattr(args, "e2", None), float):
-        e1 = case.table.E1_deg if args.e1 is None else args.e1
-        e2 = case.table.E2_deg if args.e2 is None else args.e2
-        case = with_changes(case, table=Table(E1_deg=_finite("--e1", e1), E2_deg=_finite("--e2", e2)))
-    return case
+    return _at_table(args, case)
+
+
+def _at_table(args: argparse.Namespace, case: Case) -> Case:
+    """The case with its table as the command line wants it."""
+    from ..case.read import with_changes
+    from ..case.sections import Table
+
+    given = {
+        key: _finite(option, value)
+        for key, option in (("E1_deg", "--e1"), ("E2_deg", "--e2"))
+        if isinstance(value := getattr(args, option.removeprefix("--"), None), float)
+    }
+    mode = getattr(args, "table", None) or case.table.mode
+    if given and mode in ("indexed", "best"):
+        option = "--e1" if "E1_deg" in given else "--e2"
+        raise InputError(f"{option}: does not go with a table that is {mode}: its poses are its own (--table fixed)")
+    if mode == case.table.mode and not given:
+        return case
+    kept = case.table.model_dump(exclude_unset=True) if mode == case.table.mode else {}
+    own = {} if mode in ("indexed", "best") else {"E1_deg": case.table.E1_deg, "E2_deg": case.table.E2_deg}
+    return with_changes(case, table=Table(**{**own, **kept, **given, "mode": mode}))
 
 
 def _finite(name: str, value: float) -> float:
@@ -161,9 +177,9 @@ def _check(args: argparse.Namespace) -> int:
     from ..job.job import prepare
     from ..report.check_document import report_document
     from ..report.check_report import report_lines
-    from ..verdict.check import check
+    from ..verdict.as_asked import check_as_asked
 
-    result = check(prepare(case), case.table.E1_deg, case.table.E2_deg, Bars(sys.stderr))
+    result = check_as_asked(prepare(case), Bars(sys.stderr))
     if args.motion:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")
@@ -196,8 +212,8 @@ def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Re
     from ..remedy_search.search import remedies
     from ..report.remedy_lines import remedy_lines
 
-    if result.feasible or asked is False:
-        return []
+    if result.feasible or asked is False or result.moved is not None:
+        return []  # changes are searched at one pose of the table
     found: list[Remedy] = []
     try:
         for remedy in remedies(
@@ -226,13 +242,14 @@ def _check_given(args: argparse.Namespace) -> int:
         return check_program_file(args, case)
     _outputs(args, case, "json", reads=[args.motion_in])
     from ..job.job import prepare
-    from ..motion.motion_file import check_suffix, read_motion
+    from ..motion.file_order import read_in_order
+    from ..motion.motion_file import check_suffix
     from ..report.motion_report import motion_document, motion_lines
     from ..verification.motion_check import check_motion
 
     check_suffix(args.motion_in)
-    job = prepare(case)
-    result = check_motion(job, read_motion(args.motion_in, job))
+    job, read = read_in_order(args.motion_in, prepare(case))
+    result = check_motion(job, read)
     if args.json:
         _put_json(args.json, motion_document(result, args.motion_in))
     _say(motion_lines(result, args.motion_in), sys.stderr if args.json == STDOUT else sys.stdout)

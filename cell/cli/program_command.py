@@ -22,7 +22,6 @@ from .speech import is_quiet
 if TYPE_CHECKING:
     from ..case.sections import Case
     from ..job.job import Job
-    from ..motion.motion import Motion
     from ..programs.export import Exported
     from ..programs.program_check import ProgramResult
 
@@ -48,12 +47,14 @@ def export(args: argparse.Namespace, case: Case) -> int:
     check_outputs({"--csv": args.csv, "--robodk": args.robodk}, case_files(case))
     from ..job.job import prepare
     from ..programs.export import export_program
+    from ..verdict.as_asked import check_as_asked
 
-    job = prepare(case)
-    job, motion = _checked_motion(job)
-    if motion is None:
+    result = check_as_asked(prepare(case), Bars(sys.stderr))
+    if result.motion is None:
+        sys.stderr.write(f"rbam: {case.path}: infeasible: no program of it; rbam check says why\n")
         return NOT_DONE
-    made = export_program(job, motion)
+    job = result.job  # its layers in the order in which they are built
+    made = export_program(job, result.motion)
     if made.fault is not None:
         sys.stderr.write(f"rbam: no program: {made.fault}\n")
         return NOT_DONE
@@ -71,17 +72,6 @@ def _folder(name: str) -> Path:
     if not folder.exists() and not folder.absolute().parent.is_dir():
         raise InputError(f"--krl: {name}: the folder {folder.absolute().parent} does not exist")
     return folder
-
-
-def _checked_motion(job: Job) -> tuple[Job, Motion | None]:
-    """The job as it was checked, and the motion of it, or None where it has none, which is said."""
-    from ..verdict.check import check
-
-    table = job.case.table
-    result = check(job, table.E1_deg, table.E2_deg, Bars(sys.stderr))
-    if result.motion is None:
-        sys.stderr.write(f"rbam: {job.case.path}: infeasible: no program of it; rbam check says why\n")
-    return result.job, result.motion
 
 
 def _contents(args: argparse.Namespace, job: Job, made: Exported, folder: Path | None) -> dict[Path, bytes]:

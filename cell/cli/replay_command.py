@@ -106,18 +106,19 @@ def _needs(args: argparse.Namespace, *options: str) -> None:
 
 def _checked(args: argparse.Namespace, case: Case) -> Result:
     from ..job.job import prepare
-    from ..verdict.check import check
+    from ..verdict.as_asked import check_as_asked
 
     job = prepare(case)
     if args.program is not None:
         return _checked_program(args, job)
     if args.motion is None:
-        return check(job, case.table.E1_deg, case.table.E2_deg, Bars(sys.stderr))
-    from ..motion.motion_file import read_motion
+        return check_as_asked(job, Bars(sys.stderr))
+    from ..motion.file_order import read_in_order
     from ..verification.motion_check import check_motion
     from ..view.shown_motion import played
 
-    found = check_motion(job, read_motion(args.motion, job))
+    job, read = read_in_order(args.motion, job)
+    found = check_motion(job, read)
     if found.findings and not is_quiet():
         count = len(found.findings)
         sys.stderr.write(f"rbam: {args.motion}: infeasible, {count} finding(s); rbam check --motion-in lists them\n")

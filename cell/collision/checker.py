@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -27,7 +28,7 @@ from ..errors import InputError
 from .arm_poses import ArmPoses
 from .broad_phase import BroadPhase
 from .clearances import Clearances
-from .motion_bounds import MotionBounds, joint_travel_bound
+from .motion_bounds import CoupledBounds, MotionBounds, joint_travel_bound
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -101,8 +102,7 @@ class Checker:
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
         self._ignored = np.isin(scene.deposit_of_geom, list(without))
-        self._swept: MotionBounds | None = None
-        self._arm_alone = arm_alone
+        self._swept: MotionBounds | CoupledBounds | None = None
 
     def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything can travel towards anything on steps: what clearances at their ends are held against.
@@ -115,10 +115,12 @@ class Checker:
         Returns:
             (m,), m.
         """
-        if not self._arm_alone:
+        n, axes = self.scene.chain.n, len(self.scene.arm_qpos)
+        if axes < n:
             return joint_travel_bound(radius, a, b)
         if self._swept is None:
-            self._swept = MotionBounds(self.scene, radius)
+            arm = replace(self.scene, arm_qpos=self.scene.arm_qpos[:n])
+            self._swept = MotionBounds(arm, radius) if axes == n else CoupledBounds(arm, radius)
         return self._swept.bound(a, b)
 
     def clearances(self, q: Floats, stage: Ints) -> Clearances:

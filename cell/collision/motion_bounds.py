@@ -2,6 +2,7 @@
 
     swept = MotionBounds(scene, radius)
     swept.bound(a, b)             # (m,) m: of the arm's points against anything, the arm itself among it
+    CoupledBounds(scene, radius).bound(a, b)      # the same where E1 and E2 turn as well, behind the arm's joints
 
 The sum over the joints of what each can move its farthest point by is many times too much where they work against one
 another, as along a bead, which the torch goes slowly while the wrist turns. Where both ends of a step are known, a
@@ -17,6 +18,8 @@ import mujoco
 import numpy as np
 
 from ik.chain import Floats
+
+from ..scene.table_kinematics import TableKinematics
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -72,16 +75,88 @@ class MotionBounds:
         joints = joint_travel_bound(self.radius, a, b)
         if not len(a):
             return joints
-        (Ra, pa), (Rb, pb) = self.chain.frames(a), self.chain.frames(b)
-        dR, dp = Rb - Ra, pb - pa
+        straight = self.straight(self.chain.frames(a), self.chain.frames(b))
+        # two parts of the arm may both move, one towards the other
+        return np.minimum(joints, 2 * (straight + bow(self.radius, turn) / 4))
+
+    def straight(self, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Floats:
+        """How far any point of the arm is after steps from where it was before them.
+
+        Args:
+            before: rotations (m, n, 3, 3) and origins (m, n, 3) of the joints' frames.
+            after: likewise.
+
+        Returns:
+            (m,), m: at most that.
+        """
+        dR, dp = after[0] - before[0], after[1] - before[1]
         # the chord of a turn, of what is 1 from its centre
         chord = np.linalg.norm(dR, axis=(2, 3)) / np.sqrt(2.0)
-        straight = np.zeros(len(a))
+        straight = np.zeros(len(dp))
         for j in range(self.chain.n):
             mine = self._joint == j
             if mine.any():
                 away = np.linalg.norm(dp[:, j, :, None] + dR[:, j] @ self._centre[mine].T, axis=1)
                 straight = np.maximum(straight, (away + chord[:, j, None] * self._size[mine]).max(axis=1))
-        bow = (turn * self.radius * (2 * np.cumsum(turn, axis=1) - turn)).sum(axis=1)
-        # two parts of the arm may both move, one towards the other
-        return np.minimum(joints, 2 * (straight + bow / 4))
+        return straight
+
+
+def bow(radius: Floats, turn: Floats) -> Floats:
+    """Greatest second derivative along steps of any point that a chain of axes carries, (m,), m.
+
+    Args:
+        radius: of what each axis carries, the outermost axis first, (n,), m.
+        turn: of each axis on each step, (m, n), rad.
+    """
+    return np.asarray((turn * radius * (2 * np.cumsum(turn, axis=1) - turn)).sum(axis=1))
+
+
+class CoupledBounds:
+    """Bounds for one scene's arm and table, with the table's axes behind the arm's joints.
+
+    Against the cell and itself the arm moves as ever; against what is on the table it moves as seen from there, which
+    along a bead is little, however far the table turns. Seen from the table the arm is a chain with two more axes.
+    """
+
+    def __init__(self, scene: Scene, radius: Floats) -> None:
+        """Prepare.
+
+        Args:
+            scene: the composed cell, with the arm's own joints alone.
+            radius: from ``cell.collision.reach_radii.all_radii``, (n + 2,), m.
+        """
+        self.radius, self._n = radius, scene.chain.n
+        self._arm = MotionBounds(scene, radius[: self._n])
+        self._table = TableKinematics.of(scene)
+        _, first = scene.chain.frames(np.zeros((1, self._n)))
+        to_tilt = float(np.linalg.norm(self._table.anchor[0] - first[0, 0]))
+        apart = float(np.linalg.norm(self._table.anchor[1] - self._table.anchor[0]))
+        # how far the arm gets from E2 and from E1
+        self._seen_radius = np.array([to_tilt + apart, to_tilt]) + radius[0]
+
+    def bound(self, a: Floats, b: Floats) -> Floats:
+        """As :meth:`MotionBounds.bound`, of steps (m, n + 2)."""
+        joints = joint_travel_bound(self.radius, a, b)
+        if not len(a):
+            return joints
+        n, chain = self._n, self._arm.chain
+        turn = np.abs(b - a)
+        frames_a, frames_b = chain.frames(a[:, :n]), chain.frames(b[:, :n])
+        arm = np.minimum(
+            joint_travel_bound(self.radius[:n], a[:, :n], b[:, :n]),
+            2 * (self._arm.straight(frames_a, frames_b) + bow(self.radius[:n], turn[:, :n]) / 4),
+        )
+        seen = np.zeros(len(a))
+        for carried in (np.array([1.0, 0.0]), np.array([1.0, 1.0])):  # the tilting part, and what E2 turns on it
+            poses_a, poses_b = (self._table.poses(x[:, n:] * carried) for x in (a, b))
+            straight = self._arm.straight(_seen(poses_a, frames_a), _seen(poses_b, frames_b))
+            outer = turn[:, n:][:, ::-1] * carried[::-1]
+            radius = np.concatenate([self._seen_radius, self.radius[:n]])
+            seen = np.maximum(seen, straight + bow(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)
+        return np.maximum(arm, np.minimum(joints, seen))
+
+
+def _seen(Ts: Floats, frames: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Frames of the joints as they are seen from poses (m, 4, 4)."""
+    Rt = np.swapaxes(Ts[:, None, :3, :3], -1, -2)
+    return Rt @ frames[0], (Rt @ (frames[1] - Ts[:, None, :3, 3])[..., None])[..., 0]

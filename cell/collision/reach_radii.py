@@ -4,21 +4,20 @@ Use:
 
     radius = radii(scene)                     # of the arm's joints, (n,) m
     table_radii(scene)                        # of the table's axes, (2,) m
+    all_radii(scene)                          # of the arm's joints, then of the table's axes, (n + 2,) m
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
 
 from ik.chain import Floats
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
-import mujoco
-
-from ..scene.scene import Scene
 
 
 def radii(scene: Scene) -> Floats:
@@ -30,8 +29,6 @@ def radii(scene: Scene) -> Floats:
     Returns:
         (n,) m: of joint i the greater of what its own link holds and the way to the next joint plus that joint's.
     """
-    import mujoco
-
     model, chain = scene.model, scene.chain
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -68,3 +65,8 @@ def table_radii(scene: Scene) -> Floats:
     apart = float(np.linalg.norm(data.xanchor[joint[1]] - data.xanchor[joint[0]]))
     out[0] = max(out[0], apart + out[1])
     return out
+
+
+def all_radii(scene: Scene) -> Floats:
+    """How far anything can be from each axis, the arm's and then the table's, (n + 2,), m."""
+    return np.concatenate([radii(scene), table_radii(scene)])

@@ -32,6 +32,11 @@ def on_table(scene: Scene) -> NDArray[np.bool_]:
     return _carried(scene, 0) | _carried(scene, 1)
 
 
+def with_table_axes(scene: Scene) -> Scene:
+    """The scene with E1 and E2 among the arm's axes: what a checker of it takes has them behind the arm's joints."""
+    return replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
+
+
 def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
     model = scene.model
     root = int(model.jnt_bodyid[scene.table_joints[axis]])
@@ -45,19 +50,22 @@ def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
 REACH = 5e-3  # m: of a table by itself it is only asked whether it touches anything
 
 
-def table_alone(scene: Scene, table: tuple[float, float]) -> Clearances:
-    """What no arm can help: the table and the whole of what stands on it in the cell around it.
+def table_alone(scene: Scene, table: tuple[float, float], stage: int | None = None) -> Clearances:
+    """What no arm can help: the table and what stands on it in the cell around it.
 
     Every verdict asks this, and whatever screens poses or changes for one: they cannot disagree.
 
     Args:
         scene: the composed cell.
         table: E1, E2, rad.
+        stage: deposits laid so far; all where left out.
 
     Returns:
         Clearances of one row; below 0 the pose is infeasible.
     """
-    return TableChecker(scene, REACH).clearances(np.array([table]), np.array([scene.n_deposits]))
+    return TableChecker(scene, REACH).clearances(
+        np.array([table]), np.array([scene.n_deposits if stage is None else stage])
+    )
 
 
 class TableChecker:
@@ -107,17 +115,19 @@ class TableChecker:
     def _against_tilt(self, found: Clearances, i: int, table: Floats, laid: int) -> None:
         """Lower a clearance to the workpiece's from the tilting part, where that is nearer."""
         model, data = self.scene.model, self._data
+        work = self._work[self.scene.deposit_of_geom[self._work] < laid]
+        if not len(work) or not len(self._tilt):
+            return
         data.qpos[self.scene.table_qpos] = table
         mujoco.mj_kinematics(model, data)
+        apart = np.linalg.norm(data.geom_xpos[work][:, None] - data.geom_xpos[self._tilt], axis=2)
+        apart -= model.geom_rbound[work][:, None] + model.geom_rbound[self._tilt]
         ends = np.zeros(6)
-        for g in self._work[self.scene.deposit_of_geom[self._work] < laid]:
-            for t in self._tilt:
-                apart = float(np.linalg.norm(data.geom_xpos[g] - data.geom_xpos[t]))
-                if apart - model.geom_rbound[g] - model.geom_rbound[t] > self.reach:
-                    continue
-                distance = mujoco.mj_geomDistance(model, data, int(g), int(t), self.reach, ends)
-                if distance == 0.0:
-                    distance = DEGENERATE
-                if distance < min(self.reach, found.distance[i]):
-                    found.distance[i], found.pair[i] = distance, (g, t)
-                    found.position[i] = (ends[:3] + ends[3:]) / 2
+        for k, m in np.argwhere(apart <= self.reach).tolist():
+            g, t = int(work[k]), int(self._tilt[m])
+            distance = mujoco.mj_geomDistance(model, data, g, t, self.reach, ends)
+            if distance == 0.0:
+                distance = DEGENERATE
+            if distance < min(self.reach, found.distance[i]):
+                found.distance[i], found.pair[i] = distance, (g, t)
+                found.position[i] = (ends[:3] + ends[3:]) / 2

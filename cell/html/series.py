@@ -22,6 +22,7 @@ from ik.singularity import KINDS, margins
 from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
+from ..collision.table import with_table_axes
 from ..motion.motion import Motion
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM
@@ -65,9 +66,7 @@ def path_of(result: Result) -> DrawnPath:
     nothing = np.full(result.job.scene.chain.n, np.nan)
     q = np.stack([next((x for x in (r.q, r.attempt) if x is not None), nothing) for r in result.rows])
     i = np.arange(n)
-    return DrawnPath(
-        i.astype(np.float64), np.column_stack([q, np.tile(result.table, (n, 1))]), np.ones_like(i), i, i, False
-    )
+    return DrawnPath(i.astype(np.float64), np.column_stack([q, result.tables]), np.ones_like(i), i, i, False)
 
 
 def _starts(motion: Motion) -> Ints:
@@ -244,9 +243,10 @@ def _clearances(result: Result, path: DrawnPath) -> Clearances:
     leaves, arrives = ~way & np.append(way[1:], False), ~way & np.insert(way[:-1], 0, False)
     stage = np.where(leaves, np.maximum(stage, job.laid[target]), stage)
     stage = np.where(arrives, np.maximum(stage, before), stage)[path.starts]
-    q = path.q[path.starts, : job.scene.chain.n]
+    q = path.q[path.starts]
     known = np.flatnonzero(np.isfinite(q).all(axis=1))
-    checker = Checker(job.scene, result.table, max(CLEARANCE_REACH, 2 * settings_of(job).clearance))
+    scene, reach = with_table_axes(job.scene), max(CLEARANCE_REACH, 2 * settings_of(job).clearance)
+    checker = Checker(scene, result.table, reach)
     found = checker.clearances(q[known], stage[known])
     out = Clearances.none(len(q))
     out.distance[:] = np.nan

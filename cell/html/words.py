@@ -135,6 +135,12 @@ class Words:
         yield "Roll about the wire", _roll(d["roll"])
 
     def _pose(self) -> str:
+        if self.result.poses:
+            poses = "; ".join(
+                f"{escape(p.sub_volume)} {p.layers[0]} to {p.layers[1]} at {_angle(p.E1_deg)}, {_angle(p.E2_deg)}"
+                for p in self.result.poses
+            )
+            return f"{self.result.mode} (layers at E1, E2): {poses}"
         asked, stands = self.result.asked, np.rad2deg(self.result.table)
         turned = "" if abs(stands[1] - asked[1]) < 1e-6 else f" (the axis stands at {_angle(stands[1])})"
         return f"E1 = {_angle(asked[0])}, E2 = {_angle(asked[1])}{turned}"
@@ -220,9 +226,10 @@ def _of_played(result: Played) -> str:
 def in_plain_words(result: Result, geom: str) -> str:
     """A geom's name in words: a deposit by its layer."""
     words = geom.split("/")
-    names, first = result.job.targets.sub_volume, result.job.shape.first_deposit
+    names = result.job.targets.sub_volume
     if words[0] == "deposit" and len(words) > 2 and words[1].isdigit() and words[2] in names:
-        return f"layer {int(words[1]) - first[names.index(words[2])]} of {words[2]}"
+        layers = result.job.deposits[names.index(words[2])].tolist()
+        return f"layer {layers.index(int(words[1]))} of {words[2]}"
     if words[0] == "built" and len(words) > 2:
         return f"{words[1]}, built before,"
     return geom.replace("_", " ")

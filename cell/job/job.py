@@ -56,7 +56,10 @@ from ..scene.drives import Drives, drives
 from ..scene.placement import place
 from ..scene.scene import Scene, table_angles
 from ..units import METRES_PER_MM
+from .build_order import BuildOrder, layers_of, ordered, ordered_shape
 from .part_input import PartInput, read_body, read_part
+from .table_section_check import build_runs, check_table
+from .table_winding import for_moving_table
 
 
 def speeds(job: Job) -> Floats:
@@ -81,6 +84,8 @@ class Job:
         beads: the sub-volumes' beads, with their metal and what lies over nothing; empty where they are not known.
         T_part_input: (4, 4) rigid motion from the meshes' frame to the part frame, mm.
         evidence: what the body of a part in one mesh was known by.
+        order: in which layers are built, where it is another one than sub-volume after sub-volume; None where it is
+            not.
     """
 
     case: Case
@@ -92,6 +97,7 @@ class Job:
     beads: tuple[LaidSubVolume, ...] = ()
     T_part_input: Floats = field(default_factory=lambda: np.eye(4))
     evidence: Evidence | None = None
+    order: BuildOrder | None = None
 
     @cached_property
     def solver(self) -> Solver:
@@ -121,8 +127,7 @@ class Job:
     @property
     def layers(self) -> tuple[int, ...]:
         """How many layers each sub-volume has."""
-        ends = (*self.shape.first_deposit[1:], self.shape.n_deposits)
-        return tuple(end - first for first, end in zip(self.shape.first_deposit, ends, strict=True))
+        return layers_of(self.shape)
 
     @property
     def window(self) -> RollWindow:
@@ -141,7 +146,17 @@ class Job:
     def laid(self) -> Ints:
         """Deposits laid once a target's layer is done, (n,)."""
         t = self.targets
-        return np.array(self.shape.first_deposit)[t.sub_volume_index] + t.layer + 1
+        first = np.array(self.shape.first_deposit)[t.sub_volume_index]
+        return np.asarray(np.concatenate(self.deposits)[first + t.layer] + 1)
+
+    @property
+    def deposits(self) -> tuple[Ints, ...]:
+        """Of each sub-volume the numbers of its layers' deposits, (layers,): they count up as they are laid."""
+        if self.order is not None:
+            return self.order.deposit
+        return tuple(
+            first + np.arange(count) for first, count in zip(self.shape.first_deposit, self.layers, strict=True)
+        )
 
     @cached_property
     def stage(self) -> Ints:
@@ -328,9 +343,16 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
         )
     axis = (0.0, 0.0) if part.round_body is None else part.round_body.axis_xy_mm
     shape = toolpath_shape(path, part.body_mesh, part.profile, axis, built)
+    targets, order, layers = path.targets, None, layers_of(shape)
+    runs = build_runs(case, targets.sub_volume, layers)
+    if runs is not None:
+        targets, order = ordered(targets, layers, runs)
+        shape = ordered_shape(shape, order.deposit)
     scene = compose(case, shape)
-    warnings = (*said, *scene.warnings)
-    job = Job(case, path.sliced, shape, path.targets, scene, warnings, path.laid, part.T_part_input, part.evidence)
+    check_table(case, scene)
+    targets, split = for_moving_table(case, scene, targets)
+    warnings = (*said, *scene.warnings, *split)
+    job = Job(case, path.sliced, shape, targets, scene, warnings, path.laid, part.T_part_input, part.evidence, order)
     job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
     _ = job.drives  # what is wrong with them is to be said before any search
     return job

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
+from ..job.build_order import BuildOrder
 from .deposition_speed import Pace
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ class Motion:
         names: columns of q.
         pace: how far the deposition speed is held; None where that is not known.
         home_s: how long the ways from home and back take; None where there are none.
+        order: what beads and targets are called in files; None where they are called by their numbers.
     """
 
     t_s: Floats
@@ -51,6 +53,14 @@ class Motion:
     names: tuple[str, ...]
     pace: Pace | None = None
     home_s: float | None = None
+    order: BuildOrder | None = None
+
+    @property
+    def called(self) -> tuple[Ints, Ints]:
+        """Bead and target of every row as files call them, (m,) each."""
+        if self.order is None:
+            return self.bead, self.target
+        return self.order.bead[self.bead], self.order.target[self.target]
 
     def columns(self) -> list[str]:
         """Names of :meth:`rows_deg`'s columns."""
@@ -66,10 +76,11 @@ class Motion:
     def rows_deg(self) -> list[list[Any]]:
         """The motion with angles in degrees, one row a sample."""
         angles = np.rad2deg(np.concatenate([self.q, self.table], axis=1))
+        beads, targets = self.called
         return [
             [f"{t:.6f}", *(f"{a:.6f}" for a in row), int(arc), int(bead), int(layer), int(target)]
             for t, row, arc, bead, layer, target in zip(
-                self.t_s, angles, self.arc, self.bead, self.layer, self.target, strict=True
+                self.t_s, angles, self.arc, beads, self.layer, targets, strict=True
             )
         ]
 

@@ -101,7 +101,7 @@ def write_motion(path: str | Path, motion: Motion) -> None:
         write_csv(path, motion.columns(), motion.rows_deg())
         return
     angles = np.rad2deg(np.concatenate([motion.q, motion.table], axis=1))
-    values = [motion.t_s, *angles.T, motion.arc, motion.bead, motion.layer, motion.target]
+    values = [motion.t_s, *angles.T, motion.arc, motion.called[0], motion.layer, motion.called[1]]
     content = io.BytesIO()
     np.savez_compressed(content, **dict(zip(motion.columns(), values, strict=True)))
     write_bytes(path, content.getvalue())
@@ -136,7 +136,9 @@ def read_motion(path: str | Path, job: Job) -> ReadMotion:
     angles = np.deg2rad(np.stack([kept[name] for name in wanted[1 : -len(WHOLE)]], axis=1))
     arc, bead, layer, target = (_integers(path, name, kept[name], row) for name in WHOLE)
     q, turned = angles[:, : len(names)], angles[:, len(names) :]
-    motion = Motion(kept["t_s"], q, turned, arc, bead, layer, target, tuple(names))
+    if job.order is not None:
+        bead, target = job.order.beads_of_file(bead), job.order.targets_of_file(target)
+    motion = Motion(kept["t_s"], q, turned, arc, bead, layer, target, tuple(names), order=job.order)
     _check_order(path, motion, row)
     _check_numbers(path, motion, row, job)
     grain = _rounded_to(kept["t_s"]), float(np.deg2rad(_rounded_to(np.rad2deg(angles))))

@@ -24,6 +24,8 @@ from ..failure import Failure, Place, Where
 from ..job.job import speeds
 from ..motion.deposition_speed import HELD, Pace, note_stretches, over_stretches
 from ..motion.motion import STANDING, Motion
+from ..rigid import inverse
+from ..scene.table_kinematics import TableKinematics
 from ..timing.time_law import time_path, time_stops, time_travel
 from ..units import METRES_PER_MM
 from .blended_check import bead_corners, bead_path, travel_corners, travel_path
@@ -59,7 +61,7 @@ def assemble(
 
     Args:
         job: the job.
-        table: E1, E2, rad.
+        table: E1, E2, rad, of a table that stands; where it moves the rows say.
         stretches: one a bead, in order.
         travels: from each bead to the next.
         home: the ways from home to the first and from the last back, if it begins and ends there.
@@ -69,28 +71,29 @@ def assemble(
     """
     pace = Pace.unknown(len(job.targets))
     pieces: list[_Piece] = []
-    last, at_home = 0.0, None
-    if home is not None and home.out is not None and home.back is not None:
+    last = 0.0
+    at_home = None if home is None or (home.out is None and home.back is None) else 0.0
+    if home is not None and home.out is not None and at_home is not None:
         out, last = _travel(job, home.out[0], 0.0, stretches[0].first, begins=True)
         pieces.append(out)
-        at_home = float(out.dt.sum()) + last
+        at_home += float(out.dt.sum()) + last
     for i, stretch in enumerate(stretches):
         if i:
             wait = _dwell(job, stretches[i - 1].first, stretch.first)
             travel, last = _travel(job, travels[i - 1][0], wait, stretch.first)
             pieces.append(travel)
         pieces.append(_bead(job, stretch, last, pace))
-    if at_home is not None and home is not None and home.back is not None:
+    if home is not None and home.back is not None and at_home is not None:
         back, _ = _travel(job, home.back[0], 0.0, stretches[-1].stop - 1, ends=True)
         pieces.append(back)
         at_home += float(back.dt.sum())
     where = np.concatenate([piece.target for piece in pieces])
-    rows = np.concatenate([piece.q for piece in pieces])
+    rows, n = np.concatenate([piece.q for piece in pieces]), job.scene.chain.n
     dt = np.concatenate([piece.dt for piece in pieces])
     return Motion(
         t_s=np.cumsum(np.concatenate([[0.0], np.maximum(dt[1:], TICK)])) + dt[0],
-        q=rows,
-        table=np.tile(table, (len(rows), 1)),
+        q=rows[:, :n],
+        table=rows[:, n:] if rows.shape[1] > n else np.tile(table, (len(rows), 1)),
         arc=np.concatenate([np.full(len(piece.q), piece.arc) for piece in pieces]),
         bead=job.targets.path[where],
         layer=job.targets.layer[where],
@@ -98,6 +101,7 @@ def assemble(
         names=job.scene.chain.names,
         pace=pace,
         home_s=at_home,
+        order=job.order,
     )
 
 
@@ -122,7 +126,7 @@ def corners(
             continue
         # a stop on the way leaves other corners to be rounded than the planner knew
         path, rows = travel_path(q)
-        stop = int(rows[_retracted(job, job.scene.chain.forward(path.q)[:, :3, 3])])
+        stop = int(rows[_retracted(job, _on_the_part(job, path.q))])
         failure = travel_corners(context, q, found, int(context.laid[last]), [stop])
         if failure is not None:
             failures[first] = failure.at(Place(Where.TRAVEL, from_target=last, to_target=first))
@@ -132,13 +136,13 @@ def corners(
 def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
     """A bead's rows; notes in ``pace`` how fast it is."""
     process = job.case.process
-    q, target = stretch.q, stretch.edge + (stretch.fraction >= 1.0)
+    q, target = stretch.axes, stretch.edge + (stretch.fraction >= 1.0)
     dt = np.array([dt_before])
     if len(q) > 1:
         path = bead_path(stretch, process.blend_mm * METRES_PER_MM)
         s = path.s
         edge, cap = stretch.edge[:-1], speeds(job)
-        limits = job.drives.arm_speed, job.drives.arm_acceleration
+        limits = _limits(job, q)
         at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
         if path.zone < EXACT:
             law = time_stops(q, s, *limits, cap=cap[edge], stops=at)
@@ -152,7 +156,7 @@ def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
             pace.asked_s[i], pace.taken_s[i] = (s[b] - s[a]) / cap[i], law.t[b] - law.t[a]
             if pace.asked_s[i] < HELD * pace.taken_s[i] or pace.least[i] < HELD:
                 joint, pace.by[i] = law.cause(s[a], s[b])
-                pace.axis[i] = job.scene.chain.names[joint]
+                pace.axis[i] = job.drives.names[joint]
     q, target, dt = _merged(q, target, dt)
     for wait, k in ((process.arc_on_s, 0), (process.arc_off_s, -1)):
         if wait > 0:
@@ -160,6 +164,23 @@ def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
             target = np.insert(target, k % len(target), target[k])
             dt = np.insert(dt, 1 if k == 0 else len(dt), wait)
     return _Piece(q, dt, 1, target)
+
+
+def _limits(job: Job, rows: Floats) -> tuple[Floats, Floats]:
+    """Speeds and accelerations of the axes that rows have: the arm's, or the table's as well."""
+    drives = job.drives
+    if rows.shape[1] > job.scene.chain.n:
+        return drives.speed, drives.acceleration
+    return drives.arm_speed, drives.arm_acceleration
+
+
+def _on_the_part(job: Job, rows: Floats) -> Floats:
+    """Where the TCP is, (m, 3), m: seen from the part where the table moves, else from the base."""
+    n = job.scene.chain.n
+    Ts = job.scene.chain.forward(rows[:, :n])
+    if rows.shape[1] > n:
+        Ts = inverse(TableKinematics.of(job.scene).poses(rows[:, n:])) @ Ts
+    return np.asarray(Ts[:, :3, 3])
 
 
 def _merged(q: Floats, target: Ints, dt: Floats) -> tuple[Floats, Ints, Floats]:
@@ -186,13 +207,13 @@ def _travel(
 
     The ends are the beads' own rows, but for what the motion begins or ends with: there they are the travel's.
     """
-    limits = job.drives.arm_speed, job.drives.arm_acceleration
+    limits = _limits(job, way)
     moves = np.abs(np.diff(way, axis=0)).max(axis=1) > STANDING
     moves[-1] |= not moves.any()
     way = np.concatenate([way[:1], way[1:-1][moves[:-1]], way[-1:]])
     if len(way) == 2:
         way = np.insert(way, 1, way.mean(axis=0), axis=0)  # a row with the arc off
-    p = job.scene.chain.forward(way)[:, :3, 3]
+    p = _on_the_part(job, way)
     cap = _near_the_part(job, way, p, leaves=not begins, arrives=not ends)
     if wait > 0:
         k = _retracted(job, p)

@@ -185,7 +185,8 @@ class BeadSearch:
             np.column_stack([index[:, :3], angle]), axis=0, return_index=True, return_inverse=True
         )
         some = index[first]
-        seen = self.context.screen.clearances(self.nodes.q[tuple(some.T)], self.stage[some[:, 0]])
+        axes = self.placed.axes(self.nodes.q[tuple(some.T)], some[:, 0])
+        seen = self.context.screen.clearances(axes, self.stage[some[:, 0]])
         found = seen.rows(same.reshape(-1))
         hit = found.distance < self.context.settings.clearance
         self._free[tuple(index[~hit].T)] = True
@@ -268,10 +269,10 @@ class BeadSearch:
         where = (target, *run.nodes.T)
         q, roll = self.nodes.q[where], self.nodes.rolls[run.nodes[:, 0]]
         if len(nodes) == 1:
-            alone = self.context.checker.clearances(q, self.stage[target])
-            position, margin = self.placed.position[target], self.nodes.margin[where]
-            first = self.first + run.start
-            return Stretch(first, q, roll, self.first + target, np.zeros(1), q, position, alone, margin)
+            alone = self.context.checker.clearances(self.placed.axes(q, target), self.stage[target])
+            position, table = self.placed.bead.position[target], self.placed.tables(target)
+            first, margin = self.first + run.start, self.nodes.margin[where]
+            return Stretch(first, q, roll, self.first + target, np.zeros(1), q, position, table, alone, margin)
         pieces = [self._done[run.start + i, (nodes[i], nodes[i + 1])] for i in range(len(nodes) - 1)]
 
         def joined(of: Callable[[Stretch], Any]) -> Any:
@@ -286,6 +287,7 @@ class BeadSearch:
             fraction=joined(lambda s: s.fraction),
             q=joined(lambda s: s.q),
             position=joined(lambda s: s.position),
+            table=joined(lambda s: s.table),
             clearances=Clearances(
                 joined(lambda s: s.clearances.distance),
                 joined(lambda s: s.clearances.pair),
@@ -348,8 +350,8 @@ class BeadSearch:
             proved, roll = proofs.get(i, (False, None))
             between = None
             if roll is not None:
-                T = self.placed.Ts_base_target[i]
-                between = standing_between(self.context, self.nodes, T, int(self.stage[i]), roll)
+                T, table = self.placed.Ts_base_target[i], self.placed.tables(np.array([i]))[0]
+                between = standing_between(self.context, self.nodes, T, int(self.stage[i]), roll, table)
             out[i] = Missing(replace(failure, between=between, proved=proved), attempt)
         return out
 

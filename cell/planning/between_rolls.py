@@ -23,7 +23,12 @@ from .context import Context
 BESIDE = np.deg2rad(np.array([0.0, *(s * d for d in (0.25, 0.5, 1, 2, 3, 4, 5, 6) for s in (-1, 1))]))
 
 
-def standing_between(context: Context, nodes: Nodes, T: Floats, stage: int, roll: float) -> RollBetween | None:
+STANDS = np.empty(0)  # axes of a table that does not move
+
+
+def standing_between(
+    context: Context, nodes: Nodes, T: Floats, stage: int, roll: float, table: Floats = STANDS
+) -> RollBetween | None:
     """Whether the arm can stand at a target at a roll between the samples.
 
     Args:
@@ -32,6 +37,7 @@ def standing_between(context: Context, nodes: Nodes, T: Floats, stage: int, roll
         T: the target at roll 0, (4, 4), m.
         stage: deposits laid when it is welded.
         roll: a roll at which a configuration keeps limits and margins, rad.
+        table: E1, E2 there, (2,), rad; (0,) where the table stands.
 
     Returns:
         The roll at which a configuration keeps the clearance as well, there or beside it. Else the roll of the least
@@ -46,7 +52,8 @@ def standing_between(context: Context, nodes: Nodes, T: Floats, stage: int, roll
     at = np.argwhere(allowed)
     if not len(at):
         return None
-    found = context.screen.clearances(q[tuple(at.T)], np.full(len(at), stage))
+    axes = np.concatenate([q[tuple(at.T)], np.tile(table, (len(at), 1))], axis=1)
+    found = context.screen.clearances(axes, np.full(len(at), stage))
     free = found.distance >= context.settings.clearance
     k = int(np.argmax(free)) if free.any() else int(np.argmax(found.distance))
     deg = round(float(np.rad2deg(rolls[at[k, 0]])), 3)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 def bead_path(stretch: Stretch, blend: float) -> BlendedPath:
     """A bead's rows with the length of the TCP's way to each, m; turns in one place count as hardly any."""
     way = np.linalg.norm(np.diff(stretch.position, axis=0), axis=1)
-    return BlendedPath(stretch.q, np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))]), blend)
+    return BlendedPath(stretch.axes, np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))]), blend)
 
 
 def travel_path(q: Floats) -> tuple[BlendedPath, Ints]:

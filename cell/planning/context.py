@@ -22,11 +22,13 @@ from ik.solver import Solver
 from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import radii
+from ..collision.reach_radii import all_radii, radii
+from ..collision.table import with_table_axes
 from ..collision.wire import wire_checker
 from ..failure import AT_TARGET, Contact, Failure, Kind, Place, Seen
 from ..job.job import Job, speeds
-from ..scene.placement import Placed, place
+from ..scene.placement import Placed, place, place_moving
+from ..scene.table_kinematics import TableKinematics
 from ..units import METRES_PER_MM
 
 
@@ -89,6 +91,28 @@ class Settings:
 
 
 @dataclass(frozen=True, eq=False)
+class Span:
+    """Targets that are planned together, and where the arm comes from and goes to.
+
+    Attributes:
+        first: the first of them.
+        stop: one past the last.
+        start: where the arm comes from, (j,), rad; None where that is not known.
+        end: where it goes to, (j,), rad; None where that is not known.
+    """
+
+    first: int
+    stop: int
+    start: Floats | None
+    end: Floats | None
+
+    @classmethod
+    def whole(cls, job: Job) -> Span:
+        """The whole part, from home and back."""
+        return cls(0, len(job.targets), job.scene.start, job.scene.start)
+
+
+@dataclass(frozen=True, eq=False)
 class Context:
     """What every search needs.
 
@@ -102,7 +126,8 @@ class Context:
         checker: collision detection at the table pose, distances known far out.
         screen: the same, distances known out to twice the clearance: what only has to be passed costs less.
         settings: what to keep to.
-        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+        radius: from ``cell.collision.reach_radii.radii``, (j,), m; of all axes, (j + 2,), where the table moves.
+        span: what of the part is planned.
     """
 
     solver: Solver
@@ -115,15 +140,19 @@ class Context:
     screen: Checker
     settings: Settings
     radius: Floats
+    span: Span
 
     @classmethod
-    def of(cls, job: Job, table: tuple[float, float], settings: Settings | None = None) -> Context:
+    def of(
+        cls, job: Job, table: tuple[float, float], settings: Settings | None = None, span: Span | None = None
+    ) -> Context:
         """Everything that a job is planned with at a table pose.
 
         Args:
             job: from ``cell.job.job.prepare``.
             table: E1, E2, rad; from ``cell.scene.scene.table_angles``.
             settings: what to keep to; the case's where left out.
+            span: what of the part is planned; all of it, from home and back, where left out.
 
         Returns:
             The context.
@@ -144,7 +173,50 @@ class Context:
             screen=Checker(scene, table, max(2 * settings.clearance, LEAST_REACH)),
             settings=settings,
             radius=radii(scene),
+            span=Span.whole(job) if span is None else span,
         )
+
+    @classmethod
+    def along(cls, job: Job, tables: Floats, settings: Settings | None = None) -> Context:
+        """Everything that a job is planned with where the table moves along the beads.
+
+        Args:
+            job: from ``cell.job.job.prepare``.
+            tables: E1, E2 at each target, (n, 2), rad.
+            settings: what to keep to; the case's where left out.
+
+        Returns:
+            The context: its checkers take configurations with E1 and E2 behind the arm's joints.
+
+        Raises:
+            InputError: a target has no normal or is not finite.
+        """
+        settings = settings_of(job) if settings is None else settings
+        scene, first = with_table_axes(job.scene), (float(tables[0, 0]), float(tables[0, 1]))
+        return cls(
+            solver=job.solver,
+            placed=place_moving(job.targets, TableKinematics.of(job.scene), tables),
+            stage=job.stage,
+            laid=job.laid,
+            window=job.window,
+            limits=job.singularity_limits,
+            checker=Checker(scene, first, max(CLEARANCE_REACH, 2 * settings.clearance)),
+            screen=Checker(scene, first, max(2 * settings.clearance, LEAST_REACH)),
+            settings=settings,
+            radius=all_radii(job.scene),
+            span=Span.whole(job),
+        )
+
+    @property
+    def begun(self) -> int:
+        """Deposits laid before the first target of the span."""
+        return 0 if self.span.first == 0 else int(self.laid[self.span.first - 1])
+
+    @property
+    def done(self) -> int:
+        """Deposits laid after the last target of the span."""
+        whole = self.span.stop == len(self.laid)
+        return self.checker.scene.n_deposits if whole else int(self.laid[self.span.stop - 1])
 
     @cached_property
     def wire(self) -> Checker | None:

@@ -62,9 +62,9 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
         fraction: of the way, (m,).
 
     Returns:
-        (m, 3), base frame, m, and (m, 3).
+        (m, 3), m, and (m, 3), where the beads stand still (see ``Placed.bead``).
     """
-    p, n = context.placed.position, context.placed.normal
+    p, n = context.placed.bead.position, context.placed.bead.normal
     position = p[edge] + fraction[:, None] * (p[edge + 1] - p[edge])
     return position, great_circle(n[edge], n[edge + 1], fraction)
 
@@ -100,8 +100,8 @@ def _on_edge(edge: int) -> Place:
 def _open(context: Context, stretch: Stretch) -> Ints:
     """Steps whose middle is off the bead."""
     edge, _, _ = _ends(stretch)
-    chain, placed = context.solver.chain, context.placed
-    T = chain.forward((stretch.q[:-1] + stretch.q[1:]) / 2)
+    placed = context.placed.bead
+    T = _seen(context, (stretch.q[:-1] + stretch.q[1:]) / 2, (stretch.table[:-1] + stretch.table[1:]) / 2)
     a, b = placed.position[edge], placed.position[edge + 1]
     along = b - a
     s = np.clip(((T[:, :3, 3] - a) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
@@ -110,6 +110,11 @@ def _open(context: Context, stretch: Stretch) -> Ints:
     # half the chord, since an angle as small as this is lost in its cosine
     wire_angle = 2 * np.arcsin(np.clip(np.linalg.norm(T[:, :3, 2] + normal, axis=1) / 2, 0.0, 1.0))
     return np.flatnonzero((off > OFF) | (wire_angle > ASKEW))
+
+
+def _seen(context: Context, q: Floats, table: Floats) -> Floats:
+    """Poses of the TCP where the beads stand still, (m, 4, 4)."""
+    return context.placed.seen(context.solver.chain.forward(q), table)
 
 
 def _ends(stretch: Stretch) -> tuple[Ints, Floats, Floats]:
@@ -124,12 +129,14 @@ def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, I
     edges, starts, ends = _ends(stretch)
     edge, start, end = edges[step], starts[step], ends[step]
     fraction = (start + end) / 2
-    rolls = []
-    for q, at in ((stretch.q[step], start), (stretch.q[step + 1], end)):
-        here = frames(*on_bead(context, edge, at), placed.reference)
-        rolls.append(roll_of(here, chain.forward(q)))
+    reference, rolls = placed.bead.reference, []
+    for row, at in ((step, start), (step + 1, end)):
+        here = frames(*on_bead(context, edge, at), reference)
+        rolls.append(roll_of(here, _seen(context, stretch.q[row], stretch.table[row])))
     position, normal = on_bead(context, edge, fraction)
-    Ts = apply_roll(frames(position, normal, placed.reference), rolls[0] + wrap(rolls[1] - rolls[0]) / 2)
+    Ts = apply_roll(frames(position, normal, reference), rolls[0] + wrap(rolls[1] - rolls[0]) / 2)
+    table = (stretch.table[step] + stretch.table[step + 1]) / 2
+    Ts = placed.carried(Ts, table)
     found = dls.track_one(chain, Ts, (stretch.q[step] + stretch.q[step + 1]) / 2, RollWindow.fixed(0.0))
     more = replace(
         stretch,
@@ -137,7 +144,8 @@ def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, I
         fraction=fraction,
         q=found.q,
         position=position,
-        clearances=context.checker.clearances(found.q, context.stage[edge]),
+        table=table,
+        clearances=context.checker.clearances(np.concatenate([found.q, table], axis=1), context.stage[edge]),
         margin=margins(chain, context.solver.geometry, found.q),
     )
     return more, np.unique(edge[~found.ok])
@@ -155,6 +163,7 @@ def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
         fraction=put(stretch.fraction, more.fraction),
         q=put(stretch.q, more.q),
         position=put(stretch.position, more.position),
+        table=put(stretch.table, more.table),
         clearances=Clearances(
             put(stretch.clearances.distance, more.clearances.distance),
             put(stretch.clearances.pair, more.clearances.pair),
@@ -181,7 +190,7 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> dict[int, F
     rows = np.flatnonzero(np.append(wanted, False) | np.insert(wanted, 0, False))
     joined = (np.diff(rows) == 1) & wanted[rows[:-1]]
     part = np.concatenate([[0], np.cumsum(~joined)])
-    stage, q = context.stage[stretch.edge[rows]], stretch.q[rows]
+    stage, q = context.stage[stretch.edge[rows]], stretch.axes[rows]
     seen, kept = stretch.clearances.rows(rows), context.settings.kept
     step, nearest = unproven_steps(context.checker, context.radius, q, stage, seen, part, least=kept)
     for n, at in enumerate(rows[step].tolist()):

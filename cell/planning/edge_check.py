@@ -59,7 +59,7 @@ class SearchedBead:
         """Targets from ``first`` up to ``stop`` of the part."""
         here = slice(first, stop)
         placed = context.placed.rows(here)
-        length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
+        length = np.linalg.norm(np.diff(placed.bead.position, axis=0), axis=1)
         pace = context.settings.speed[first : first + len(length)]
         speed = context.solver.chain.max_speed
         times = np.where(length > 0, length / pace, np.inf)
@@ -93,7 +93,8 @@ class Stretch:
         edge: target that each sample follows, (m,).
         fraction: place between that target and the next, (m,).
         q: samples, (m, j), rad.
-        position: TCP, (m, 3), base frame, m.
+        position: TCP where the bead stands still, (m, 3), m; see ``Placed.bead``.
+        table: E1, E2 of the samples, (m, 2), rad; (m, 0) where the table stands.
         clearances: of the samples.
         margin: singularity margins of the samples, (m, 4).
     """
@@ -105,8 +106,14 @@ class Stretch:
     fraction: Floats
     q: Floats
     position: Floats
+    table: Floats
     clearances: Clearances
     margin: Floats
+
+    @property
+    def axes(self) -> Floats:
+        """All axes that move, (m, j) or (m, j + 2), rad."""
+        return np.concatenate([self.q, self.table], axis=1)
 
     @property
     def stop(self) -> int:
@@ -161,6 +168,7 @@ class CheckedEdges:
             fraction=track.fraction[mine],
             q=track.q[mine],
             position=track.position[mine],
+            table=track.table[mine],
             clearances=self.clearances.rows(mine),
             margin=track.margin[mine],
         )
@@ -187,10 +195,11 @@ def examine(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> Checked
     track = track_edges(context.solver, bead.placed, start, roll, q, context.limits, context.settings.steps)
     laid = bead.stage[start[track.edge]]
     # where one edge begins as the one before ended, once is enough
-    again = np.append(False, (np.diff(track.edge) == 1) & (np.diff(laid) == 0) & ~np.diff(track.q, axis=0).any(axis=1))
-    clear = context.checker.clearances(track.q[~again], laid[~again]).rows(np.cumsum(~again) - 1)
+    axes = np.concatenate([track.q, track.table], axis=1)
+    again = np.append(False, (np.diff(track.edge) == 1) & (np.diff(laid) == 0) & ~np.diff(axes, axis=0).any(axis=1))
+    clear = context.checker.clearances(axes[~again], laid[~again]).rows(np.cumsum(~again) - 1)
     step, nearest = unproven_steps(
-        context.checker, context.radius, track.q, laid, clear, track.edge, least=context.settings.kept
+        context.checker, context.radius, axes, laid, clear, track.edge, least=context.settings.kept
     )
     unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
     first = np.searchsorted(track.edge, np.arange(len(start)))

@@ -45,7 +45,8 @@ class Track:
         edge: edge of each sample, (m,).
         fraction: place on the edge, 0 to 1, (m,).
         q: configurations, (m, j), rad.
-        position: TCP, (m, 3), base frame, m.
+        position: TCP where the bead stands still, (m, 3), m; see ``Placed.bead``.
+        table: E1, E2, (m, 2), rad; (m, 0) where the table stands.
         margin: singularity margins, (m, 4).
         broken: what is wrong with edges, by edge: that they jump, or a joint limit, a margin or the reach.
     """
@@ -54,6 +55,7 @@ class Track:
     fraction: Floats
     q: Floats
     position: Floats
+    table: Floats
     margin: Floats
     broken: dict[int, Failure]
 
@@ -67,18 +69,25 @@ class Ways:
         normal: deposition direction there, (e, 2, 3).
         roll: there, (e, 2), rad; the short way is taken.
         reference: see :class:`cell.scene.placement.Placed`.
+        moving: the same where the table moves along them: all of this is in the part's frame then.
+        tables: of the edges' ends, (e, 2, 2), rad.
     """
 
     position: Floats
     normal: Floats
     roll: Floats
     reference: tuple[Floats, Floats]
+    moving: Placed | None = None
+    tables: Floats | None = None
 
     @classmethod
     def of(cls, placed: Placed, start: Ints, roll: Floats) -> Ways:
         """The edges from targets ``start`` to the next ones."""
         ends = np.stack([start, start + 1], axis=1)
-        return cls(placed.position[ends], placed.normal[ends], roll, placed.reference)
+        bead = placed.bead
+        if placed.moving is None:
+            return cls(bead.position[ends], bead.normal[ends], roll, bead.reference)
+        return cls(bead.position[ends], bead.normal[ends], roll, bead.reference, placed, placed.moving.tables[ends])
 
     @property
     def swing(self) -> Floats:
@@ -91,12 +100,31 @@ class Ways:
         """How far the roll turns, (e,), rad."""
         return wrap(self.roll[:, 1] - self.roll[:, 0])
 
+    @property
+    def table_turn(self) -> Floats:
+        """How far the table's axes turn at most, (e,), rad."""
+        if self.tables is None:
+            return np.zeros(len(self.roll))
+        return np.asarray(np.abs(self.tables[:, 1] - self.tables[:, 0]).max(axis=1))
+
+    def points(self, edge: Ints, t: Floats) -> Floats:
+        """Where the TCP is, (m, 3), m, in the frame in which the edges are given."""
+        p = self.position
+        return np.asarray(p[edge, 0] + t[:, None] * (p[edge, 1] - p[edge, 0]))
+
+    def table_at(self, edge: Ints, t: Floats) -> Floats:
+        """Table angles, (m, 2), rad; (m, 0) where the table stands."""
+        if self.tables is None:
+            return np.empty((len(edge), 0))
+        a, b = self.tables[edge, 0], self.tables[edge, 1]
+        return np.asarray(a + t[:, None] * (b - a))
+
     def at(self, edge: Ints, t: Floats) -> Floats:
-        """Poses of the TCP, (m, 4, 4)."""
-        p, n = self.position, self.normal
-        position = p[edge, 0] + t[:, None] * (p[edge, 1] - p[edge, 0])
-        T0 = frames(position, _slerp(n[edge, 0], n[edge, 1], self.swing[edge], t), self.reference)
-        return apply_roll(T0, self.roll[edge, 0] + t * self.turn[edge])
+        """Poses of the TCP in the base frame, (m, 4, 4)."""
+        n = self.normal
+        T0 = frames(self.points(edge, t), _slerp(n[edge, 0], n[edge, 1], self.swing[edge], t), self.reference)
+        Ts = apply_roll(T0, self.roll[edge, 0] + t * self.turn[edge])
+        return Ts if self.moving is None else self.moving.carried(Ts, self.table_at(edge, t))
 
 
 def track_edges(
@@ -123,7 +151,8 @@ def track_edges(
         The track; the edges' ends are samples of it, as given.
     """
     ways = Ways.of(placed, start, roll)
-    edge, t = _sampled(ways, np.abs(q[:, 1] - q[:, 0]).max(axis=1), steps)
+    reach = np.maximum(np.abs(q[:, 1] - q[:, 0]).max(axis=1), ways.table_turn)
+    edge, t = _sampled(ways, reach, steps)
     Ts = ways.at(edge, t)
     guess = q[edge, 0] + t[:, None] * (q[edge, 1] - q[edge, 0])
     inner = (t > 0) & (t < 1)
@@ -141,13 +170,13 @@ def track_edges(
     same = edge[1:] == edge[:-1]
     far = same & (np.abs(out[1:] - out[:-1]).max(axis=1) > JUMP)
     broken[edge[1:][far]] = True
-    track = Track(edge, t, out, Ts[:, :3, 3], margin, {})
+    track = Track(edge, t, out, ways.points(edge, t), ways.table_at(edge, t), margin, {})
     again = np.flatnonzero(broken)  # what is wrong with them is known once they are followed from their beginning
     return _with_dense(solver, ways, q, limits, track, again) if len(again) else track
 
 
 def _sampled(ways: Ways, reach: Floats, steps: Steps) -> tuple[Ints, Floats]:
-    """Edge and place of samples dense enough for all edges, ends included; reach: of their joints, (e,), rad."""
+    """Edge and place of samples dense enough for all edges, ends included; reach: of all axes, (e,), rad."""
     count = np.maximum.reduce(
         [
             np.linalg.norm(ways.position[:, 1] - ways.position[:, 0], axis=1) / steps.position,
@@ -184,7 +213,8 @@ def _with_dense(solver: Solver, ways: Ways, q: Floats, limits: SingularityLimits
         edge=joined(track.edge, edge),
         fraction=joined(track.fraction, t),
         q=joined(track.q, out),
-        position=joined(track.position, ways.at(edge, t)[:, :3, 3]),
+        position=joined(track.position, ways.points(edge, t)),
+        table=joined(track.table, ways.table_at(edge, t)),
         margin=joined(track.margin, margin),
         broken=broken,
     )

@@ -122,7 +122,8 @@ def _with_room(context: Context, looked: _Looked) -> _Looked:
             at = at[np.unique(alike[at], return_index=True)[1]]
         if not len(at):
             break
-        seen = context.screen.clearances(looked.q[at], context.stage[looked.target[at]])
+        axes = context.placed.axes(looked.q[at], looked.target[at])
+        seen = context.screen.clearances(axes, context.stage[looked.target[at]])
         room[at] = seen.distance - context.settings.clearance
         tool = at[(room[at] < 0) & context.screen.of_tool(seen.pair)]
         most = np.full(int(alike.max(initial=0)) + 1, np.nan)
@@ -140,7 +141,8 @@ def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:
     if len(both):
         from_q = known.q[both]
         to_q = from_q + wrap(known.q[both + 1] - from_q)
-        out[both] = -(a[both] + b[both]) < ROUNDABOUT * context.screen.way(context.radius, from_q, to_q)
+        ends = (context.placed.axes(q, known.target[both]) for q in (from_q, to_q))
+        out[both] = -(a[both] + b[both]) < ROUNDABOUT * context.screen.way(context.radius, *ends)
     return out
 
 

@@ -28,8 +28,8 @@ class HomeWays:
     """The ways from home to the first bead and from the last one back.
 
     Attributes:
-        out: to the first bead; None where there is none.
-        back: from the last; None where there is none.
+        out: to the first bead; None where there is none, or where the arm comes from is not known.
+        back: from the last; None where there is none, or where the arm goes to is not known.
     """
 
     out: Way | None
@@ -45,9 +45,9 @@ def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeWays | No
 
     Returns:
         The plan, with targets that no such way leads to, or from, among those that are stuck; and the ways, None where
-        no home is known.
+        neither place is known.
     """
-    if not context.checker.scene.has_home:
+    if context.span.start is None and context.span.end is None:
         return plan, None
     whole = not plan.stuck and all(bead.whole for bead in plan.beads)
     if not whole:
@@ -66,19 +66,28 @@ class _Home:
 
     def planned(self) -> tuple[PartPlan, HomeWays | None]:
         first, last = self.beads[0], self.beads[-1]
-        stuck_at_home = [self._home_itself(0), self._home_itself(int(self.context.laid[last.stop - 1]))]
-        out = stuck_at_home[0] or (self._way(None, first.stretches[0]) if first.whole else None)
-        back = stuck_at_home[1] or (self._way(last.stretches[0], None) if last.whole else None)
+        start, end = self.context.span.start, self.context.span.end
+        laid = int(self.context.laid[last.stop - 1])
+        stuck_at_home = [
+            self._home_itself(start, self.context.begun, first.first),
+            self._home_itself(end, laid, last.stop - 1),
+        ]
+        out = stuck_at_home[0] or (self._way(None, first.stretches[0]) if first.whole and start is not None else None)
+        back = stuck_at_home[1] or (self._way(last.stretches[0], None) if last.whole and end is not None else None)
         if self.whole and isinstance(out, Failure) and not stuck_at_home[0]:
-            out = self._otherwise(0, out)
+            joined = self._otherwise(0)
+            out = out if joined is None else joined[0]
+            back = joined[1] if joined is not None and len(self.beads) == 1 else back
         if self.whole and isinstance(back, Failure) and not stuck_at_home[1]:
-            back = self._otherwise(len(self.beads) - 1, back)
+            joined = self._otherwise(len(self.beads) - 1)
+            back = back if joined is None else joined[1]
+            out = joined[0] if joined is not None and len(self.beads) == 1 else out
         if isinstance(out, Failure):
             place = replace(out.place, where=Where.FROM_HOME, to_target=first.first)
             self._note(first.first, out.at(place))
         if isinstance(back, Failure):
-            end = last.stop - 1
-            self._note(end, back.at(replace(back.place, where=Where.TO_HOME, from_target=end)))
+            at = last.stop - 1
+            self._note(at, back.at(replace(back.place, where=Where.TO_HOME, from_target=at)))
         ways = HomeWays(None if isinstance(out, Failure) else out, None if isinstance(back, Failure) else back)
         return PartPlan(tuple(self.beads), tuple(self.travels), self.stuck), ways
 
@@ -88,19 +97,22 @@ class _Home:
         if target not in (*bead.missing, *bead.cuts, *self.stuck):
             self.stuck[target] = failure
 
-    def _home_itself(self, stage: int) -> Failure | None:
-        """What the arm is too near to at home, if anything."""
-        found = self.context.checker.clearances(self.context.checker.scene.home[None], np.array([stage]))
+    def _home_itself(self, home: Floats | None, stage: int, target: int) -> Failure | None:
+        """What the arm is too near to at home, if anything, with the table as at a target."""
+        if home is None:
+            return None
+        axes = self.context.placed.axes(home[None], np.array([target]))
+        found = self.context.checker.clearances(axes, np.array([stage]))
         if found.distance[0] >= self.context.settings.clearance:
             return None
         return self.context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
 
     def _way(self, end: Stretch | None, start: Stretch | None) -> Way | Failure:
-        stage = 0 if end is None else int(self.context.laid[end.stop - 1])
+        stage = self.context.begun if end is None else int(self.context.laid[end.stop - 1])
         return travel(self.context, end, start, stage)
 
-    def _otherwise(self, k: int, failure: Failure) -> Way | Failure:
-        """A way from home or back with the first or last bead begun or ended elsewhere, its other ways made anew."""
+    def _otherwise(self, k: int) -> tuple[Way | None, Way | None] | None:
+        """Ways to and from the first or last bead, begun or ended elsewhere; None where that does not help."""
         bead = self.beads[k]
         begin_off: list[Floats] = []
         end_off: list[Floats] = []
@@ -110,30 +122,39 @@ class _Home:
                 begin_off.append(run.q_targets[0])
             if k == len(self.beads) - 1:
                 end_off.append(run.q_targets[-1])
-            before = self.beads[k - 1].stretches[0].q_targets[-1] if k else self.context.checker.scene.start
+            before = self.beads[k - 1].stretches[0].q_targets[-1] if k else self.context.span.start
             bead = searched_again(self.context, bead, before, begin_off, end_off)
             if not bead.whole:
                 break
             found = self._joined(k, bead)
             if found is not None:
                 return found
-        return failure
+        return None
 
-    def _joined(self, k: int, bead: BeadPlan) -> Way | None:
-        """The way from home or back if all ways to and from a bead are free; the bead and they take their places."""
+    def _joined(self, k: int, bead: BeadPlan) -> tuple[Way | None, Way | None] | None:
+        """The ways to and from a bead if they are free, None where none is needed; the bead and they take their places.
+
+        None alone: they are not free.
+        """
         start = bead.stretches[0]
         before = self.beads[k - 1].stretches[0] if k else None
         after = self.beads[k + 1].stretches[0] if k + 1 < len(self.beads) else None
-        into = self._way(before, start)
-        if isinstance(into, Failure):
-            return None
-        start = turned(start, into)
-        on = self._way(start, after)
-        if isinstance(on, Failure) or (after is not None and (on[0][-1] != after.q_targets[0]).any()):
-            return None  # a way on that ends whole turns from the next bead would turn all that comes after it
+        span = self.context.span
+        into: Way | None = None
+        on: Way | None = None
+        if before is not None or span.start is not None:
+            found = self._way(before, start)
+            if isinstance(found, Failure):
+                return None
+            into, start = found, turned(start, found)
+        if after is not None or span.end is not None:
+            found = self._way(start, after)
+            if isinstance(found, Failure) or (after is not None and (found[0][-1] != after.axes[0]).any()):
+                return None  # a way on that ends whole turns from the next bead would turn all that comes after it
+            on = found
         self.beads[k] = replace(bead, stretches=(start,))
-        if before is not None:
+        if before is not None and into is not None:
             self.travels[k - 1] = into
-        if after is not None:
+        if after is not None and on is not None:
             self.travels[k] = on
-        return into if k == 0 else on
+        return into, on

@@ -160,7 +160,7 @@ def _in_the_way(bead: SearchedBead, i: int, q: Floats) -> Failure | None:
         return None
     context = bead.context
     stage: Ints = np.full(len(q), bead.stage[i + 1])
-    found = context.screen.clearances(q, stage)
+    found = context.screen.clearances(bead.placed.axes(q, np.full(len(q), i + 1)), stage)
     k = int(np.argmax(found.distance))
     free: NDArray[np.bool_] = found.distance >= context.settings.clearance
     return None if free.any() else context.describe(found, k)

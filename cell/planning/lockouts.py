@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..arrays import Ints
 from ..failure import Failure, Kind, LaidLayer
 from .bead_search import BeadPlan
 from .configurations import evaluate
@@ -36,18 +37,20 @@ class _Layers:
     """Deposits by name."""
 
     names: tuple[str, ...]
-    first: tuple[int, ...]
-    count: int
+    numbers: tuple[Ints, ...]
 
     def of(self, sub_volume: int, stage: int) -> list[int]:
-        """Deposits of a sub-volume laid by a stage."""
-        ends = [*self.first[1:], self.count]
-        return list(range(self.first[sub_volume], min(ends[sub_volume], stage)))
+        """Deposits of a sub-volume laid by a stage, as they were laid."""
+        return [d for d in self.numbers[sub_volume].tolist() if d < stage]
 
     def named(self, deposits: list[int]) -> tuple[LaidLayer, ...]:
         """Deposits as a report names them."""
-        where = np.searchsorted(self.first, deposits, side="right") - 1
-        return tuple(LaidLayer(self.names[s], d - self.first[s]) for s, d in zip(where.tolist(), deposits, strict=True))
+        named = {
+            d: LaidLayer(name, layer)
+            for name, numbers in zip(self.names, self.numbers, strict=True)
+            for layer, d in enumerate(numbers.tolist())
+        }
+        return tuple(named[d] for d in deposits)
 
 
 def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
@@ -61,7 +64,7 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
     Returns:
         The plan; ``locked_by`` is set of collisions that go away without those layers.
     """
-    layers = _Layers(job.targets.sub_volume, job.shape.first_deposit, job.shape.n_deposits)
+    layers = _Layers(job.targets.sub_volume, job.deposits)
     beads, stuck = list(plan.beads), dict(plan.stuck)
     known: list[int] = []
     left = MOST
@@ -126,7 +129,8 @@ def _has_configuration(context: Context, i: int) -> bool:
     placed = context.placed.rows(here)
     nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step, context.limits)
     q = nodes.q[np.isfinite(nodes.cost)]
-    found = context.screen.clearances(q, np.full(len(q), context.stage[i]))
+    axes = placed.axes(q, np.zeros(len(q), dtype=np.int64))
+    found = context.screen.clearances(axes, np.full(len(q), context.stage[i]))
     return bool((found.distance >= context.settings.clearance).any())
 
 

@@ -61,21 +61,22 @@ def plan_part(context: Context, path: Ints, progress: Progress | None = None) ->
 
     Args:
         context: what the search needs.
-        path: bead of each target, (n,), ascending.
+        path: bead of each target of the part, (n,), ascending; those of the context's span are planned.
         progress: told how far it is.
 
     Returns:
         The plan.
     """
-    firsts = np.flatnonzero(np.diff(path, prepend=-1)).tolist()
+    span = context.span
+    firsts = [i for i in np.flatnonzero(np.diff(path, prepend=-1)).tolist() if span.first <= i < span.stop]
     beads: list[BeadPlan] = []
     travels: list[Way] = []
     stuck: dict[int, Failure] = {}
     last: Stretch | None = None
     with counted(progress, "beads", len(firsts)) as count:
-        for first, stop in zip(firsts, [*firsts[1:], len(path)], strict=True):
-            bead = plan_bead(context, first, stop, context.checker.scene.start if last is None else last.q_targets[-1])
-            if bead.whole and stop < len(path):
+        for first, stop in zip(firsts, [*firsts[1:], span.stop], strict=True):
+            bead = plan_bead(context, first, stop, span.start if last is None else last.q_targets[-1])
+            if bead.whole and stop < span.stop:
                 bead, _ = _that_can_leave(context, bead)
             if last is not None and bead.whole:
                 # where the part is lost, what is still searched for is what to report

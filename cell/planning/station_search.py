@@ -196,7 +196,8 @@ class StationSearch:
     def _look(self, s: Ints, g: int, r: Ints) -> NDArray[np.bool_]:
         """Check nodes of stations; which collide."""
         least = self.context.settings.clearance
-        found = self.context.screen.clearances(self.q[:, s, g, r].T, self.bead.stage[self.at[s]])
+        axes = self.bead.placed.axes(self.q[:, s, g, r].T, self.at[s])
+        found = self.context.screen.clearances(axes, self.bead.stage[self.at[s]])
         hit = found.distance < least
         self.known[s, g, r] = np.where(hit, HIT, FREE)
         self.expected_cost[s, g, r] = near_cost(found.distance, least)
@@ -278,10 +279,17 @@ class StationSearch:
 
 def stations(placed: Placed) -> Ints:
     """Targets at most STATION and STATION_TURN apart, the first and the last among them."""
-    length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
-    cosine = np.einsum("ti,ti->t", placed.normal[1:], placed.normal[:-1])
-    measure = np.maximum(length / STATION, np.arccos(np.clip(cosine, -1.0, 1.0)) / STATION_TURN)
+    measure = _apart(placed.bead)
+    if placed.moving is not None:  # what the arm has to do is another way
+        measure = np.maximum(measure, _apart(placed))
     along = np.concatenate([[0.0], np.cumsum(measure)])
     wanted = max(int(np.ceil(along[-1])) + 1, LEAST_STATIONS)
     some = np.searchsorted(along, np.linspace(0.0, along[-1], wanted) - 1e-9)
     return np.unique(np.append(some, len(along) - 1))
+
+
+def _apart(placed: Placed) -> Floats:
+    """How far each target is from the one before, (t - 1,), as a share of what stations are apart."""
+    length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
+    cosine = np.einsum("ti,ti->t", placed.normal[1:], placed.normal[:-1])
+    return np.maximum(length / STATION, np.arccos(np.clip(cosine, -1.0, 1.0)) / STATION_TURN)

@@ -65,7 +65,7 @@ def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: 
 
 def turned(start: Stretch, way: Way) -> Stretch:
     """A stretch as it is run after a travel: turned by the whole turns that the travel ends off its beginning."""
-    turn = way[0][-1] - start.q_targets[0]
+    turn = (way[0][-1] - start.axes[0])[: start.q.shape[1]]
     if not turn.any():
         return start
     return replace(start, q_targets=start.q_targets + turn, q=start.q + turn)
@@ -81,7 +81,8 @@ def drawn_back(context: Context, way: Way, stretch: Stretch, at: int) -> float:
     """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
     i = stretch.first if at == 0 else stretch.stop - 1
     rows = way[0][::-1] if at == 0 else way[0]
-    off = context.solver.chain.forward(rows)[:, :3, 3] - context.placed.position[i]
+    # the table stands while the torch is drawn back
+    off = context.solver.chain.forward(rows[:, : context.solver.chain.n])[:, :3, 3] - context.placed.position[i]
     out = off @ context.placed.normal[i]
     straight = np.linalg.norm(off - out[:, None] * context.placed.normal[i], axis=1) <= STRAIGHT
     straight &= np.concatenate([[True], np.diff(out) > -STRAIGHT])
@@ -159,8 +160,16 @@ class _Travel:
         """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of."""
         ends = [(self.end, -1), (self.start, 0)]
         legs = iter(_legs(self.context, [(bead, at) for bead, at in ends if bead is not None], retract))
-        home = self.context.checker.scene.home[None]
-        return [_Leg(home) if bead is None else next(legs) for bead, _ in ends]
+        return [_Leg(self._home()) if bead is None else next(legs) for bead, _ in ends]
+
+    def _home(self) -> Floats:
+        """The arm where it comes from or goes to, the table as at the bead, (1, j) or (1, j + 2), rad."""
+        span, rest = self.context.span, self.context.checker.scene.home
+        if self.end is None:
+            home, target = span.start, 0 if self.start is None else self.start.first
+        else:
+            home, target = span.end, self.end.stop - 1
+        return self.context.placed.axes((rest if home is None else home)[None], np.array([target]))
 
     def _free(self, legs: list[_Leg], doing: str) -> list[Floats]:
         """Those ways out of a bead that are free themselves; where none is, as much of them as is."""
@@ -220,9 +229,8 @@ class _Travel:
     def _around(self, leaves: list[Floats], arrives: list[Floats]) -> Way | Failure:
         """Search a way round what is in the way of the straight ones."""
         context = self.context
-        chain = context.solver.chain
-        space = Space(chain.lower, chain.upper, np.maximum(context.radius, 1e-3), _speed(context))
         starts, goals = (np.array([leg[-1] for leg in legs]) for legs in (leaves, arrives))
+        space = _space(context, starts[0], goals[0])
         trees = Trees(starts, goals, self._hints(starts[0], goals[0]))
         for turn, step in enumerate(SEARCH_STEPS):
             edges = FreeMoves(context, self.stage, float(step), self.wire)
@@ -250,9 +258,13 @@ class _Travel:
     def _hints(self, start: Floats, goal: Floats) -> Floats:
         """Configurations with the arm drawn up, turned to either end or between them."""
         home = self.context.checker.scene.home
-        hints = np.stack([home, home, home, (start + goal) / 2])
+        n = len(home)
+        hints = np.stack([(start + goal) / 2] * 4)
+        hints[:3, :n] = home
         hints[1, 0], hints[2, 0] = start[0], goal[0]
-        hints[3, 1:-3] = home[1:-3]
+        hints[3, 1 : n - 3] = home[1:-3]
+        if len(start) > n:  # the table turns while the arm is drawn up
+            return np.concatenate([hints, *(_turned_to(hints[:3], n, end[n:]) for end in (start, goal))])
         return hints
 
 
@@ -273,7 +285,9 @@ def _legs(context: Context, ends: list[tuple[Stretch, int]], distance: float) ->
         mine = slice(k * count, (k + 1) * count)
         q = np.concatenate([stretch.q_targets[at][None], found.q[mine]])
         whole = found.ok[mine].all() and np.abs(np.diff(q, axis=0)).max() <= JUMP
-        legs.append(_Leg(q) if whole else _stopped(context, stretch, at, distance))
+        leg = _Leg(q) if whole else _stopped(context, stretch, at, distance)
+        i = stretch.first if at == 0 else stretch.stop - 1
+        legs.append(replace(leg, q=context.placed.axes(leg.q, np.full(len(leg.q), i))))
     return legs
 
 
@@ -327,6 +341,25 @@ def _collision(context: Context, q: Floats, stage: int) -> Clearances | Failure:
     return context.describe(nearest, 0, ON_TRAVEL, between(nearest, 0, context))
 
 
+def _space(context: Context, start: Floats, goal: Floats) -> Space:
+    """Where a way is searched: all joints in their limits, a table that moves between where it is and where it goes."""
+    chain, n = context.solver.chain, context.solver.chain.n
+    low, high = np.minimum(start, goal)[n:], np.maximum(start, goal)[n:]
+    return Space(
+        np.concatenate([chain.lower, low]),
+        np.concatenate([chain.upper, high]),
+        np.maximum(context.radius, 1e-3),
+        np.concatenate([_speed(context), np.full(len(low), UNKNOWN_SPEED)]),
+    )
+
+
+def _turned_to(q: Floats, n: int, table: Floats) -> Floats:
+    """Configurations with the table at given angles."""
+    out = q.copy()
+    out[:, n:] = table
+    return out
+
+
 def _speed(context: Context) -> Floats:
     speed = context.solver.chain.max_speed
     return np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
@@ -335,10 +368,12 @@ def _speed(context: Context) -> Floats:
 def _turns(context: Context, start: Stretch, arrives: list[Floats]) -> list[Floats]:
     """Whole turns of joints by which a bead and the ways to it can be turned inside the limits; none of them first."""
     chain = context.solver.chain
-    q = np.concatenate([start.q, *arrives])
+    rest = arrives[0].shape[1] - chain.n
+    q = np.concatenate([start.q, *(arrive[:, : chain.n] for arrive in arrives)])
     low, high = q.min(axis=0), q.max(axis=0)
     turns = []
     for j in range(chain.n):
         turn = 2 * np.pi * np.array([0, -1, 1])
         turns.append(turn[(low[j] + turn >= chain.lower[j]) & (high[j] + turn <= chain.upper[j])])
+    turns += [np.zeros(1)] * rest  # the table's angles are what they are
     return sorted((np.array(turn) for turn in product(*turns)), key=lambda turn: float(np.abs(turn).sum()))

@@ -1,5 +1,5 @@
 """Maps of table poses, rolls and placements.
 
-Modules: ``sweep``, ``grid`` (the poses asked for), ``hopeless_poses`` (poses excluded by few targets), ``workers``
+Modules: ``sweep``, ``grid`` (the poses asked for), ``workers``
 (all cores), ``log`` (what is kept to resume), ``ranking``, ``variants``, ``picked_pose``.
 """

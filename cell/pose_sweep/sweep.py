@@ -6,7 +6,7 @@
     document = sweep_document(case, found)                           # "rbam-sweep/1"
 
 Each pose is computed by itself, so that results do not depend on who computes them. Hopeless poses are settled by
-``cell.pose_sweep.hopeless_poses``; all others get the whole check.
+``cell.table_poses.hopeless_poses``; all others get the whole check.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from ..job.job import Job, prepare
 from ..plain import plain
 from ..progress import Progress, counted
 from ..scene.compose import compose
+from ..table_poses.hopeless_poses import screen
 from ..units import METRES_PER_MM
 from ..verdict.check import Result, check
 from .grid import Pose
-from .hopeless_poses import screen
 from .log import Log
 from .ranking import SCHEMA as SCHEMA
 from .ranking import sweep_document as sweep_document

@@ -274,6 +274,9 @@ def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     welding = np.flatnonzero((run.weld[1:] >= 0) & (run.weld[1:] == run.weld[:-1])) + 1
     if not len(welding):
         return
+    mode = getattr(job.case.table, "mode", "fixed")
+    if mode == "coordinated":
+        return  # it is to move
     table = run.motion.table
     turned = np.abs(table[welding] - table[welding - 1])
     for k, name in enumerate(("E1", "E2")):
@@ -286,6 +289,8 @@ def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
                 f"{place(run.program, int(first[0]))}: {name} moves with the arc on, by "
                 f"{np.rad2deg(max(sizes, float(turned[:, k].max()))):.3g} deg (in {len(first)} moves)",
             )
+    if mode != "fixed":
+        return  # it is to stand where each group of layers has it
     E = np.rad2deg(table[welding[0]])
     asked = np.array([job.case.table.E1_deg, job.case.table.E2_deg])
     off = np.abs((E - asked + 180) % 360 - 180)

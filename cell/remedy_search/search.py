@@ -92,8 +92,8 @@ def remedies(result: Result, progress: Progress | None = None, seconds: float = 
         First what helps the part as a whole, then each group's smallest change; each as soon as it is known.
     """
     found = groups(result.job.targets, [row.reason for row in result.rows])
-    if not found:
-        return
+    if not found or result.moved is not None:
+        return  # changes are searched at one pose of the table: of one that moves they would say nothing
     whole = np.sort(np.concatenate([group.targets for group in found]))
     parts = found[:MOST_GROUPS] if len(found) > 1 else []
     with counted(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as count:

@@ -21,6 +21,7 @@ from ..rigid import inverse, pose
 from ..units import MARGIN_UNITS, METRES_PER_MM
 from ..verdict.all_reasons import Excluded
 from ..verdict.check import Result
+from ..verdict.table_use import table_use
 
 if TYPE_CHECKING:
     from ..job.job import Job
@@ -55,6 +56,9 @@ def report_document(
     """
     job, t = result.job, result.job.targets
     T = tcp_in_flange(result)
+    number = np.arange(len(t)) if job.order is None else job.order.target
+    bead = np.arange(len(t.closed)) if job.order is None else job.order.bead
+    tables = np.rad2deg(result.tables)
     rows = [
         {
             "index": i,
@@ -70,6 +74,10 @@ def report_document(
             "attempt_deg": None if row.attempt is None else _list(np.rad2deg(row.attempt), 6),
             "gravity_deg": round(float(np.rad2deg(result.gravity[i])), 3),
             "bead": int(t.path[i]),
+            "E1_deg": round(float(tables[i, 0]), 6) + 0.0,
+            "E2_deg": round(float(tables[i, 1]), 6) + 0.0,
+            "file_target": int(number[i]),
+            "file_bead": int(bead[t.path[i]]),
         }
         for i, row in enumerate(result.rows)
     ]
@@ -105,6 +113,7 @@ def report_document(
             "speed": None if result.motion.pace is None else pace_document(result.motion.pace, t.path),
             "home_s": None if result.motion.home_s is None else round(result.motion.home_s, 3),
         },
+        "table_use": None if (use := table_use(result)) is None else use.document(),
         "metal": metal_of(job) if job.beads else None,
         "warnings": [str(line) for line in result.warnings],
         "typed_warnings": [typed(line).document() for line in result.warnings],
@@ -114,9 +123,14 @@ def report_document(
     }
 
 
-def table_document(result: Result) -> dict[str, float]:
+def table_document(result: Result) -> dict[str, Any]:
     """Table angles as the contracts write them."""
-    return {"E1_deg": float(result.asked[0]), "E2_deg": float(result.asked[1])}
+    return {
+        "E1_deg": float(result.asked[0]),
+        "E2_deg": float(result.asked[1]),
+        "mode": result.mode,
+        "poses": [pose.document() for pose in result.poses],
+    }
 
 
 def _list(values: Floats, digits: int) -> list[float]:

@@ -20,6 +20,7 @@ from ..motion.deposition_speed import pace_document
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..verdict.severity import worst_first
+from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words, unit_word
 from .check_document import least_document, metal_of, roll_text_of
 from .facts import facts_table
@@ -57,13 +58,36 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
     good = result.feasible
     head = Text.assemble(
         (job.case.title, "bold"),
-        f"  E1 = {result.asked[0]:g}, E2 = {result.asked[1]:g} deg   ",
+        f"  {table_in_words(result)}   ",
         ("feasible" if good else "infeasible", "bold green" if good else "bold red"),
     )
     yield head
     yield facts_table(_facts(result))
     if not good:
         yield _worst(result, every)
+
+
+def table_in_words(result: Result) -> str:
+    """Where the table stands, in a few words."""
+    if result.mode == "coordinated":
+        axes = " and ".join(result.job.case.table.axes or ("E1", "E2"))
+        return f"table coordinated, {axes} along the beads"
+    if not result.poses:
+        return f"E1 = {result.asked[0]:g}, E2 = {result.asked[1]:g} deg"
+    count = len({(pose.E1_deg, pose.E2_deg) for pose in result.poses})
+    return f"table {result.mode}, {count} pose{'s' if count > 1 else ''}"
+
+
+def pasted_poses(result: Result) -> list[str]:
+    """The poses as lines of a case file's section ``table``."""
+    lines = ["table: {mode: indexed, poses: ["]
+    for pose in result.poses:
+        low, high = pose.layers
+        lines.append(
+            f"  {{sub_volume: {pose.sub_volume}, layers: [{low}, {high}], E1_deg: {pose.E1_deg:g},"
+            f" E2_deg: {pose.E2_deg:g}}},"
+        )
+    return [*lines[:-1], lines[-1][:-1] + "]}"]
 
 
 def _facts(result: Result) -> Iterator[tuple[str, str]]:
@@ -96,17 +120,24 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
             f"{singular['kind']} at {singular['margin']:g}{unit_word(singular['unit'])}, "
             f"at target {singular['target']}{sigma}",
         )
+    if result.mode == "best":
+        yield "table", f"{{mode: fixed, E1_deg: {result.asked[0]:g}, E2_deg: {result.asked[1]:g}}}"
+    if result.poses:
+        yield "table", "\n".join(pasted_poses(result)).removeprefix("table: ")
     gravity = np.rad2deg(result.gravity)
     yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"
     if result.motion is not None:
         motion = result.motion
-        dwell = f", {motion.dwell_time:.0f} s waiting" if motion.dwell_time else ""
+        dwell = f", {motion.dwell_time:.0f} s waiting" if round(motion.dwell_time) else ""
         home = "" if motion.home_s is None else f" ({motion.home_s:.0f} s from home and back)"
         yield (
             "motion",
             f"{motion.t_s[-1]:.0f} s, {motion.arc_time:.0f} s of them with the arc on, {motion.travel_time:.0f} s "
             f"travelling{home}{dwell}; {len(motion.t_s)} samples checked",
         )
+        use = table_use(result)
+        if use is not None and job.case.table.mode == "coordinated":
+            yield "table", use.in_words()
         if motion.pace is not None:
             yield "speed", speed_in_words(pace_document(motion.pace, job.targets.path))
     if job.beads:

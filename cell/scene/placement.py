@@ -11,7 +11,7 @@ part's z axis projected across the wire (along the part's x axis where the two a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,10 +20,26 @@ from slicing import Targets
 
 from ..arrays import Ints
 from ..errors import InputError
-from ..rigid import frames
+from ..rigid import frames, inverse
 from ..units import METRES_PER_MM
+from .table_kinematics import TableKinematics
 
 UNIT_LENGTH = 1e-3  # what a normal's length may be off one
+
+
+@dataclass(frozen=True, eq=False)
+class MovingTable:
+    """A table that moves along the beads.
+
+    Attributes:
+        kinematics: of its axes.
+        tables: E1, E2 at each target, (n, 2), rad; on the way to the next they change evenly.
+        bead: the targets in the part frame, in which the beads stand still.
+    """
+
+    kinematics: TableKinematics
+    tables: Floats
+    bead: Placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,21 +49,64 @@ class Placed:
     Attributes:
         position: (n, 3), m.
         normal: outward normal of the slicing surface, the deposition direction, (n, 3).
-        reference: the part's z axis, (3,), and its x axis, (3,), for roll 0.
+        reference: the part's z axis, (3,), and its x axis, (3,), for roll 0; of a table that moves, those of a table at
+            zero.
+        moving: how the table moves; None where it stands.
     """
 
     position: Floats
     normal: Floats
     reference: tuple[Floats, Floats]
+    moving: MovingTable | None = None
 
     @property
     def Ts_base_target(self) -> Floats:
         """Target frames at roll 0, (n, 4, 4), m."""
+        if self.moving is not None:
+            return self.moving.kinematics.poses(self.moving.tables) @ self.moving.bead.Ts_base_target
         return frames(self.position, self.normal, self.reference)
+
+    @property
+    def bead(self) -> Placed:
+        """The targets where their beads stand still: in the base frame, or in the part's where the table moves."""
+        return self if self.moving is None else self.moving.bead
 
     def rows(self, index: slice | Ints | list[int]) -> Placed:
         """Some of the targets."""
-        return Placed(self.position[index], self.normal[index], self.reference)
+        moving = self.moving
+        if moving is not None:
+            moving = replace(moving, tables=moving.tables[index], bead=moving.bead.rows(index))
+        return Placed(self.position[index], self.normal[index], self.reference, moving)
+
+    def tables(self, target: Ints, fraction: Floats | None = None) -> Floats:
+        """Table angles at targets, or at fractions of the way from them to the next.
+
+        Args:
+            target: (m,).
+            fraction: of the way, (m,); 0 where left out.
+
+        Returns:
+            (m, 2), rad; (m, 0) where the table stands.
+        """
+        if self.moving is None:
+            return np.empty((len(target), 0))
+        E = self.moving.tables
+        if fraction is None:
+            return E[target]
+        after = np.minimum(target + 1, len(E) - 1)
+        return E[target] + fraction[:, None] * (E[after] - E[target])
+
+    def axes(self, q: Floats, target: Ints, fraction: Floats | None = None) -> Floats:
+        """Configurations (m, j) with the axes of a table that moves along, (m, j) or (m, j + 2), rad."""
+        return q if self.moving is None else np.concatenate([q, self.tables(target, fraction)], axis=1)
+
+    def carried(self, Ts: Floats, tables: Floats) -> Floats:
+        """Poses (m, 4, 4) where the beads stand still as they are in the base frame at table angles."""
+        return Ts if self.moving is None else self.moving.kinematics.poses(tables) @ Ts
+
+    def seen(self, Ts: Floats, tables: Floats) -> Floats:
+        """Poses (m, 4, 4) in the base frame as they are where the beads stand still, at table angles."""
+        return Ts if self.moving is None else inverse(self.moving.kinematics.poses(tables)) @ Ts
 
 
 def place(targets: Targets, T_base_part: Floats) -> Placed:
@@ -69,6 +128,31 @@ def place(targets: Targets, T_base_part: Floats) -> Placed:
         position=targets.position * METRES_PER_MM @ R.T + p,
         normal=targets.normal @ R.T,
         reference=(R[:, 2], R[:, 0]),
+    )
+
+
+def place_moving(targets: Targets, kinematics: TableKinematics, tables: Floats) -> Placed:
+    """Bring targets into the base frame, each at table angles of its own.
+
+    Args:
+        targets: part frame, mm.
+        kinematics: of the table.
+        tables: E1, E2 at each target, (n, 2), rad.
+
+    Returns:
+        Placed targets.
+
+    Raises:
+        InputError: a target is not finite or has no normal.
+    """
+    bead = place(targets, np.eye(4))
+    Ts = kinematics.poses(tables)
+    R = kinematics.T_base_part[:3, :3]
+    return Placed(
+        position=(Ts[:, :3, :3] @ bead.position[..., None])[..., 0] + Ts[:, :3, 3],
+        normal=(Ts[:, :3, :3] @ bead.normal[..., None])[..., 0],
+        reference=(R[:, 2], R[:, 0]),
+        moving=MovingTable(kinematics, tables, bead),
     )
 
 

@@ -56,23 +56,36 @@ def all_reasons(result: Result) -> dict[int, list[Excluded]]:
         squares, which finds some configurations and not others, "unreachable" counts rolls at which nothing was found.
     """
     job = result.job
-    context = Context.of(job, result.table)
-    bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    every = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    if result.mode == "coordinated":  # the reasons are those at the angles that the table moves through
+        return _of_targets(Context.along(job, result.tables), every)
+    tables, which = np.unique(result.tables[every], axis=0, return_inverse=True)
+    out = {}
+    for n, table in enumerate(tables.tolist()):
+        bad = [i for i, at in zip(every, which.ravel().tolist(), strict=True) if at == n]
+        out.update(_of_targets(Context.of(job, (table[0], table[1])), bad))
+    return dict(sorted(out.items()))
+
+
+def _of_targets(context: Context, bad: list[int]) -> dict[int, list[Excluded]]:
+    """What excludes the candidates of some targets."""
     out = {}
     for first in range(0, len(bad), BLOCK):
         block = bad[first : first + BLOCK]
         here = context.placed.rows(block)
-        nodes = evaluate(job.solver, here, job.window, context.settings.roll_step, context.limits)
-        out.update({i: _of_target(context, nodes, k, int(job.stage[i])) for k, i in enumerate(block)})
+        nodes = evaluate(context.solver, here, context.window, context.settings.roll_step, context.limits)
+        out.update({i: _of_target(context, nodes, k, i) for k, i in enumerate(block)})
     return out
 
 
-def _of_target(context: Context, nodes: Nodes, i: int, stage: int) -> list[Excluded]:
+def _of_target(context: Context, nodes: Nodes, i: int, target: int) -> list[Excluded]:
+    """What excludes the candidates of a target, which is number i of the nodes'."""
     inside = nodes.within_limits[i]  # (r, g, k)
     allowed = np.isfinite(nodes.cost[i])
     free = np.zeros_like(allowed)
     at = np.argwhere(allowed)
-    found = context.screen.clearances(nodes.q[i][tuple(at.T)], np.full(len(at), stage))
+    axes = context.placed.axes(nodes.q[i][tuple(at.T)], np.full(len(at), target))
+    found = context.screen.clearances(axes, np.full(len(at), context.stage[target]))
     hit = found.distance < context.settings.clearance
     free[tuple(at[~hit].T)] = True
     exists = np.isfinite(nodes.over[i]).all(axis=-1) | inside.any(axis=-1)  # (r, g)

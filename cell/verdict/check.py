@@ -89,9 +89,39 @@ class Least:
     what: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class BuiltAt:
+    """Layers and the pose of the table that they are built at.
+
+    Attributes:
+        sub_volume: name of the sub-volume.
+        layers: first and last layer.
+        E1_deg: as asked for, or found.
+        E2_deg: likewise.
+        first: first target.
+        stop: one past the last.
+    """
+
+    sub_volume: str
+    layers: tuple[int, int]
+    E1_deg: float
+    E2_deg: float
+    first: int
+    stop: int
+
+    def document(self) -> dict[str, Any]:
+        """As the case's ``table.poses`` takes it."""
+        return {
+            "sub_volume": self.sub_volume,
+            "layers": list(self.layers),
+            "E1_deg": self.E1_deg,
+            "E2_deg": self.E2_deg,
+        }
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The verdict on a case at a table pose.
+    """The verdict on a case, with the table at one pose or moving.
 
     Attributes:
         job: what was checked.
@@ -106,6 +136,9 @@ class Result:
         gravity: angle between the deposition direction and up of every target, (n,), rad.
         motion: the whole motion, None where infeasible.
         seconds: processor time that the check took.
+        mode: as of the case's ``table.mode``: how the table was moved, or its pose found.
+        poses: what is built at which pose of the table, in order; empty where that is all at one.
+        moved: E1, E2 at every target, (n, 2), rad; None where the table stands still.
     """
 
     job: Job
@@ -119,6 +152,14 @@ class Result:
     gravity: Floats
     motion: Motion | None
     seconds: float = field(default=0.0, kw_only=True)
+    mode: str = field(default="fixed", kw_only=True)
+    poses: tuple[BuiltAt, ...] = field(default=(), kw_only=True)
+    moved: Floats | None = field(default=None, kw_only=True)
+
+    @property
+    def tables(self) -> Floats:
+        """E1, E2 at every target, (n, 2), rad."""
+        return np.tile(self.table, (len(self.rows), 1)) if self.moved is None else self.moved
 
     def to_frame(self) -> dict[str, Any]:
         """The targets as columns, for a table of any library: ``pandas.DataFrame(result.to_frame())``.
@@ -194,18 +235,72 @@ def check(
     begun = time.process_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     context = Context.of(job, table)
-    placed = context.placed
+    gravity = off_upright(job, context.placed)
+    found = check_span(job, context, gravity, progress)
+    return Result(
+        job=replace(job, warnings=(*job.warnings, *found.warnings)),
+        asked=asked,
+        table=table,
+        placed=context.placed,
+        rows=found.rows,
+        clearance=found.clearance,
+        singularity=found.singularity,
+        sigma=found.sigma,
+        gravity=gravity,
+        motion=found.motion,
+        seconds=time.process_time() - begun,
+    )
+
+
+def off_upright(job: Job, placed: Placed) -> Floats:
+    """Angle between the deposition direction of placed targets and up, (n,), rad."""
     up = job.scene.T_world_base()[2, :3]
-    gravity = np.arccos(np.clip(placed.normal @ up, -1.0, 1.0))
-    blocked = _table_in_the_way(job, table)
+    return np.asarray(np.arccos(np.clip(placed.normal @ up, -1.0, 1.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class SpanVerdict:
+    """The verdict on targets that are welded at one pose of the table.
+
+    Attributes:
+        rows: one a target of the span.
+        motion: from where the arm comes from to where it goes; None where infeasible.
+        clearance: as of :class:`Result`, and so
+        singularity: and
+        sigma: this.
+        warnings: what is to be said of the ways.
+    """
+
+    rows: tuple[TargetVerdict, ...]
+    motion: Motion | None = None
+    clearance: Least | None = None
+    singularity: Least | None = None
+    sigma: float | None = None
+    warnings: tuple[Warning, ...] = ()
+
+
+def check_span(job: Job, context: Context, gravity: Floats, progress: Progress | None = None) -> SpanVerdict:
+    """Check the targets of a context's span, at its pose of the table.
+
+    Args:
+        job: the whole part.
+        context: of the job at a pose.
+        gravity: angle of every target of the part off upright, (n,), rad.
+        progress: told how far it is.
+
+    Returns:
+        The verdict.
+    """
+    table, span = context.checker.table, context.span
+    moves = context.placed.moving is not None  # what it meets then is asked of all of its way
+    blocked = None if moves else _table_in_the_way(job, table, context.done)
     if blocked is not None:
-        rows = tuple(_failed(blocked, i) for i in range(len(job.targets)))
-        return Result(job, asked, table, placed, rows, None, None, None, gravity, None)
+        return SpanVerdict(tuple(failed(blocked, i) for i in range(span.first, span.stop)))
     plan, home = with_home(context, with_lockouts(job, context, plan_part(context, job.targets.path, progress)))
     rows = _rows(job, plan, gravity)
     stretches = plan.stretches
     motion = None
-    if all(row.reason is None for row in rows):
+    if all(row.reason is None for row in rows.values()):
         stretches, failures = refined(context, stretches)
         failures.update(corners(job, context, stretches, plan.travels))
         motion = assemble(job, table, stretches, plan.travels, home)
@@ -213,18 +308,13 @@ def check(
             failures.update(too_slow(motion.pace, job.case.process.least_speed_share))
         if failures:
             rows, motion = _with(rows, failures), None
-    return Result(
-        job=replace(job, warnings=(*job.warnings, *_short_retracts(context, plan, home))),
-        asked=asked,
-        table=table,
-        placed=placed,
-        rows=rows,
+    return SpanVerdict(
+        rows=tuple(rows[i] for i in range(span.first, span.stop)),
+        motion=motion,
         clearance=_least_clearance(context, plan, stretches, home, whole=motion is not None),
         singularity=_least_margin(context, stretches),
         sigma=_least_sigma(context, stretches),
-        gravity=gravity,
-        motion=motion,
-        seconds=time.process_time() - begun,
+        warnings=tuple(_short_retracts(context, plan, home)),
     )
 
 
@@ -253,9 +343,9 @@ def _short_retracts(context: Context, plan: PartPlan, home: HomeWays | None) -> 
     return [Warning(Code.SHORT_RETRACT, text)]
 
 
-def _table_in_the_way(job: Job, table: tuple[float, float]) -> Failure | None:
-    """A collision that no arm can help: the workpiece or the table in the cell around it."""
-    found = table_alone(job.scene, table)
+def _table_in_the_way(job: Job, table: tuple[float, float], stage: int) -> Failure | None:
+    """A collision that no arm can help: the workpiece, as far as it is built by then, or the table in the cell."""
+    found = table_alone(job.scene, table, stage)
     if found.distance[0] >= 0.0:
         return None
     contact = Contact(
@@ -267,36 +357,37 @@ def _table_in_the_way(job: Job, table: tuple[float, float]) -> Failure | None:
     return Failure(Kind.COLLISION, measure=distance, limit=0.0, contact=contact, proved=True)
 
 
-def _failed(failure: Failure, i: int, q: Floats | None = None) -> TargetVerdict:
+def failed(failure: Failure, i: int, q: Floats | None = None) -> TargetVerdict:
     """The verdict on a target, with its best attempt."""
     return TargetVerdict(failure.at(replace(failure.place, target=i)), None, q)
 
 
-def _rows(job: Job, plan: PartPlan, gravity: Floats) -> tuple[TargetVerdict, ...]:
+def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]:
+    """The verdicts on the targets of a plan, by their numbers."""
     rows: dict[int, TargetVerdict] = {}
     for bead in plan.beads:
         for stretch in bead.stretches:
             targets = range(stretch.first, stretch.stop)
             rows.update((i, TargetVerdict(None, q)) for i, q in zip(targets, stretch.q_targets, strict=True))
-        rows.update((i, _failed(m.failure, i, m.attempt)) for i, m in bead.missing.items())
-        rows.update((i, _failed(failure, i, rows[i].q)) for i, failure in bead.cuts.items())
-    rows.update((i, _failed(failure, i, rows[i].q)) for i, failure in plan.stuck.items())
+        rows.update((i, failed(m.failure, i, m.attempt)) for i, m in bead.missing.items())
+        rows.update((i, failed(failure, i, rows[i].q)) for i, failure in bead.cuts.items())
+    rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.stuck.items())
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:
         for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
-            if rows[i].reason is None:
+            if i in rows and rows[i].reason is None:
                 angle_deg = round(float(np.rad2deg(gravity[i])), 3)
                 failure = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
-                rows[i] = _failed(failure, i, rows[i].q)
+                rows[i] = failed(failure, i, rows[i].q)
     for i, failure in unsupported_targets(job).items():
-        if rows[i].reason is None:
-            rows[i] = _failed(failure, i, rows[i].q)
-    return tuple(rows[i] for i in range(len(job.targets)))
+        if i in rows and rows[i].reason is None:
+            rows[i] = failed(failure, i, rows[i].q)
+    return rows
 
 
-def _with(rows: tuple[TargetVerdict, ...], failures: dict[int, Failure]) -> tuple[TargetVerdict, ...]:
+def _with(rows: dict[int, TargetVerdict], failures: dict[int, Failure]) -> dict[int, TargetVerdict]:
     """Rows of which some turn out not to be feasible when they are run in time."""
-    return tuple(_failed(failures[i], i, row.q) if i in failures else row for i, row in enumerate(rows))
+    return {i: failed(failures[i], i, row.q) if i in failures else row for i, row in rows.items()}
 
 
 def _least_clearance(
@@ -307,7 +398,7 @@ def _least_clearance(
     The way home leads to none: it is named by the target it comes from.
     """
     runs: list[tuple[Floats, Clearances, Ints, Ints]] = [
-        (s.q, s.clearances, context.stage[s.edge], s.edge) for s in stretches
+        (s.axes, s.clearances, context.stage[s.edge], s.edge) for s in stretches
     ]
 
     def add(way: Way, stage: int, target: int) -> None:
@@ -319,7 +410,7 @@ def _least_clearance(
     if home is not None and stretches:
         last = stretches[-1].stop - 1
         if home.out is not None:
-            add(home.out, 0, stretches[0].first)
+            add(home.out, context.begun, stretches[0].first)
         if home.back is not None:
             add(home.back, int(context.laid[last]), last)
     if not runs:

@@ -96,6 +96,8 @@ def _way(place: Place) -> str:
         return "the arm at home: "
     if place.where in (Where.FROM_HOME, Where.TO_HOME):
         return "way from home: " if place.where is Where.FROM_HOME else "way home: "
+    if place.where is Where.TABLE_TURN:
+        return f"the table's turn after target {place.from_target}: "
     if place.from_target is None:
         return ""
     return f"{'travel' if place.where is Where.TRAVEL else 'bead'} from target {place.from_target}: "

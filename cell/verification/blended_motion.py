@@ -18,6 +18,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..collision.blended_corners import BlendedPath, cut_corners
 from ..collision.clearances import Clearances
+from ..collision.reach_radii import all_radii
 from ..failure import Seen
 from ..job.job import Job
 from ..motion.motion import STANDING
@@ -26,7 +27,7 @@ from ..timing.blending import TRAVEL_ZONE, rounded
 from ..units import METRES_PER_MM
 from .bead_order import Finding
 from .bead_samples import Way
-from .collisions import all_radii, arm_checker, hit, stretches_of
+from .collisions import arm_checker, hit, stretches_of
 
 
 def _runs(job: Job, read: ReadMotion, rows: Way) -> Iterator[tuple[int, int, Floats, float]]:

@@ -9,8 +9,6 @@ other. Radians, metres.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,8 +18,8 @@ from ..arrays import Ints
 from ..collision.between_samples import unproven_steps
 from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import radii, table_radii
-from ..collision.table import TableChecker
+from ..collision.reach_radii import all_radii, table_radii
+from ..collision.table import TableChecker, with_table_axes
 from ..collision.wire import REACH as WIRE_REACH
 from ..collision.wire import wire_scene
 from ..failure import IN_ROWS, Contact, Failure, Kind, Seen
@@ -87,24 +85,16 @@ def collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> tuple[Clearan
         The arm's clearances at the samples, and what was found.
     """
     clear, found = _arm_collisions(job, way, stage)
-    return clear, [*found, *_wire_collisions(job, motion, way, stage), *_table_collisions(job, way, stage)]
+    return clear, [*found, *_wire_collisions(job, motion, way, stage), *table_collisions(job, way, stage)]
 
 
 def arm_checker(job: Job, way: Way) -> Checker:
     """Collision detection of the arm that moves the table's axes like the arm's."""
     scene = job.scene
     table = (float(way.q[0, -2]), float(way.q[0, -1]))
-    return Checker(_with_table(scene), table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM))
-
-
-def _with_table(scene: Scene) -> Scene:
-    """The scene with the table's axes among the arm's."""
-    return replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
-
-
-def all_radii(scene: Scene) -> Floats:
-    """How far anything can be from each axis, the arm's and then the table's, m."""
-    return np.concatenate([radii(scene), table_radii(scene)])
+    return Checker(
+        with_table_axes(scene), table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM)
+    )
 
 
 def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:
@@ -133,7 +123,7 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
     if scene is None or not len(index):
         return []
     q, laid, row = way.q[index], stage[index], way.row[index]
-    checker = Checker(_with_table(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
+    checker = Checker(with_table_axes(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
     clear = checker.clearances(q, laid)
     found = [
         Finding(hit(scene, clear, k, 0.0), a, b)
@@ -168,8 +158,17 @@ def _across(job: Job, motion: Motion, way: Way) -> NDArray[np.bool_]:
     return out
 
 
-def _table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
-    """What stands on the table against the cell around it and against the positioner."""
+def table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
+    """What stands on the table against the cell around it and against the positioner.
+
+    Args:
+        job: the job.
+        way: samples.
+        stage: from :func:`stages`, (m,).
+
+    Returns:
+        What was found; nothing is looked at twice at one pose of the table.
+    """
     scene = job.scene
     checker = TableChecker(scene, CLEARANCE_REACH)
     tables = way.q[:, scene.chain.n :]

@@ -20,8 +20,10 @@ from ik.singularity import KINDS, margins, sides, smallest_singular_value
 from ..arrays import Ints
 from ..collision.between_samples import least_on_the_way
 from ..collision.clearances import Clearances
+from ..collision.reach_radii import all_radii
 from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
+from ..job.table_winding import upright_of
 from ..job.unsupported import past_horizontal, unsupported_targets
 from ..motion.deposition_speed import Pace
 from ..motion.motion import Motion
@@ -30,7 +32,7 @@ from ..units import MARGIN_UNITS, METRES_PER_MM
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
 from .blended_motion import corner_collisions, rounded_rows
-from .collisions import all_radii, arm_checker, collisions, stages, stretches_of
+from .collisions import arm_checker, collisions, stages, stretches_of
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
 SPEED_SLACK = 1.001
@@ -319,9 +321,13 @@ def _past_horizontal(job: Job, motion: Motion, fine: Way, on: OnBead) -> tuple[s
 
 
 def _gravity_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
-    steepest = job.case.checks.gravity_max_deg
-    if steepest is None:
+    asked = job.case.checks.gravity_max_deg
+    limits = [] if asked is None else [asked]
+    if job.case.table.mode == "coordinated":
+        limits.append(float(np.rad2deg(upright_of(job.case))))
+    if not limits:
         return []
+    steepest = min(limits)
     angle = np.rad2deg(_off_upright(job, way, on))
     return [
         Finding(Failure(Kind.GRAVITY, round(float(angle[k]), 3), steepest, place=IN_ROWS), a, b)

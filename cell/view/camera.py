@@ -151,7 +151,7 @@ def still(result: Result, target: int) -> Frame:
     q = next((x for x in (row.q, row.attempt) if x is not None), result.job.scene.home)
     bad = row.reason is not None
     pair = row.pair if row.reason == "collision" else ()
-    table = np.array(result.table)
+    table = result.tables[target]
     return Frame(q, table, target, float(target), pair=pair, marks=bad, arrow=bad)
 
 

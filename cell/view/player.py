@@ -198,6 +198,13 @@ class Player:
         length = t[i + 1] - t[i] if i + 1 < len(t) else 0.0
         return i, float(np.clip((self.time - t[i]) / length, 0.0, 1.0)) if length > 0 else 1.0
 
+    def _table_words(self) -> str:
+        """Where the table stands: as asked for, or as it moves now."""
+        e1, e2 = self.result.asked
+        if self.result.moved is not None:
+            e1, e2 = np.rad2deg(self.frame().table)
+        return f"E1 {e1:.5g}  E2 {e2:.5g} deg"
+
     def texts(self) -> list[tuple[str, str]]:
         """What is said now, as names and values."""
         result, frame, t = self.result, self.frame(), self.result.job.targets
@@ -205,7 +212,7 @@ class Player:
         sub_volume = t.sub_volume_index[i]
         layers = result.job.layers[sub_volume]
         lines = [
-            (result.job.case.title, f"E1 {result.asked[0]:g}  E2 {result.asked[1]:g} deg"),
+            (result.job.case.title, self._table_words()),
             (
                 "verdict",
                 "feasible" if result.feasible else f"infeasible: {result.infeasible} of {len(t)} targets",

@@ -22,6 +22,7 @@ from ...failure import IN_ROWS, Failure, Kind
 from ...job.job import Job
 from ...motion.motion import JUMP
 from ...rigid import inverse
+from ...scene.scene import table_angles
 from ..cell_frames import T_flange_tcp, tables_seen_from_base
 from ..orientation import frame_of
 from ..program import MoveKind, Program
@@ -280,7 +281,7 @@ class _Lines:
 
 def _held(external: Floats, job: Job) -> Floats:
     """E1, E2 at the end of every move, (m, 2), rad; an axis that is never given stands where the case has it."""
-    table = np.deg2rad([job.case.table.E1_deg, job.case.table.E2_deg])
+    table = np.array(table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
     return np.where(np.isfinite(external), external, table)
 
 

@@ -18,11 +18,11 @@ from cell.cli.main import main
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.pose_sweep.grid import Pose, grid
-from cell.pose_sweep.hopeless_poses import screen, spread
 from cell.pose_sweep.ranking import sweep_columns, sweep_document
 from cell.pose_sweep.sweep import Unit, sweep, variant_of
 from cell.remedy_search.bead_trial import first_failure
 from cell.report.sweep_lines import sweep_lines
+from cell.table_poses.hopeless_poses import screen, spread
 from cell.verdict.check import check
 
 POSES = [(90.0, 180.0), (0.0, 0.0), (-120.0, 45.0)]

@@ -53,13 +53,14 @@ class Screened:
     reasons: dict[str, int]
 
 
-def screen(job: Job, E1_deg: float, E2_deg: float) -> Screened | None:
+def screen(job: Job, E1_deg: float, E2_deg: float, laid: int | None = None) -> Screened | None:
     """Look for targets that are infeasible by themselves.
 
     Args:
         job: from ``cell.job.job.prepare``.
         E1_deg: tilt of the table.
         E2_deg: turn of the table.
+        laid: deposits on the table once all of the job's targets are welded; all of the part's where left out.
 
     Returns:
         What was found; None where nothing speaks against the pose.
@@ -69,7 +70,7 @@ def screen(job: Job, E1_deg: float, E2_deg: float) -> Screened | None:
     """
     table = table_angles(job.scene, E1_deg, E2_deg)
     n = len(job.targets)
-    if table_alone(job.scene, table).distance[0] < 0.0:
+    if table_alone(job.scene, table, laid).distance[0] < 0.0:
         return Screened(n, n, {"collision": n})
     placed = place(job.targets, job.scene.T_base_part(*table))
     dead = _steep(job, placed) | _proved_out(job, placed)

@@ -1,0 +1,236 @@
+"""Where the table is at every target: the deposition direction near to up, the axes as slow as that allows.
+
+    way = Schedule(freedom, upright, speed)
+    tables = way.along(normals, path, length, aim)        # (n, 2) rad
+
+What is exactly upright is known in closed form: two solutions, and E2 undefined where a direction is along it. Taken is
+not that, but what comes with the least squares of the axes' speeds (each against what it can do) inside the cone about
+up: where a direction is near to E2's own, or hardly changes, the table stands or tilts, and does not race. It is found
+by pulling every target towards exactly upright just as hard as keeps it in the cone; each pull is a banded system of
+equations. Radians and metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..rigid import great_circle
+from ..scene.table_freedom import TURN, TableFreedom
+
+ROUNDS = 80  # of the pulls' adjustment
+SHARES = (0.95, 0.85, 0.7, 0.5, 0.25)  # of the cone, to be kept at the targets, so that all of it is between them
+KEPT = 0.995  # of the cone, to be kept all along
+BETWEEN = np.linspace(0.0, 1.0, 9)  # places on the way from target to target that are looked at
+TRAVEL = 0.5  # m that count for the way from bead to bead
+CALM = 0.5  # m of a bead over which the table comes back to upright where nothing else pulls it
+LEAST_LENGTH = 1e-5  # m between targets, at least
+STRONGEST = 1e12
+UNKNOWN_SPEED = np.deg2rad(100.0)  # rad/s of an axis that has no limit: it only weighs one axis against the other
+ALIKE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class TableWay:
+    """Table angles along a part.
+
+    Attributes:
+        tables: E1, E2 at each target, (n, 2), rad.
+        off: greatest angle from up on the way from each target to the next of its bead, (n,), rad.
+    """
+
+    tables: Floats
+    off: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """What the table is to keep.
+
+    Attributes:
+        freedom: its axes.
+        upright: how far off up the deposition direction may be, rad.
+        speed: of the axes, (2,), rad/s.
+    """
+
+    freedom: TableFreedom
+    upright: float
+    speed: Floats
+
+    def along(
+        self, normals: Floats, path: Ints, length: Floats, *, side: int = 0, aim: Floats | None = None
+    ) -> TableWay:
+        """Table angles at all targets of a part.
+
+        Args:
+            normals: deposition directions, (n, 3), part frame.
+            path: bead of each target, (n,), ascending.
+            length: to the next target, (n - 1,), m.
+            side: which of the two solutions beads begin with.
+            aim: direction that is exact, (3,), base frame; up where left out.
+
+        Returns:
+            The table's way; where ``off`` is beyond the cone none was found that keeps it.
+        """
+        exact = self._tracked(normals, path, side, aim)
+        goal = self.freedom.kinematics.up if aim is None else aim
+        lean = float(np.arccos(np.clip(goal @ self.freedom.kinematics.up, -1.0, 1.0)))
+        best: TableWay | None = None
+        for share in SHARES:
+            tables = self._relaxed(normals, path, length, exact, share * (self.upright - lean), goal)
+            off = self._off(normals, path, tables)
+            if best is None or off.max() < best.off.max() - ALIKE:
+                best = TableWay(tables, off)
+            if off.max() <= KEPT * self.upright:
+                break
+        assert best is not None
+        return best
+
+    def _tracked(self, normals: Floats, path: Ints, side: int, aim: Floats | None) -> Floats:
+        """Exactly upright angles, (n, 2): one solution all along a bead, in turns that the axes have."""
+        f = self.freedom
+        some = f.exact(normals, aim)
+        if not f.moves[1]:
+            return f.wrapped(some[0])
+        width = f.turns(normals, some[0], self.upright).min(axis=1)
+        free = width >= np.pi / 2  # E2 does as it likes: another solution may follow
+        out = np.empty_like(some[0])
+        ends = np.flatnonzero(np.diff(path, prepend=-1, append=path[-1] + 1))
+        before: Floats | None = None
+        for first, stop in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+            mine, wide = some[:, first:stop], np.stack([width[first:stop]] * 2, axis=1)
+            beads = []
+            for start in (side, 1 - side)[: len(some)]:
+                bead = self._one_bead(mine, free[first:stop], min(start, len(some) - 1))
+                turns, over = self._turns(bead[:, 1], wide, None if before is None else float(before[1]))
+                bead[:, 1] += turns
+                beads.append((round(over, 6), bead))
+            # the other solution only where this one does not fit into the range
+            bead = min(beads, key=lambda each: each[0])[1]
+            out[first:stop], before = bead, bead[-1]
+        if f.moves[0] and free.any():
+            E1 = f.kinematics.nearest(normals[free], out[free, 1], 0, aim)
+            out[free, 0] = (E1 + np.pi) % TURN - np.pi
+        return out
+
+    def _one_bead(self, some: Floats, free: NDArray[np.bool_], start: int) -> Floats:
+        """One bead's exact angles, (t, 2), steady: E2 does not jump but where it does as it likes.
+
+        Args:
+            some: solutions, (s, t, 2), rad.
+            free: targets at which E2 does as it likes, (t,): from the one before to the one after it turns evenly.
+            start: solution to begin with.
+        """
+        out, speed = some[start].copy(), self._speed()
+        fixed = np.flatnonzero(~free)
+        if not len(fixed):
+            return out
+        last = out[fixed[0]]
+        for i in fixed[1:].tolist():
+            there = some[:, i].copy()
+            there[:, 1] += TURN * np.round((last[1] - there[:, 1]) / TURN)
+            # the other solution is nearer only across the place where E2 is undefined
+            k = int(np.argmin((np.abs(there - last) / speed).max(axis=1)))
+            out[i] = last = there[k]
+        out[free, 1] = np.interp(np.flatnonzero(free), fixed, out[fixed, 1])
+        return out
+
+    def _turns(self, E2: Floats, width: Floats, before: float | None) -> tuple[float, float]:
+        """Whole turns that bring a bead into E2's range as far as can be, nearest to the bead before; and the rest.
+
+        Args:
+            E2: along the bead, (t,), rad.
+            width: how far it may be off, down and up, (t, 2), rad.
+            before: where the bead before ended, rad; None where there is none.
+
+        Returns:
+            The turns, and how far the bead is outside the range with them, rad.
+        """
+        low, high = self.freedom.low[1], self.freedom.high[1]
+        turns = TURN * (np.arange(-2, 3) + np.round(-E2.mean() / TURN))
+        over = np.zeros(len(turns))
+        if np.isfinite(low) and np.isfinite(high):
+            most, least = (E2 - width[:, 0]).max(), (E2 + width[:, 1]).min()
+            over = np.maximum(np.maximum(most + turns - high, low - least - turns), 0.0)
+        away = np.abs(E2[0] + turns - (0.0 if before is None else before))
+        k = int(np.lexsort((away, np.round(over, 6)))[0])
+        return float(turns[k]), float(over[k])
+
+    def _speed(self) -> Floats:
+        return np.where(np.isfinite(self.speed), self.speed, UNKNOWN_SPEED)
+
+    def _relaxed(self, normals: Floats, path: Ints, length: Floats, exact: Floats, cone: float, goal: Floats) -> Floats:
+        """Angles of least squared speed inside a cone about a direction, (n, 2), and inside the axes' ranges."""
+        f = self.freedom
+        n = len(normals)
+        same = np.diff(path) == 0
+        stiff = 1.0 / np.where(same, np.maximum(length, LEAST_LENGTH), TRAVEL)
+        weight = 1.0 / self._speed() ** 2
+        pull = f.kinematics.pull(exact, normals)  # (n, 2, 3)
+        metric = np.einsum("nax,nbx->nab", pull, pull)
+        force, wall = np.full(n, stiff.mean() if n > 1 else 1.0), np.zeros((n, 2))
+        weakest = np.append(np.where(same, np.maximum(length, LEAST_LENGTH), LEAST_LENGTH), LEAST_LENGTH)
+        weakest *= weight.min() / CALM**2
+        tables = np.clip(exact, f.low, f.high)
+        for _ in range(ROUNDS):
+            bound = np.clip(tables, f.low, f.high)
+            tables = _solved(stiff, weight, force[:, None, None] * metric, exact, wall, bound, f.moves)
+            off = f.kinematics.off(np.clip(tables, f.low, f.high), normals, goal)
+            force = np.clip(force * np.clip(off / max(cone, 1e-6), 0.3, 3.0), weakest, STRONGEST)
+            outside = (tables < f.low) | (tables > f.high)
+            wall = np.where(outside, np.clip(4 * wall, stiff.mean() * weight, STRONGEST), wall / 2)
+        tables = np.where(f.moves, np.clip(tables, f.low, f.high), exact)
+        return self._into_cone(normals, tables, np.clip(exact, f.low, f.high), cone, goal)
+
+    def _into_cone(self, normals: Floats, tables: Floats, exact: Floats, cone: float, goal: Floats) -> Floats:
+        """Angles drawn towards the exact ones where they are outside the cone."""
+        off = self.freedom.kinematics.off(tables, normals, goal)
+        bad = np.flatnonzero(off > cone)
+        if not len(bad):
+            return tables
+        out = tables.copy()
+        low, high = np.zeros(len(bad)), np.ones(len(bad))
+        for _ in range(30):
+            middle = (low + high) / 2
+            there = exact[bad] + middle[:, None] * (tables[bad] - exact[bad])
+            good = self.freedom.kinematics.off(there, normals[bad], goal) <= cone
+            low, high = np.where(good, middle, low), np.where(good, high, middle)
+        out[bad] = exact[bad] + low[:, None] * (tables[bad] - exact[bad])
+        return out
+
+    def _off(self, normals: Floats, path: Ints, tables: Floats) -> Floats:
+        """Greatest angle from up at each target and on the way to the next of its bead, (n,), rad."""
+        k = self.freedom.kinematics
+        off = k.off(tables, normals)
+        on = np.flatnonzero(np.diff(path) == 0)
+        for t in BETWEEN[1:-1]:
+            there = great_circle(normals[on], normals[on + 1], np.full(len(on), t))
+            off[on] = np.maximum(off[on], k.off(tables[on] + t * (tables[on + 1] - tables[on]), there))
+        return off
+
+
+def _solved(
+    stiff: Floats, weight: Floats, metric: Floats, exact: Floats, wall: Floats, bound: Floats, moves: Any
+) -> Floats:
+    """Angles (n, 2) with the least sum of squared speeds and pulls."""
+    n = len(exact)
+    band = np.zeros((3, 2 * n))  # upper diagonals of the two axes' equations, one target after the other
+    right = np.zeros((n, 2))
+    held = np.zeros(n)
+    held[:-1] += stiff
+    held[1:] += stiff
+    diagonal = held[:, None] * weight + metric[:, [0, 1], [0, 1]] + wall
+    right += np.einsum("nab,nb->na", metric, exact) + wall * bound
+    band[2] = np.where(moves, diagonal, 1.0).reshape(-1)
+    right = np.where(moves, right, exact)
+    if moves.all():
+        band[1, 1::2] = metric[:, 0, 1]
+    band[0, 2:] = (-stiff[:, None] * np.where(moves, weight, 0.0)).reshape(-1)
+    return np.asarray(solveh_banded(band, right.reshape(-1))).reshape(n, 2)

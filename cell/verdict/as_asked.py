@@ -1,0 +1,37 @@
+"""The verdict on a case with its table as the case asks for it: standing, indexing, or the best pose found.
+
+result = check_as_asked(prepare(case))
+result.feasible, result.asked
+"""
+
+from __future__ import annotations
+
+from ..job.job import Job
+from ..progress import Progress
+from .best_pose import check_best
+from .check import Result, check
+from .coordinated import check_coordinated
+from .indexed import check_indexed
+
+
+def check_as_asked(job: Job, progress: Progress | None = None) -> Result:
+    """Check a job with the table as its case has it.
+
+    Args:
+        job: from ``cell.job.job.prepare``.
+        progress: told how far it is.
+
+    Returns:
+        The verdict.
+
+    Raises:
+        InputError: the positioner has no such angles, or cannot move like that; one line.
+    """
+    table = job.case.table
+    if table.mode == "fixed":
+        return check(job, table.E1_deg, table.E2_deg, progress)
+    if table.mode == "indexed":
+        return check_indexed(job, progress)
+    if table.mode == "best":
+        return check_best(job, progress)
+    return check_coordinated(job, progress)

@@ -1,0 +1,212 @@
+"""The verdict where the table moves along the beads: a way of the table first, the arm on it, and the whole judged.
+
+    result = check_coordinated(prepare(case))
+    result.motion.table                       # (m, 2) rad, row by row
+
+Several ways of the table keep the deposition direction near to up: two solutions at each target, and what leans within
+the cone. Those that no arm can make are left out by a look at a few targets of each; the best of the others are planned
+whole, one after the other, until one holds. What fails on one way of the table may hold on another, so that nothing but
+the angle off up is said to be proved. Radians and metres.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..coordination.table_check import table_in_the_way
+from ..coordination.table_schedule import Schedule, TableWay
+from ..failure import Failure, Kind
+from ..job.job import Job
+from ..job.table_winding import freedom_of, upright_of
+from ..motion.motion import Motion
+from ..planning.configurations import evaluate
+from ..planning.context import Context
+from ..progress import Progress, stage
+from ..units import METRES_PER_MM
+from ..verification.bead_samples import rows_of
+from ..verification.collisions import stages, table_collisions
+from .check import Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
+
+LEANS = 4  # directions in which the table may lean where it does no good upright
+LEAN = 0.5  # of the cone
+LOOKED_AT = 40  # targets at which ways of the table are compared
+WHOLE = 3  # ways of the table that are planned whole
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A way of the table, and what a look at it says.
+
+    Attributes:
+        way: of the table.
+        blocked: targets at which the table itself is in the way.
+        lost: targets at which no configuration of the arm is free, of those looked at.
+        seconds: that the table's slowest axis takes for the whole of it.
+    """
+
+    way: TableWay
+    blocked: int
+    lost: int
+    seconds: float
+
+
+@stage("checking", spins=False)
+def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
+    """Check every target, every bead and the way between them, the table moving along.
+
+    Args:
+        job: from ``cell.job.job.prepare``.
+        progress: told how far it is.
+
+    Returns:
+        The verdict, of the first way of the table that holds, or of the one that loses least.
+
+    Raises:
+        InputError: the positioner has no such angles.
+    """
+    begun = time.process_time()
+    least = freedom_of(job.case, job.scene).least_off(job.targets.normal)
+    best: tuple[_Trial, Context, SpanVerdict] | None = None
+    for trial in _trials(job, impossible=bool((least > upright_of(job.case)).any())):
+        context = Context.along(job, trial.way.tables)
+        found = _judged(job, context, trial, least, progress)
+        if best is None or _infeasible(found) < _infeasible(best[2]):
+            best = trial, context, found
+        if found.motion is not None:
+            break
+    assert best is not None
+    trial, context, found = best
+    return Result(
+        job=replace(job, warnings=(*job.warnings, *found.warnings)),
+        asked=(job.case.table.E1_deg, job.case.table.E2_deg),
+        table=(float(trial.way.tables[0, 0]), float(trial.way.tables[0, 1])),
+        placed=context.placed,
+        rows=found.rows,
+        clearance=found.clearance,
+        singularity=found.singularity,
+        sigma=found.sigma,
+        gravity=off_upright(job, context.placed),
+        motion=found.motion,
+        seconds=time.process_time() - begun,
+        mode="coordinated",
+        moved=trial.way.tables,
+    )
+
+
+def _infeasible(found: SpanVerdict) -> int:
+    return sum(row.reason is not None for row in found.rows) if found.motion is None else -1
+
+
+def _trials(job: Job, *, impossible: bool) -> list[_Trial]:
+    """Ways of the table worth planning, the most promising first; one where no way can keep it upright."""
+    schedule = Schedule(freedom_of(job.case, job.scene), upright_of(job.case), job.drives.speed[-2:])
+    trials: list[_Trial] = []
+    for side, aim in _aims(job, schedule):
+        if aim is not None and any(not t.lost and not t.blocked for t in trials):
+            break  # upright as it is
+        trial = _looked_at(job, schedule, side, aim)
+        if trial is not None and not any(np.allclose(t.way.tables, trial.way.tables, atol=1e-3) for t in trials):
+            trials.append(trial)
+        if impossible and trials:
+            break
+    upright = [t for t in trials if t.way.off.max() <= schedule.upright] or trials
+    upright.sort(key=lambda t: (t.blocked, t.lost, t.seconds))
+    return upright[: WHOLE if not impossible else 1]
+
+
+def _aims(job: Job, schedule: Schedule) -> Iterator[tuple[int, Floats | None]]:
+    """Solutions and directions to be exact, upright first."""
+    yield 0, None
+    yield 1, None
+    up = job.scene.T_world_base()[2, :3]
+    across = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
+    across /= np.linalg.norm(across)
+    other, lean = np.cross(up, across), LEAN * schedule.upright
+    for k in range(LEANS):
+        angle = 2 * np.pi * k / LEANS
+        towards = np.cos(angle) * across + np.sin(angle) * other
+        for side in (0, 1):
+            yield side, np.cos(lean) * up + np.sin(lean) * towards
+
+
+def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _Trial | None:
+    """A way of the table with a first opinion on it."""
+    t = job.targets
+    length = np.linalg.norm(np.diff(t.position, axis=0), axis=1) * METRES_PER_MM
+    way = schedule.along(t.normal, t.path, length, side=side, aim=aim)
+    speed = schedule.speed
+    seconds = (
+        float((np.abs(np.diff(way.tables, axis=0)) / speed).max(axis=1).sum()) if np.isfinite(speed).all() else 0.0
+    )
+    some = np.unique(np.linspace(0, len(t) - 1, LOOKED_AT).round().astype(np.int64))
+    blocked = len(table_in_the_way(job, way.tables))
+    lost = len(some) if blocked else _lost(Context.along(job, way.tables), some)
+    return _Trial(way, blocked, lost, seconds)
+
+
+def _lost(context: Context, some: Ints) -> int:
+    """How many targets have no configuration that is free by itself."""
+    nodes = evaluate(
+        context.solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
+    )
+    lost = 0
+    for k, i in enumerate(some.tolist()):
+        at = np.argwhere(np.isfinite(nodes.cost[k]))
+        at = at[np.argsort(nodes.cost[k][tuple(at.T)], kind="stable")]
+        for first in range(0, len(at), 8):
+            q = nodes.q[k][tuple(at[first : first + 8].T)]
+            axes = context.placed.axes(q, np.full(len(q), i))
+            found = context.screen.clearances(axes, np.full(len(q), context.stage[i]))
+            if (found.distance >= context.settings.clearance).any():
+                break
+        else:
+            lost += 1
+    return lost
+
+
+def _judged(job: Job, context: Context, trial: _Trial, least: Floats, progress: Progress | None) -> SpanVerdict:
+    """The verdict on one way of the table."""
+    if trial.blocked:
+        met = table_in_the_way(job, trial.way.tables)
+        at = np.array(sorted(met))
+        near = np.abs(np.arange(len(least))[:, None] - at).argmin(axis=1)
+        return SpanVerdict(tuple(failed(met[int(at[k])], i) for i, k in enumerate(near.tolist())))
+    found = check_span(job, context, off_upright(job, context.placed), progress)
+    rows = [row if row.failure is None else _not_proved(row) for row in found.rows]
+    limit = upright_of(job.case)
+    for i in np.flatnonzero(trial.way.off > limit).tolist():
+        proved = bool(least[i] > limit)
+        angle = _deg(least[i] if proved else trial.way.off[i])
+        if proved or rows[i].reason is None:
+            rows[i] = failed(Failure(Kind.GRAVITY, measure=angle, limit=_deg(limit), proved=proved), i, rows[i].q)
+    if found.motion is not None and all(row.reason is None for row in rows):
+        rows = _with_table_met(job, found.motion, rows)
+    lost = any(row.reason is not None for row in rows)
+    return replace(found, rows=tuple(rows), motion=None if lost else found.motion)
+
+
+def _not_proved(row: TargetVerdict) -> TargetVerdict:
+    """A verdict that was proved at the table's angles, but not at others."""
+    assert row.failure is not None
+    return replace(row, failure=replace(row.failure, proved=False))
+
+
+def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list[TargetVerdict]:
+    """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
+    every = np.arange(len(motion.t_s))
+    for met in table_collisions(job, rows_of(job, motion), stages(job, motion, every)):
+        i = int(motion.target[met.to_row])
+        if rows[i].reason is None:
+            rows[i] = failed(met.failure, i, rows[i].q)
+    return rows
+
+
+def _deg(angle: float) -> float:
+    return round(float(np.rad2deg(angle)), 3)

@@ -1,0 +1,142 @@
+"""A part whose sub-volumes are built at table poses of their own, in one motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.indexed import three_bosses, three_case, with_table
+
+from cell.cli.main import main
+from cell.job.job import prepare
+from cell.motion.file_order import read_in_order
+from cell.motion.motion_file import write_motion
+from cell.report.check_document import report_document
+from cell.report.check_report import pasted_poses
+from cell.verdict.as_asked import check_as_asked
+from cell.verdict.check import Result, check
+from cell.verification.motion_check import check_motion
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("three")
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path) -> Result:
+    return check_as_asked(prepare(three_case(folder)))
+
+
+def test_every_boss_is_turned_under_the_torch(found: Result) -> None:
+    assert found.feasible
+    assert found.mode == "indexed"
+    assert sorted(pose.sub_volume for pose in found.poses) == ["SV1", "SV2", "SV3"]
+    # a third of a turn apart: at no one pose are all laid within 30 degrees of upright, at their own each is
+    assert np.rad2deg(found.gravity).max() < 30
+    one = check(found.job, *found.asked)
+    assert np.rad2deg(one.gravity).max() > 60
+    for pose in found.poses:
+        assert np.rad2deg(found.gravity[pose.first : pose.stop]).max() < 30
+        assert np.allclose(np.rad2deg(found.tables[pose.first : pose.stop]), (pose.E1_deg, pose.E2_deg))
+
+
+def test_the_table_turns_within_its_axes_while_the_arm_stands(found: Result) -> None:
+    motion, drives, scene = found.motion, found.job.drives, found.job.scene
+    assert motion is not None
+    turns = np.abs(np.diff(motion.table, axis=0)).max(axis=1) > 0
+    assert turns.any()
+    assert not np.diff(motion.q, axis=0)[turns].any()
+    assert not motion.welding[turns].any()
+    low, high = scene.table_range.T
+    assert ((motion.table >= low - 1e-9) & (motion.table <= high + 1e-9)).all()
+    dt = np.diff(motion.t_s)[:, None]
+    speed = np.diff(motion.table, axis=0) / dt
+    assert (np.abs(speed) <= drives.speed[-2:] * 1.001).all()
+    # and an axis is as fast as its drive allows on the way
+    assert (np.abs(speed) / drives.speed[-2:]).max() > 0.6
+    jumps = np.abs(np.diff(speed, axis=0)) / ((dt[1:] + dt[:-1]) / 2)
+    assert (jumps <= drives.acceleration[-2:] * 1.02).all()
+
+
+def test_the_judge_says_the_same_of_the_motion_as_a_file(found: Result, folder: Path) -> None:
+    path = folder / "motion.csv"
+    assert found.motion is not None
+    assert found.clearance is not None
+    write_motion(path, found.motion)
+    # from the case as it was: neither poses nor an order are known there
+    again = check_motion(*read_in_order(path, prepare(three_case(folder))))
+    assert again.findings == ()
+    assert again.clearance is not None
+    assert again.clearance[0] == pytest.approx(found.clearance.value, rel=0.03, abs=1e-5)
+
+
+def test_found_poses_can_be_pasted_back(found: Result, folder: Path) -> None:
+    import yaml
+
+    pasted = yaml.safe_load("\n".join(pasted_poses(found)))["table"]
+    assert pasted["poses"] == [pose.document() for pose in found.poses]
+    again = check_as_asked(prepare(with_table(three_case(folder), pasted)))
+    assert again.motion is not None
+    assert found.motion is not None
+    assert np.array_equal(again.motion.t_s, found.motion.t_s)
+    assert np.array_equal(again.motion.q, found.motion.q)
+    assert np.array_equal(again.motion.table, found.motion.table)
+    assert again.motion.rows_deg() == found.motion.rows_deg()
+
+
+def test_the_report_says_where_the_table_stands(found: Result) -> None:
+    document = report_document(found)
+    assert document["table"]["mode"] == "indexed"
+    assert document["table"]["poses"] == [pose.document() for pose in found.poses]
+    for row in document["rows"]:
+        pose = next(p for p in found.poses if p.first <= row["index"] < p.stop)
+        assert (row["E1_deg"], row["E2_deg"]) == (pose.E1_deg, pose.E2_deg)
+        # the target's place is that at its own pose of the table
+        T = found.job.scene.T_base_part(*np.deg2rad([row["E1_deg"], row["E2_deg"]]))
+        at = T[:3, :3] @ found.job.targets.position[row["index"]] + T[:3, 3] * 1e3
+        assert np.allclose(at, row["base_xyz_mm"], atol=2e-3)
+
+
+def test_given_poses_that_do_not_serve_say_why(folder: Path) -> None:
+    names = ("SV1", "SV2", "SV3")
+    poses = [{"sub_volume": name, "E1_deg": 0, "E2_deg": 0} for name in names]
+    case = with_table(three_case(folder), {"mode": "indexed", "poses": poses}, checks={"gravity_max_deg": 45})
+    result = check_as_asked(prepare(case))
+    assert not result.feasible
+    assert result.motion is None
+    # the bosses stand out level: their own measure is over the limit, and at a given pose that is proved
+    assert result.reasons["gravity"] == len(result.rows)
+    assert all(row.proved for row in result.rows)
+
+
+def test_nothing_is_proved_of_poses_that_were_searched(folder: Path) -> None:
+    far = {"position_mm": [6000, 0, 0], "rotation_deg": [0, 0, -90]}
+    for mode in ("indexed", "best"):
+        result = check_as_asked(prepare(with_table(three_case(folder), {"mode": mode}, positioner=far)))
+        assert result.infeasible == len(result.rows)
+        assert not any(row.proved for row in result.rows)
+
+
+def test_the_best_fixed_pose_is_found_and_used(tmp_path: Path, make_case) -> None:
+    from cell.case.read import load_case
+
+    case = load_case(make_case(table={"E1_deg": -90, "E2_deg": 180}))
+    given = check(prepare(case), -90, 180)
+    best = check_as_asked(prepare(with_table(case, {"mode": "best"})))
+    assert best.feasible
+    assert best.mode == "best"
+    assert best.gravity.max() < np.pi / 6 < given.gravity.max()
+    assert check(prepare(case), *best.asked).feasible
+
+
+def test_the_command_builds_with_a_table_that_indexes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = three_bosses(tmp_path, table={"E1_deg": 90, "E2_deg": 0})
+    motion = tmp_path / "m.npz"
+    assert main(["check", str(path), "--table", "indexed", "--motion", str(motion), "--no-remedies"]) == 0
+    assert "mode: indexed, poses: [" in capsys.readouterr().out
+    assert main(["check", str(path), "--table", "indexed", "--motion-in", str(motion)]) == 0
+    # a table that is to stand still lets nobody choose the order
+    runs = [p for p in capsys.readouterr().out.splitlines() if "feasible" in p]
+    assert runs
