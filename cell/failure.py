@@ -75,8 +75,10 @@ class Kind(Enum):
     TOOL_OFF = ("tool", "tool_off", "off_mm", "limit", "mm")
     TOOL_TURNED = ("tool", "tool_turned", "off_deg", "limit", "deg")
     BASE_STANDS = ("base", "base_stands", "table_moves_deg", "", "deg")
+    BASE_ROOT = ("base", "base_root", "off_mm", "limit_mm", "mm")  # the table's root
     NOT_GIVEN = ("external", "not_given", "", "", "1")  # axis
     BLEND = ("blend", "blend", "blend_mm", "limit_mm", "mm")
+    ARC_CORNER = ("blend", "arc_corner", "blend_mm", "limit_mm", "mm")  # no measure: of a PTP by its share
     PTP_WITH_ARC = ("arc", "ptp_with_arc", "", "", "1")
     ARC_LEFT_ON = ("arc", "arc_left_on", "", "", "1")
     ARC_ON_AGAIN = ("arc", "arc_on_again", "", "", "1")

@@ -30,7 +30,7 @@ KRL_WORDS = frozenset(_WORDS.split())
 _FORMAT = re.compile(r"0?\d{0,2}(\.\d)?[dfg]?")
 _MOVES = re.compile(
     r"\s*(S?PTP|S?LIN|S?CIRC|SPL|SPLINE|ENDSPLINE|DEF|DEFFCT|END|ENDFCT|GOTO|LOOP|FOR|WHILE|REPEAT|IF|SWITCH|RETURN"
-    r"|EXIT|RESUME|BAS|\$(TOOL|BASE|ACT_\w+|VEL\w*|ACC\w*|APO|ADVANCE|IPO_MODE|ORI_TYPE|ASYNC_AXIS|OV_PRO))"
+    r"|EXIT|RESUME|BAS|ASYPTP|ASYCONT|INTERRUPT|GLOBAL|DECL|(TOOL|BASE)_DATA|MACHINE_DEF|EX_AX_DATA|\$(TOOL|BASE|ACT_\w+|VEL\w*|ACC\w*|APO|ADVANCE|IPO_MODE|ORI_TYPE|ASYNC_AXIS|OV_PRO))"
     r"(_REL)?(?![A-Za-z0-9_])",
     re.IGNORECASE,
 )
@@ -51,7 +51,8 @@ def _lines(value: object) -> object:
 def _hook_line(text: str) -> str:
     if not text.isascii() or not text.isprintable():
         raise ValueError("has ASCII characters only")
-    if _MOVES.match(text):
+    done = re.search(r"\bDO\b(.*)", text.partition(";")[0], re.IGNORECASE)  # by a TRIGGER
+    if _MOVES.match(text) or (done and _MOVES.match(done.group(1))):
         raise ValueError("may not move the arm, change a frame or a speed, or branch: a hook calls a sub-program")
     if not text.strip():
         raise ValueError("is a line that is not empty")

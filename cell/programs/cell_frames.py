@@ -16,7 +16,9 @@ import numpy as np
 
 from ik.chain import Floats
 
+from ..job.job import Job
 from ..rigid import inverse, pose
+from ..scene.calibration import frame_of
 from ..scene.scene import Scene
 
 
@@ -28,6 +30,19 @@ def T_flange_tcp(scene: Scene) -> Floats:
 def T_table_part(scene: Scene) -> Floats:
     """The part's frame in the table's flange, (4, 4), m."""
     return _between(scene, "table", "part")
+
+
+def T_base_root(job: Job) -> Floats:
+    """Where the positioner stands in the arm's base, (4, 4), m: its measured root, or the case's place of it."""
+    scene, calibration = job.scene, job.case.positioner.calibration
+    if calibration is not None:
+        return inverse(scene.T_world_base()) @ frame_of(calibration.root_mm_deg)
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    body = int(scene.model.site_bodyid[scene.sites["table"]])
+    while scene.model.body_parentid[body] > 0:
+        body = int(scene.model.body_parentid[body])
+    return inverse(scene.T_world_base()) @ pose(data.xpos[body], data.xmat[body])
 
 
 def _between(scene: Scene, one: str, other: str) -> Floats:

@@ -162,6 +162,8 @@ class _Made:
         self.bead_speed = self._bead_speeds()
         own = self.job.case.controller.blend_mm
         self.blend_mm = self.job.case.process.blend_mm if own is None else own
+        if not self.job.case.controller.advance:  # without an advance run no corner is rounded
+            self.blend_mm = 0.0
 
     def _bead_speeds(self) -> Floats:
         """Speed that each step is written with inside a bead, (m - 1,), m/s.

@@ -86,9 +86,11 @@ def write_krl(program: Program, controller: Controller) -> dict[str, str]:
     if np.isfinite(program.moves.external).any():
         main.add("$ASYNC_AXIS = $ASYNC_AXIS B_AND 'B111100'")
     files = {f"{names.main}.src": ""}
+    in_main = 0  # moves of the main module, whose pieces lie between layers
     for piece in _pieces(program):
-        if piece.layer < 0 and piece.moves <= controller.points_a_module:
+        if piece.layer < 0 and in_main + piece.moves <= controller.points_a_module:
             main.write(piece.items)
+            in_main += piece.moves
             continue
         parts = _split(program, piece, controller.points_a_module)
         for number, items in enumerate(parts):

@@ -24,6 +24,8 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 
+ANYWHERE = 1.0  # m: a corner that is rounded anywhere within the moves at it, of which half at most is taken
+
 
 class MoveKind(IntEnum):
     """How a move gets to its end."""

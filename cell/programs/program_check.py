@@ -28,14 +28,15 @@ from ..units import METRES_PER_MM
 from ..verification.bead_order import Finding
 from ..verification.motion_check import MotionResult, check_motion
 from .bead_match import on_beads
-from .cell_frames import T_flange_tcp
-from .program import MoveKind, Program, SourceLine
+from .cell_frames import T_base_root, T_flange_tcp
+from .program import ANYWHERE, Happens, MoveKind, Program, SourceLine
 from .running.interpolation import angles_between
 from .running.program_path import place
-from .running.simulate import SimulatedProgram, run_program
+from .running.simulate import EXACT, SimulatedProgram, run_program
 
 PROGRAM_REASONS = ("unreachable", "tool", "base", "external", "blend", "arc")
 TOOL_OFF, TOOL_TURNED = 5e-5, np.deg2rad(0.05)  # m and rad that a program's tool may differ from the torch
+ROOT_ARM = 1.0  # m from a table's root to the part, by which a turn of it counts
 STILL = np.deg2rad(0.001)  # of the table
 FASTEST = 3.0  # m/s: no arm's TCP is led faster
 WIDER = 1e-9  # beyond a limit: rounding alone
@@ -154,6 +155,7 @@ def _program_findings(run: SimulatedProgram, job: Job) -> Iterator[Found]:
         yield failure, move, move
     yield from _tools(run, job)
     yield from _bases(run)
+    yield from _roots(run.program, job)
     yield from _externals(run.program, job)
     yield from _welding_moves(run, job)
     yield from _stretches(Failure(Kind.PATH_SPEED, limit=FASTEST, place=IN_ROWS), run.program.moves.speed)
@@ -188,6 +190,21 @@ def _bases(run: SimulatedProgram) -> Iterator[Found]:
             yield Failure(Kind.BASE_STANDS, measure, place=IN_ROWS), int(used[0]), int(used[-1])
 
 
+def _roots(program: Program, job: Job) -> Iterator[Found]:
+    """Coupled bases whose table stands elsewhere than the case's, where the program or the case says where it does."""
+    moves = program.moves
+    for k, base in enumerate(program.bases):
+        used = np.flatnonzero((moves.base == k) & np.isfinite(moves.pose[:, 0]))
+        if not base.coupled or base.root is None or not len(used):
+            continue
+        own = T_base_root(job)
+        off = float(np.linalg.norm(base.root[:3, 3] - own[:3, 3]))
+        off += float(angles_between(base.root[:3, :3], own[:3, :3])) * ROOT_ARM
+        if off > TOOL_OFF:
+            measures = round(off / METRES_PER_MM, 3), TOOL_OFF / METRES_PER_MM
+            yield Failure(Kind.BASE_ROOT, *measures, place=IN_ROWS), int(used[0]), int(used[-1])
+
+
 def _externals(program: Program, job: Job) -> Iterator[Found]:
     """Axes of the table that are not given, and have been given by no point before."""
     missing = ~np.isfinite(program.moves.external) & job.scene.has_axis
@@ -203,10 +220,24 @@ def _welding_moves(run: SimulatedProgram, job: Job) -> Iterator[Found]:
     welding = np.zeros(len(moves), dtype=bool)
     inside = (run.weld[1:] >= 0) & (run.weld[1:] == run.weld[:-1])
     welding[np.unique(run.move[1:][inside])] = True
-    wide = np.where(welding, moves.blend, 0.0) / METRES_PER_MM
+    wide = np.where(welding, np.where(moves.blend < ANYWHERE, moves.blend, 0.0), 0.0)
+    wide = np.maximum(wide, np.where(welding, run.rounded, 0.0)) / METRES_PER_MM
     yield from _stretches(Failure(Kind.BLEND, limit=limit, place=IN_ROWS), wide)
+    yield from _stretches(Failure(Kind.ARC_CORNER, limit=0.0, place=IN_ROWS), _at_the_arc(run))
     axes = np.where(welding & (moves.kind == MoveKind.AXES), np.inf, 0.0)
     yield from _stretches(Failure(Kind.PTP_WITH_ARC, place=IN_ROWS), axes)
+
+
+def _at_the_arc(run: SimulatedProgram) -> Floats:
+    """Distances over which corners are rounded at which the arc goes on or off, (k,), mm; 0 of others."""
+    moves = run.program.moves
+    at = {event.before for event in run.program.events if event.kind in (Happens.ARC_ON, Happens.ARC_OFF)}
+    before = np.array([k - 1 for k in sorted(at) if 0 < k < len(moves)], dtype=np.int64)
+    out = np.zeros(len(moves))
+    # of a PTP the share counts, whose distance is not known
+    known = np.where(moves.kind == MoveKind.AXES, np.where(moves.blend_share > 0, np.inf, 0.0), run.rounded)
+    out[before] = known[before] / METRES_PER_MM
+    return np.where(out > EXACT / METRES_PER_MM, out, 0.0)
 
 
 def _stretches(failure: Failure, value: Floats) -> Iterator[Found]:

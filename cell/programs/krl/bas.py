@@ -41,7 +41,7 @@ def run_bas(state: ControllerState, word: str, values: tuple[Any, ...], scope: B
         InputError: the word is not known, or a number is none that it takes.
     """
     if word == "#INITMOV":
-        state.speeds = Speeds()
+        state.speeds = Speeds(override=state.speeds.override)
         state.set_tool(None)
         state.set_base(None)
     elif word in ("#TOOL", "#BASE", "#EX_BASE"):
@@ -68,7 +68,8 @@ def _frame(state: ControllerState, word: str, place: int, scope: BasScope) -> No
     name = "TOOL_DATA" if word == "#TOOL" else "BASE_DATA"
     if name == "BASE_DATA" and (base := state.controller.base_data.get(place)) is not None and base.coupled:
         root = state.controller.machines.get(base.machine or 0)
-        state.set_base(BaseFrame(base.T, coupled=True, number=place, machine=base.machine, root=root))
+        T = matrix(scope.listed(name, place), scope)  # what the program has put there counts
+        state.set_base(BaseFrame(T, coupled=True, number=place, machine=base.machine, root=root))
         state.external_active = True
         return
     if word == "#EX_BASE" and place:

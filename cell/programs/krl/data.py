@@ -113,13 +113,14 @@ class Data:
         """Read the data of a file: its own DEFDAT, and the .dat of its name."""
         if file.index in self._of_files:
             return
-        own = self._of_files[file.index] = VariableScope()
         if not self._shared_read:
             self._shared_read = True
             shared = self._run.sources.beside(SHARED, ".dat")
             if shared is not None:
                 self._parts(shared, self._everywhere)
         beside = self._run.sources.beside(file.path.stem, ".dat")
+        held = None if beside is None else self._of_files.get(beside.index)
+        own = self._of_files[file.index] = VariableScope() if held is None else held
         if beside is not None and beside.index not in self._of_files:
             self._of_files[beside.index] = own
             self._parts(beside, own)
@@ -130,21 +131,22 @@ class Data:
         for part in file.parts.values():
             if part.kind != "DEFDAT":
                 continue
-            found = VariableScope()
+            found, shared = VariableScope(), VariableScope()
             for statement in part.body:
                 self._run.where = SourceLine(path, statement.line)
                 self._run.step()
                 if statement.op == "declare":
                     for one in statement.value:
-                        self.declare(one, found)
+                        self.declare(one, shared if one.everywhere or one.name in shared else found)
                 elif statement.op == "assign":
                     root, accessors = self.path(statement.value[0])
-                    self._put(found, root, accessors, evaluate(statement.value[1], self._run))
+                    own = shared if root in shared else found
+                    self._put(own, root, accessors, evaluate(statement.value[1], self._run))
                 elif statement.op != "pass":
                     raise refuse(self._run.where, "a .dat file holds declarations and values alone")
             into.add(found)
-            if part.everywhere:
-                self._everywhere.add(found)
+            # one value for all, which any of them may change: no copy is kept for the file itself
+            self._everywhere.add(shared)
         self._run.where = where
 
     # -- variables -----------------------------------------------------------------------------------------------
@@ -182,12 +184,8 @@ class Data:
         if name in ("MACHINE_DEF", "EX_AX_DATA"):
             first = 1 if name == "EX_AX_DATA" else 0  # the first external kinematic is the second machine
             return lambda indices: MachineReference(indices[0] + first)
-        if (file := self._run.sources.with_variable(name)) is not None:
-            self.load(file)
-            self._everywhere.add(self._of_files[file.index])
-            if name in self._everywhere:
-                return self._everywhere[name]
-        return self._last_resort(name)
+        self._declared_beside(name)
+        return self._everywhere[name] if name in self._everywhere else self._last_resort(name)
 
     def _last_resort(self, name: str) -> Any:
         home = self._run.controller.home
@@ -214,9 +212,16 @@ class Data:
 
     def set(self, name: str, accessors: Accessors, value: Any) -> None:
         """Assign to a variable of the program's own."""
-        scopes = self._scopes()
-        scope = next((scope for scope in scopes if name in scope), scopes[0])
+        if all(name not in scope for scope in self._scopes()):
+            self._declared_beside(name)
+        # what is declared nowhere belongs to all: a part's own variables have to be declared in it
+        scope = next((scope for scope in self._scopes() if name in scope), self._everywhere)
         self._put(scope, name, accessors, value)
+
+    def _declared_beside(self, name: str) -> None:
+        """Read the .dat beside that declares a variable for all, if there is one."""
+        if (file := self._run.sources.with_variable(name)) is not None:
+            self.load(file)
 
     def _put(self, scope: VariableScope, name: str, accessors: Accessors, value: Any) -> None:
         if not accessors:

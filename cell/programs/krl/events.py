@@ -15,6 +15,7 @@ import re
 from ..controller import Controller
 from ..hooks import HookPattern
 from .statements import Happening
+from .triggers import done_by
 
 _DISTANCE = re.compile(r"\bDISTANCE\s*=\s*([01])\b", re.IGNORECASE)
 _PATH = re.compile(r"\bPATH\s*=\s*([-+]?[\d.]+)", re.IGNORECASE)
@@ -50,7 +51,8 @@ class EventReader:
         if not re.match(r"\s*TRIGGER\b", line, re.IGNORECASE):
             return self._found(line, "now")
         distance, path, delay = _DISTANCE.search(line), _PATH.search(line), _DELAY.search(line)
-        found = self._found(line, "start" if distance is not None and distance.group(1) == "0" else "end")
+        at = "start" if distance is not None and distance.group(1) == "0" else "end"
+        found = self._found(line, at) or self._found(done_by(line), at)
         if found is not None:
             for name, match in (("path_mm", path), ("delay_ms", delay)):
                 value = _plain(match.group(1)) if match is not None else None

@@ -89,7 +89,7 @@ class Execution:
         if part.parameters:
             raise refuse(SourceLine(str(main.path), part.line), f"{part.name} has parameters: it is called by another")
         self._run_part(main, part, VariableScope())
-        self.state.finish()
+        self.state.finish(self.where)
 
     def passing(self, kind: str) -> None:
         """Count the line that runs as passed over."""
@@ -243,7 +243,12 @@ class Execution:
 
     def _do_stop(self, statement: Statement) -> None:
         self.passing(statement.value)
-        self.state.stop()
+        self.state.stand()
+
+    def _do_doubt(self, statement: Statement) -> None:
+        kind, text = statement.value
+        self.passing(kind)
+        self.state.doubt(f"{text} ({self._named()})")
 
     def _do_wait(self, statement: Statement) -> None:
         seconds = number(evaluate(statement.value, self), self)
@@ -277,6 +282,8 @@ class Execution:
 
     def _assign(self, target: Expression, value: Any) -> None:
         root, accessors = self.data.path(target)
+        if root in ("MACHINE_DEF", "EX_AX_DATA"):
+            raise refuse(self.where, f"assigns to {root}: where the table stands is what the case says")
         if not root.startswith("$"):
             self.data.set(root, accessors, value)
             return
@@ -322,7 +329,7 @@ class Execution:
             elif one.op in ("if", "while", "loop", "repeat"):
                 if not self._moves_nothing((*one.body, *one.other)):
                     return False
-            elif one.op not in ("pass", "stop", "wait", "continue"):
+            elif one.op not in ("pass", "stop", "wait", "continue", "doubt"):
                 return False
         return True
 

@@ -28,6 +28,7 @@ from .expressions import (
 )
 from .lexing import quoted, refuse, tokens
 from .statements import Declaration, MotionStatement, Statement
+from .triggers import trigger_statements
 
 CIRCLES = frozenset(("CIRC", "CIRC_REL", "SCIRC", "SCIRC_REL"))
 LINES = frozenset(("LIN", "LIN_REL", "SLIN", "SLIN_REL", "SPL"))
@@ -44,7 +45,6 @@ PASSED = {  # what moves nothing, by its first word
     "SIGNAL": "declarations of signals",
     "IMPORT": "declarations of other modules",
     "CHANNEL": "declarations of signals",
-    "TRIGGER": "triggers that are no known event",
     "PULSE": "outputs",
     "BRAKE": "BRAKE",
     "ANOUT": "analogue signals",
@@ -126,14 +126,16 @@ class LineForms:
         event = events.of_statement(line)
         if event is not None:
             yield Statement("event", number, event)
-        if word in PASSED:
-            if event is None:
-                kind = PASSED[word]
-                foreign = word == "INTERRUPT" and " DECL " in text.upper() and "IR_STOPM" not in text.upper()
-                yield Statement("pass", number, FOREIGN_INTERRUPTS if foreign else kind)
-            return
         if event is None and any(pattern.search(line) for pattern in self._harmless):
             yield Statement("pass", number, "statements that the case calls harmless")
+            return
+        if word == "TRIGGER":
+            yield from trigger_statements(text, where, event)
+            return
+        if word in PASSED:
+            if event is None:
+                foreign = word == "INTERRUPT" and " DECL " in text.upper() and "IR_STOPM" not in text.upper()
+                yield _foreign(number) if foreign else Statement("pass", number, PASSED[word])
             return
         yield from _call_or_assignment(text, where, event is not None)
 
@@ -279,13 +281,19 @@ def _declares(text: str) -> bool:
     return re.match(r"[A-Za-z0-9_$]+\s+[A-Za-z_$]", text) is not None
 
 
+def _foreign(number: int) -> Statement:
+    """The declaration of an interrupt whose sub-program may move the arm."""
+    return Statement("doubt", number, (FOREIGN_INTERRUPTS, "an interrupt is declared, whose sub-program is not run"))
+
+
 def _declaration(text: str, where: SourceLine) -> Statement:
     cursor = Cursor(tokens(text, where), where)
-    while cursor.take("DECL", "GLOBAL", "CONST"):
-        pass
+    words = set()
+    while (word := cursor.take("DECL", "GLOBAL", "CONST")) is not None:
+        words.add(word)
     if cursor.token.text in PASSED:
         foreign = cursor.token.text == "INTERRUPT" and "IR_STOPM" not in text.upper()
-        return Statement("pass", where.number, FOREIGN_INTERRUPTS if foreign else PASSED[cursor.token.text])
+        return _foreign(where.number) if foreign else Statement("pass", where.number, PASSED[cursor.token.text])
     kind = cursor.need_name("a type")
     found = []
     while True:
@@ -297,7 +305,7 @@ def _declaration(text: str, where: SourceLine) -> Statement:
                 if not cursor.take(","):
                     element.append(expression(cursor))
         value = expression(cursor) if cursor.take("=") else None
-        found.append(Declaration(kind, name, array, tuple(element), value))
+        found.append(Declaration(kind, name, array, tuple(element), value, "GLOBAL" in words))
         if not cursor.take(","):
             break
     cursor.need_end()

@@ -84,6 +84,12 @@ def _need_frames(state: ControllerState, scope: Scope) -> None:
         raise refuse(scope.where, "the motion has no tool: no $TOOL holds (BAS (#INITMOV,..) takes it away)")
     if state.base is None:
         raise refuse(scope.where, "the motion has no base: no $BASE holds (BAS (#INITMOV,..) takes it away)")
+    machine, table = state.base.machine, state.controller.machine
+    if state.base.coupled and machine is not None and machine != table:
+        raise refuse(
+            scope.where,
+            f"the base is on MACHINE_DEF[{machine}], and the case's table is MACHINE_DEF[{table}] (controller.machine)",
+        )
 
 
 def _point(point: Any, state: ControllerState, scope: Scope) -> dict[str, float]:

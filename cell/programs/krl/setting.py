@@ -107,8 +107,15 @@ def _frame(state: ControllerState, name: str, part: str, value: Any, scope: Scop
         state.set_base(BaseFrame(matrix(value, scope), coupled=False, number=number_in_list))
 
 
-def _share(value: float, most: float = 100.0) -> float | None:
-    return value / 100.0 if 0 <= value <= most else None
+LEAST_SHARE = 1e-3  # %: with less the arm stands
+
+
+def _share(value: float) -> float | None:
+    return value / 100.0 if 0 <= value <= 100 else None
+
+
+def _moving_share(value: float) -> float | None:
+    return value / 100.0 if LEAST_SHARE <= value <= 100 else None
 
 
 def _speed_value(value: float) -> float | None:
@@ -153,7 +160,7 @@ _KNOWN: dict[tuple[str, str], tuple[Callable[[float], float | None], Setter, str
     ("$APO", "CVEL"): (_share, _put("share"), "0 to 100 %"),
     ("$APO", "CPTP"): (_share, _put("axes_share"), "0 to 100 %"),
     ("$APO", "CORI"): (_length, _nothing, "0 or more, in degrees"),
-    ("$OV_PRO", ""): (_share, _put("override"), "0 to 100 %"),
+    ("$OV_PRO", ""): (_moving_share, _put("override"), "above 0 and up to 100 %"),
 }
 _STRUCTURES = ("$VEL", "$ACC", "$APO")
 _ARRAYS = {
@@ -168,9 +175,9 @@ def _speed(speeds: Speeds, path: tuple[str, str], indices: tuple[int, ...], valu
     name, part = path
     given = number(value, scope)
     if name in _ARRAYS:
-        share = _share(given)
+        share = _moving_share(given)
         if share is None or len(indices) != 1:
-            raise refuse(scope.where, f"{name}[i] is 0 to 100 %, not {given:g}")
+            raise refuse(scope.where, f"{name}[i] is above 0 and up to 100 %, not {given:g}")
         if _ARRAYS[name]:
             getattr(speeds, _ARRAYS[name])[indices[0]] = share
         return

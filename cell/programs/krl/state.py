@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..controller import Controller
-from ..program import BaseFrame, Event, Happens, MoveKind, Moves, ProgramDoubt, SourceLine, ToolFrame
+from ..program import ANYWHERE, BaseFrame, Event, Happens, MoveKind, Moves, ProgramDoubt, SourceLine, ToolFrame
 from .lexing import refuse
 
 NAN = float("nan")
@@ -114,6 +114,8 @@ class ControllerState:
         self.arc = False
         self.continues = False  # CONTINUE: the next stop of the advance run is none
         self.external_active = False  # $ACT_EX_AX, or BAS, has made the table's axes count
+        self._burnt = 0  # moves when the arc went on
+        self._stood = False  # it has waited since, for a time that is not known
         self._doubts: dict[str, list[int]] = {}  # first move and how many, by what it is
         self.events: list[Event] = []
         self.tools: list[ToolFrame] = []
@@ -147,6 +149,7 @@ class ControllerState:
         if self._base < 0 and self.base is not None:
             base = self.base
             key = ("base", base.number, base.name, base.coupled, base.machine, base.T.tobytes())
+            key += (None if base.root is None else base.root.tobytes(),)
             self._base = self._known.setdefault(key, len(self.bases))
             if self._base == len(self.bases):
                 self.bases.append(base)
@@ -167,6 +170,9 @@ class ControllerState:
             where: file and line.
         """
         columns, speeds = self._columns, self.speeds
+        if self._stood:
+            self.doubt("waits or halts before it with the arc on, for how long is not known")
+            self._stood = False
         tool, base = self._indices()
         axes = kind == MoveKind.AXES
         distance, share = self._blend(axes, blends)
@@ -211,7 +217,7 @@ class ControllerState:
             return distance, 0.0
         if "C_VEL" in blends:
             return 0.0, speeds.share
-        return 0.0, 1.0  # C_ORI, C_SPL: anywhere within the move
+        return ANYWHERE, 0.0  # C_ORI, C_SPL
 
     def stop(self) -> None:
         """The advance run stops: the corner before it is not rounded, unless CONTINUE stands before."""
@@ -219,6 +225,11 @@ class ControllerState:
         if len(self) and not kept:
             self._columns["blend"][-1] = 0.0
             self._columns["blend_share"][-1] = 0.0
+
+    def stand(self) -> None:
+        """A stop for a time that is not known."""
+        self.stop()
+        self._stood = self.arc and len(self) > self._burnt
 
     # -- events --------------------------------------------------------------------------------------------------
 
@@ -237,15 +248,15 @@ class ControllerState:
 
     def _happens(self, kind: Happens, fields: object, line: SourceLine | None, before: int) -> None:
         if kind in (Happens.ARC_ON, Happens.ARC_OFF):
-            if self.arc == (kind == Happens.ARC_ON):
+            if self.arc == (kind == Happens.ARC_ON) and not (self.arc and before > self._burnt):
                 return  # it burns already, or does not: one of several lines that say so
-            self.arc = kind == Happens.ARC_ON
+            self.arc, self._stood, self._burnt = kind == Happens.ARC_ON, False, before
         self.events.append(Event(kind, before, fields=fields, line=line))  # type: ignore[arg-type]
 
-    def finish(self) -> None:
+    def finish(self, where: SourceLine) -> None:
         """The program has ended."""
         if self._waiting:
-            raise refuse(self._waiting[0].line or SourceLine("", 0), "a trigger has no motion behind it")
+            raise refuse(where, f"the trigger of {self._waiting[0].line} has no motion behind it")
 
     def doubt(self, kind: str) -> None:
         """Note something that is no fault of the move that comes next, and may be a slip."""
@@ -253,7 +264,8 @@ class ControllerState:
 
     def doubts(self) -> tuple[ProgramDoubt, ...]:
         """All of them."""
-        return tuple(ProgramDoubt(kind, move, count) for kind, (move, count) in self._doubts.items())
+        last = max(len(self) - 1, 0)
+        return tuple(ProgramDoubt(kind, min(move, last), count) for kind, (move, count) in self._doubts.items())
 
     def moves(self) -> Moves:
         """All moves."""

@@ -67,6 +67,7 @@ class Declaration:
         array: whether it has indices.
         element: which of them the value is for, as lines of .dat files give it; empty: of the whole.
         value: its first, None where it has none.
+        everywhere: whether all programs know it (GLOBAL).
     """
 
     kind: str
@@ -74,6 +75,7 @@ class Declaration:
     array: bool
     element: tuple[Expression, ...]
     value: Expression | None
+    everywhere: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,10 +30,9 @@ from ...motion.motion import STANDING, Motion
 from ...motion.motion_file import BlendedRows
 from ...timing.time_law import TimeLaw, time_path, time_stops, time_travel
 from ..program import Happens, MoveKind, Program, SourceLine
+from .corners import BRAKES, DEFAULT_SPEED, asked_distances, rounded_distances
 from .program_path import ProgramPath, path_of
 
-DEFAULT_SPEED = 2.0  # m/s: of a line for which none is set (KUKA: DEF_VEL_CP)
-BRAKES = 2.3  # m/s^2: likewise (KUKA: DEF_ACC_CP)
 TURN_SPEED = np.deg2rad(200.0)  # of the TCP about itself (KUKA: DEF_VEL_ORI1)
 EXACT = 1e-5  # m: corners that are rounded over less are stopped in
 TICK = 2e-6  # s that every row takes at least
@@ -53,6 +52,7 @@ class SimulatedProgram:
         lost: what the arm cannot do, by the number of the move; the motion ends there.
         arc_faults: what is wrong with the order of arc on and arc off, by the number of the move.
         turned: greatest turn of the TCP from one end of a line to the other, rad.
+        rounded: distance from its end at which the corner of every move may be rounded, (k,), m.
     """
 
     program: Program
@@ -63,6 +63,7 @@ class SimulatedProgram:
     lost: dict[int, Failure]
     arc_faults: dict[int, Failure]
     turned: float
+    rounded: Floats
 
     def line(self, row: int) -> SourceLine | None:
         """Where the move of a row stands in the text."""
@@ -95,6 +96,7 @@ class _Clock:
         self.program, self.job, self.path, self.moves = program, job, path, program.moves
         drives = job.drives
         self.limits = drives.speed, drives.acceleration
+        self.asked = asked_distances(self.moves)
         self.first = np.searchsorted(path.move, np.arange(len(self.moves) + 1))
         self.rows: list[tuple[Floats, Floats, Ints]] = []  # axes, seconds from the row before, move
         self.arc: list[Ints] = []
@@ -150,10 +152,13 @@ class _Clock:
 
     def _stops(self, before: int) -> bool:
         """Whether the arm stops where the move that follows begins."""
-        moves, last = self.moves, before - 1
-        if moves.blend[last] <= EXACT and moves.blend_share[last] <= 0:
+        if self._exact(before - 1):
             return True
         return any(event.kind in STOPS for event in self.events.get(before, ()))
+
+    def _exact(self, move: int) -> bool:
+        """Whether the program has the arm stop at the end of a move."""
+        return bool(self.moves.blend[move] <= EXACT and self.moves.blend_share[move] <= 0)
 
     def _run_end(self, i: int) -> int:
         """The move after the last of those that are run through without a stop."""
@@ -245,10 +250,7 @@ class _Clock:
         ends = np.flatnonzero(np.append(np.diff(move) != 0, True))
         length = np.diff(np.concatenate([[0.0], s[ends + 1]]))
         inner = move[ends[:-1]]
-        asked = self.moves.blend[inner]
-        speed = np.nan_to_num(self.moves.speed[inner], nan=DEFAULT_SPEED)
-        by_speed = speed**2 * (1 - self.moves.blend_share[inner] ** 2) / (2 * BRAKES)
-        asked = np.where(self.moves.blend_share[inner] > 0, np.maximum(asked, by_speed), asked)
+        asked = self.asked[inner]
         half = np.maximum(length[:-1], length[1:]) / 2
         return float(np.minimum(asked, half).max(initial=0.0))
 
@@ -285,8 +287,8 @@ class _Clock:
             step = np.linalg.norm(np.diff(p[rows], axis=0), axis=1)
             s = np.concatenate([[0.0], np.cumsum(np.maximum(step, STANDING))])
             longer = max(s[corner - first], s[-1] - s[corner - first])
-            share = float(m.blend_share[k - 1])
-            zone = min(max(float(m.blend[k - 1]), share * longer / 2), longer / 2)
+            share = float(m.blend_share[k - 1]) if m.kind[k - 1] == MoveKind.AXES else 0.0
+            zone = min(max(float(self.asked[k - 1]), share * longer / 2), longer / 2)
             if zone > EXACT:
                 out.append(BlendedRows(first - 1, stop - 1, s, zone))
         return out
@@ -304,7 +306,15 @@ class _Clock:
         path = self.path
         self.runs += self._mixed_corners(axes, move)
         return SimulatedProgram(
-            self.program, motion, move, tuple(self.runs), weld, path.lost, self.arc_faults, path.turned
+            self.program,
+            motion,
+            move,
+            tuple(self.runs),
+            weld,
+            path.lost,
+            self.arc_faults,
+            path.turned,
+            rounded_distances(self.moves, path),
         )
 
 

@@ -117,7 +117,7 @@ def test_a_coupled_base_takes_offsets_and_knows_its_root(tmp_path: Path) -> None
     offset = "{X 0,Y 0,Z 7,A 0,B 0,C 0}"
     body = f"$TOOL=$NULLFRAME\n$BASE=EK(MACHINE_DEF[3].ROOT,MACHINE_DEF[3].MECH_TYPE,BASE_DATA[1]:{offset})\n"
     section = {"base_data": {1: {"position_mm": [0, 0, 3]}}, "machines": {3: {"position_mm": [1500, 0, 0]}}}
-    (base,) = run(tmp_path, body + LIN, read=section).bases
+    (base,) = run(tmp_path, body + LIN, read=section, machine=3).bases
     assert (base.coupled, base.machine, base.number) == (True, 3, None)
     np.testing.assert_allclose(base.T[2, 3], 0.01)
     assert base.root is not None

@@ -80,6 +80,16 @@ def test_a_whole_program_is_as_it_was() -> None:
         assert text.replace("\r\n", "\n") == (GOLDEN / name).read_text(encoding="ascii"), name
 
 
+def test_what_lies_between_layers_is_not_too_long_in_the_main_module_either() -> None:
+    moves = Moves.empty(15)
+    moves = replace(moves, kind=np.full(15, int(MoveKind.AXES)), joints=np.zeros((15, 6)), external=np.zeros((15, 2)))
+    kinds = (Happens.LAYER_START, Happens.LAYER_END)
+    events = tuple(Event(kind, before) for before in (4, 8, 12) for kind in kinds)
+    files = write_krl(Program("between", moves, events, (), ()), controller("between", points_a_module=10))
+    assert sum(text.count("PTP {") for text in files.values()) == 15
+    assert max(text.count("PTP {") for text in files.values()) <= 10
+
+
 @settings(max_examples=15, deadline=None)
 @given(program=programs())
 def test_every_file_can_be_loaded(program: Program) -> None:
@@ -136,6 +146,10 @@ def test_the_cases_name_becomes_a_modules(title: str, name: str) -> None:
         ({"hooks": {"arc_on": "GO ({bead)"}}, "is no template"),
         ({"hooks": {"arc_on": "X=\nLIN {{X 1}}"}}, "may not move the arm"),
         ({"hooks": {"arc_on": "$TOOL = $NULLFRAME"}}, "may not move the arm"),
+        ({"hooks": {"arc_on": "X=1\nASYPTP {{E1 5}}"}}, "may not move the arm"),
+        ({"hooks": {"arc_on": "TOOL_DATA[1] = $NULLFRAME"}}, "may not move the arm"),
+        ({"hooks": {"arc_on": "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $VEL.CP=2"}}, "may not move the arm"),
+        ({"hooks": {"arc_on": "INTERRUPT DECL 5 WHEN $IN[1] DO EVADE ( )"}}, "may not move the arm"),
         ({"hooks": {"arc_on": "GO () ;é"}}, "ASCII"),
         ({"hooks": {"arc_on": []}}, "controller.hooks.arc_on: has too few values"),
         ({"hooks": {"arc_on": ["A ( )", " "]}}, "not empty"),

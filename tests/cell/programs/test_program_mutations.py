@@ -21,7 +21,7 @@ def point(**values: str) -> str:
     return "LIN {" + ",".join(f"{name} {value}" for name, value in (own | values).items()) + r"}\g<9>"
 
 
-def everywhere(pattern: str, new: str, *names: str) -> Change:
+def everywhere(pattern: str, new: str | Callable[[re.Match[str]], str], *names: str) -> Change:
     """Replace all places in some files, in all where none are named."""
 
     def change(files: dict[str, str]) -> None:
@@ -58,6 +58,28 @@ FOUND: dict[str, tuple[Change, str, str, int]] = {
         "boss_L002.src",
         line_of(LIN, file="boss_L002.src", nth=2),
     ),
+    "rounded where the arc starts": (edited(LIN, r"\g<0> C_DIS", nth=1), "blend", LAYER, line_of(LIN, nth=1)),
+    "rounded where the arc ends": (edited(LIN, r"\g<0> C_DIS", nth=7), "blend", LAYER, line_of(LIN, nth=7)),
+    "a PTP rounded where the arc starts": (
+        edited(r"^LIN \{(.*)\}$", r"PTP {\1} C_PTP", nth=1),
+        "blend",
+        LAYER,
+        line_of(LIN, nth=1),
+    ),
+    "rounded by the orientation": (edited(" C_DIS$", " C_ORI", nth=2), "blend", LAYER, line_of(" C_DIS$", nth=2)),
+    "the root elsewhere": (
+        everywhere(r"MACHINE_DEF\[2\].ROOT", "{X 1500,Y 0.1,Z 0,A -90,B 0,C 0}", LAYER),
+        "base",
+        LAYER,
+        line_of(LIN),
+    ),
+    "the root turned": (
+        everywhere(r"MACHINE_DEF\[2\].ROOT", "{X 1500,Y 0,Z 0,A -89.9,B 0,C 0}", LAYER),
+        "base",
+        LAYER,
+        line_of(LIN),
+    ),
+    "arc on again": (edited(LIN, r"\g<0>\nARC_ON ( )", nth=3), "arc", LAYER, line_of(LIN, nth=4) + 1),
     "arc off missing": (
         edited(r"^ARC_OFF.*\n", ""),
         "off_bead",
@@ -80,6 +102,22 @@ def test_a_wrong_digit_is_found_with_its_line(what: str, tmp_path: Path) -> None
     result = boss_program().read(tmp_path, change)
     assert not result.feasible
     assert (file, line) in {(f.line.file, f.line.number) for f in result.findings if f.reason == reason and f.line}
+
+
+HARMLESS = {
+    "the root as it is": everywhere(r"MACHINE_DEF\[2\].ROOT", "{X 1500,Y 0,Z 0,A -90,B 0,C 0}"),
+    "a wait between a rounded corner and the arc": edited(
+        r"^(LIN .*[^S])$(?=\nARC_ON)", r"\1 C_DIS\nWAIT SEC 0.1", nth=0
+    ),
+    "capitals": everywhere(r"^(LIN|PTP|END|DEF) (.*)$", lambda m: m.group(0).lower()),
+    "a point twice": edited(LIN, r"\g<0>\n\g<0>", nth=3),
+    "words of the arc in comments": edited(LIN, r"; ARC_OFF ( ) comes\n\g<0> ;ARC_OFF ( )", nth=3),
+}
+
+
+@pytest.mark.parametrize("what", HARMLESS)
+def test_what_changes_nothing_is_feasible(what: str, tmp_path: Path) -> None:
+    assert boss_program().read(tmp_path, HARMLESS[what]).feasible
 
 
 REFUSED = {

@@ -1,0 +1,79 @@
+"""TRIGGERs: what is done at a point of the motion, as statements.
+
+Use:
+
+    trigger_statements("TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[3]=TRUE", where, None)     # passed over
+
+When a trigger fires is not followed, so that what it does may not change how the arm moves. Arcs and layers are taken
+at the point at which its motion starts or ends.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from ..program import Happens, SourceLine
+from .expressions import Constant, Variable
+from .lexing import quoted, refuse
+from .setting import HARMLESS
+from .statements import Happening, Statement
+from .values import UnknownValue
+
+PASSED = "triggers that are no known event"
+CALLS = "triggers whose sub-programs are not run"
+_DONE = re.compile(r"\bDO\b\s*(.*?)\s*(?:\bPRIO\s*=[^;]*)?(;.*)?$", re.IGNORECASE)
+_COMPUTED = re.compile(r"\b(PATH|DELAY)\s*=\s*(?![-+]?[\d.]+(\s|$))", re.IGNORECASE)
+_NAME = re.compile(r"([A-Za-z_$][A-Za-z0-9_$]*)(?:\s*(?:\[[^\]]*\]|\.\s*\w+))*\s*(=|\()")
+
+
+def done_by(line: str) -> str:
+    """What a trigger does, with the comment behind it; empty where that is not said."""
+    found = _DONE.search(line)
+    return "" if found is None else found.group(1) + (f" {found.group(2)}" if found.group(2) else "")
+
+
+def trigger_statements(text: str, where: SourceLine, event: Happening | None) -> Iterator[Statement]:
+    """What a trigger stands for, beside the event that it is.
+
+    Args:
+        text: of the statement, without its comment.
+        where: it stands.
+        event: it is, None where it is none.
+
+    Yields:
+        Statements.
+
+    Raises:
+        InputError: it says nothing to do.
+    """
+    number = where.number
+    if event is not None:
+        if event.kind in (Happens.ARC_ON, Happens.ARC_OFF):
+            yield from _off_its_point(event, text, number)
+        return
+    found = _NAME.match(done_by(text))
+    if found is None:
+        raise refuse(where, f"TRIGGER does nothing that is known: {quoted(text)}")
+    name, sign = found.group(1).upper(), found.group(2)
+    if name == "PULSE" or (sign == "=" and name in HARMLESS):
+        yield Statement("pass", number, PASSED)
+    elif sign == "(":
+        yield Statement("doubt", number, (CALLS, f"a TRIGGER calls {quoted(name)}, which is not run"))
+    elif name.startswith("$"):
+        yield Statement("refused", number, f"a TRIGGER sets {quoted(name)}: when it does is not followed")
+    else:
+        unknown = UnknownValue(f"{quoted(name)} is set by the TRIGGER of line {number}")
+        yield Statement("assign", number, (Variable(name), Constant(unknown)))
+
+
+def _off_its_point(event: Happening, text: str, number: int) -> Iterator[Statement]:
+    """A trigger of the arc that does not fire at its point."""
+    path, delay = (float(event.fields.get(name, 0.0)) for name in ("path_mm", "delay_ms"))
+    word = event.kind.value
+    if path:
+        yield Statement("refused", number, f"a TRIGGER with PATH = {path:g} mm: {word} off a point is not followed")
+    elif delay or _COMPUTED.search(text):
+        when = f"DELAY = {delay:g} ms" if delay else "a PATH or DELAY that is computed"
+        doubt = f"a TRIGGER with {when}: {word} is taken to be at its point"
+        yield Statement("doubt", number, ("triggers off their point", doubt))
