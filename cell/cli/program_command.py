@@ -188,6 +188,6 @@ def check_program_file(args: argparse.Namespace, case: Case) -> int:
         from ..html.check_page import html_report
         from ..view.shown_motion import played_program
 
-        write_text(args.html, html_report(played_program(job, result)))
+        write_text(args.html, html_report(played_program(result.found.job, result)))
     say(program_lines(result, args.program), sys.stderr if args.json == STDOUT else sys.stdout)
     return DONE if result.feasible else NOT_DONE

@@ -133,7 +133,7 @@ def _checked_program(args: argparse.Namespace, job: Job) -> Result:
     if found.findings and not is_quiet():
         count = len(found.findings)
         sys.stderr.write(f"rbam: {args.program}: infeasible, {count} finding(s); rbam check --program lists them\n")
-    return played_program(job, found, args.target)
+    return played_program(found.found.job, found, args.target)
 
 
 def _picture(args: argparse.Namespace, case: Case) -> None:

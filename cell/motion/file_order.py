@@ -36,10 +36,17 @@ def read_in_order(path: str | Path, job: Job) -> tuple[Job, ReadMotion]:
         InputError: as of ``cell.motion.motion_file.read_motion``.
     """
     read = read_motion(path, job)
-    if job.case.table.mode not in CHOOSES or job.case.table.poses:
-        return job, read
-    again = in_order(job, _runs(job, read.motion))
+    again = in_motion_order(job, read.motion)
     return (job, read) if again is job else (again, read_motion(path, again))
+
+
+def in_motion_order(job: Job, motion: Motion) -> Job:
+    """The job with its layers in the order in which a motion lays them, where that is the motion's to choose."""
+    if job.case.table.mode not in CHOOSES or job.case.table.poses or not len(job.targets):
+        return job
+    if job.order is not None:
+        return job  # it has one already, by which the motion was made or read
+    return in_order(job, _runs(job, motion))
 
 
 def _runs(job: Job, motion: Motion) -> list[LayerRun]:

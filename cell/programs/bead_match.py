@@ -54,7 +54,7 @@ def on_beads(job: Job, run: SimulatedProgram) -> SimulatedProgram:
         target[rows] = beads.targets(bead, x[rows], np.append(np.diff(run.move[rows]) != 0, True))
         expected = bead + 1
     target = _led_to(target)
-    return with_beads(run, t.path[target].astype(np.int64), t.layer[target].astype(np.int64), target)
+    return with_beads(run, t.path[target].astype(np.int64), t.layer[target].astype(np.int64), target, job.order)
 
 
 def _led_to(target: Ints) -> Ints:

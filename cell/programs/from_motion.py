@@ -206,10 +206,10 @@ class _Made:
     def _fields(self, row: int) -> dict[str, str | float]:
         t, i = self.job.targets, int(self.motion.target[row])
         return {
-            "bead": int(self.motion.bead[row]),
+            "bead": int(self.motion.called[0][row]),
             "layer": int(self.motion.layer[row]),
             "sub_volume": t.sub_volume[t.sub_volume_index[i]],
-            "target": i,
+            "target": int(self.motion.called[1][row]),
         }
 
     def _event(self, kind: Happens, row: int, seconds: float = 0.0, **more: float) -> None:
@@ -311,14 +311,14 @@ class _Made:
         share = np.clip((p - start[:3, 3]) @ way / length, 0.0, 1.0)
         if (np.diff(share) < 0).any():
             return False
-        off = np.linalg.norm(p - start[:3, 3] - share[:, None] * way, axis=1)
-        R_start, R_end = (np.broadcast_to(T[:3, :3], (len(share), 3, 3)) for T in (start, end))
-        R = turned_shares(R_start, R_end, share)
-        turned = angles_between(R, self.T[inner, :3, :3])
-        table = self.motion.table
-        external = np.abs(table[a] + share[:, None] * (table[b] - table[a]) - table[inner]).max(axis=1)
-        limits = self.thinning
-        return bool((off <= limits.chord).all() and (np.maximum(turned, external) <= limits.angle).all())
+        limits, table = self.thinning, self.motion.table
+        if (np.linalg.norm(p - start[:3, 3] - share[:, None] * way, axis=1) > limits.chord).any():
+            return False
+        external = np.abs(table[a] + share[:, None] * (table[b] - table[a]) - table[inner])
+        R = turned_shares(start[:3, :3], end[:3, :3], share)
+        return bool(
+            (external <= limits.angle).all() and (angles_between(R, self.T[inner, :3, :3]) <= limits.angle).all()
+        )
 
     def _on_axes(self, a: int, b: int) -> bool:
         """Whether the rows between two lie on the straight line of all axes from one to the other."""

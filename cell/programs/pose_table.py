@@ -48,6 +48,7 @@ def pose_table(job: Job, run: SimulatedProgram) -> tuple[list[str], list[list[An
     header = ["move", "file", "line", "kind", "t_s", *(f"base_{c}" for c in POSE), *(f"part_{c}" for c in POSE)]
     header += [*names, "speed_mm_s", "axis_speed_percent", "blend_mm", "arc", "bead", "layer", "sub_volume", "target"]
     t = job.targets
+    beads, targets = motion.called
     rows = []
     for n, (row, k) in enumerate(zip(last.tolist(), move.tolist(), strict=True)):
         line, target = run.program.line_of(k), int(motion.target[row])
@@ -60,8 +61,8 @@ def pose_table(job: Job, run: SimulatedProgram) -> tuple[list[str], list[list[An
                 *_numbers(in_part[n]),
                 *(f"{a:.5f}" for a in axes[n]),
                 *(_told(moves.speed[k] / METRES_PER_MM), _told(moves.axis_share[k] * 100)),
-                *(_told(moves.blend[k] / METRES_PER_MM), arc, int(motion.bead[row]), int(motion.layer[row])),
-                *(t.sub_volume[t.sub_volume_index[target]], target),
+                *(_told(moves.blend[k] / METRES_PER_MM), arc, int(beads[row]), int(motion.layer[row])),
+                *(t.sub_volume[t.sub_volume_index[target]], int(targets[row])),
             ]
         )
     return header, rows

@@ -22,6 +22,7 @@ from slicing import Code, Warning
 from ..arrays import Ints
 from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
+from ..motion.file_order import in_motion_order
 from ..motion.motion_file import ReadMotion
 from ..units import METRES_PER_MM
 from ..verification.bead_order import Finding
@@ -116,6 +117,9 @@ def check_program(program: Program, job: Job) -> ProgramResult:
         InputError: it cannot be begun; one line.
     """
     run = on_beads(job, run_program(program, job))
+    again = in_motion_order(job, run.motion)
+    if again is not job:  # the order of layers is the program's
+        job, run = again, on_beads(again, run)
     read = ReadMotion(run.motion, np.arange(1, len(run.move) + 1), (), (0.0, 0.0), run.runs)
     found = check_motion(job, read)
     findings = [
@@ -274,7 +278,7 @@ def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     welding = np.flatnonzero((run.weld[1:] >= 0) & (run.weld[1:] == run.weld[:-1])) + 1
     if not len(welding):
         return
-    mode = getattr(job.case.table, "mode", "fixed")
+    mode = job.case.table.mode
     if mode == "coordinated":
         return  # it is to move
     table = run.motion.table

@@ -130,11 +130,11 @@ def _beads(job: Job, result: ProgramResult) -> list[dict[str, Any]]:
         i = int(target[0])
         out.append(
             {
-                "bead": int(run.motion.bead[rows[0]]),
+                "bead": int(run.motion.called[0][rows[0]]),
                 "layer": int(t.layer[i]),
                 "sub_volume": t.sub_volume[t.sub_volume_index[i]],
-                "target": i,
-                "to_target": int(target[-1]),
+                "target": int(run.motion.called[1][rows[0]]),
+                "to_target": int(run.motion.called[1][rows[-1]]),
                 **_place(first),
                 "to_line": None if last is None else last.number,
                 "target_lines": [None if line is None else line.number for line in lines],

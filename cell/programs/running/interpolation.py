@@ -27,7 +27,16 @@ STRAIGHT = 1e-9  # m^2: less area between three points is a line
 
 
 def turned_shares(R_start: Floats, R_end: Floats, share: Floats) -> Floats:
-    """Rotations on the way from one to another about a constant axis, (m, 3, 3)."""
+    """Rotations on the way from one to another about a constant axis.
+
+    Args:
+        R_start: (m, 3, 3), or (3, 3) of all.
+        R_end: likewise.
+        share: of the way, (m,), 0 to 1.
+
+    Returns:
+        (m, 3, 3).
+    """
     start = Rotation.from_matrix(R_start)
     way = (start.inv() * Rotation.from_matrix(R_end)).as_rotvec()
     out: Floats = (start * Rotation.from_rotvec(share[:, None] * way)).as_matrix()

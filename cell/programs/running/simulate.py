@@ -24,6 +24,7 @@ from ik.chain import Floats
 
 from ...arrays import Ints
 from ...failure import IN_ROWS, Failure, Kind
+from ...job.build_order import BuildOrder
 from ...job.job import Job
 from ...motion.motion import STANDING, Motion
 from ...motion.motion_file import BlendedRows
@@ -317,6 +318,8 @@ class _Clock:
         )
 
 
-def with_beads(run: SimulatedProgram, bead: Ints, layer: Ints, target: Ints) -> SimulatedProgram:
+def with_beads(
+    run: SimulatedProgram, bead: Ints, layer: Ints, target: Ints, order: BuildOrder | None
+) -> SimulatedProgram:
     """A run whose rows say which bead, layer and target they belong to, (m,) each."""
-    return replace(run, motion=replace(run.motion, bead=bead, layer=layer, target=target))
+    return replace(run, motion=replace(run.motion, bead=bead, layer=layer, target=target, order=order))
