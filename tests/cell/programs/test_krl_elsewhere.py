@@ -117,6 +117,14 @@ def test_a_stand_of_unknown_length_inside_a_bead_is_doubted(stands: str, tmp_pat
     assert not run(tmp_path, FRAMES + PTP + on + stands + "\n" + LIN + stands + "\n" + off + LIN).doubts
 
 
+def test_a_configuration_that_is_not_followed_is_doubted(tmp_path: Path) -> None:
+    point = "PTP {X 100,Y 0,Z 50,A 0,B 90,C 0%s,T 2,E1 0,E2 0}\n"
+    found = doubts(run(tmp_path, FRAMES + PTP + point % ",S 6"))
+    assert [line for _, line in found] == [5]
+    assert found[0][0].startswith("S is not followed")
+    assert not run(tmp_path, FRAMES + PTP + point % "").doubts
+
+
 def test_the_arc_is_struck_once_by_lines_that_follow_one_another(tmp_path: Path) -> None:
     on, off = "ARC_ON ( )\n", "ARC_OFF ( )\n"
     program = run(tmp_path, FRAMES + PTP + on + on + LIN + on + LIN + off + off)
