@@ -24,7 +24,7 @@ def approach(job: Job, a: np.ndarray, b: np.ndarray) -> float:
     """The most by which any two points come nearer to one another on a step than they are at its ends, both added up.
 
     Points of the arm against points of the cell, of the tilting part and of the table. Tried out are points of the
-    table in all directions as far from its axes as it reaches.
+    table in all directions as far from its axes as it reaches, and those that the arm's own points meet half-way.
     """
     n, chain = job.scene.chain.n, job.scene.chain
     table = TableKinematics.of(job.scene)
@@ -41,7 +41,9 @@ def approach(job: Job, a: np.ndarray, b: np.ndarray) -> float:
     others = [np.repeat((points[20] + rng.normal(size=points[20].shape) * 0.1)[None], len(q), axis=0)]
     for carried in ([1.0, 0.0], [1.0, 1.0]):
         motion = table.poses(q[:, n:] * np.array(carried)) @ at_zero
-        others.append(on_table @ np.swapaxes(motion[:, :3, :3], 1, 2) + motion[:, None, :3, 3])
+        met = (points[20] - motion[20, :3, 3]) @ motion[20, :3, :3]
+        for there in (on_table, met):
+            others.append(there @ np.swapaxes(motion[:, :3, :3], 1, 2) + motion[:, None, :3, 3])
     most = 0.0
     for other in others:
         apart = np.linalg.norm(points[:, :, None] - other[:, None], axis=3)
@@ -50,9 +52,9 @@ def approach(job: Job, a: np.ndarray, b: np.ndarray) -> float:
 
 
 def test_no_point_gets_further_than_the_bound(job: Job) -> None:
-    rng, radius = np.random.default_rng(0), all_radii(job.scene)
+    rng, radius, n = np.random.default_rng(0), all_radii(job.scene), job.scene.chain.n
+    radius[n:] = 4.0  # the points that the arm meets count as points of the table, wherever they are
     bounds = CoupledBounds(job.scene, radius)
-    n = job.scene.chain.n
     middle = np.concatenate([(job.scene.chain.lower + job.scene.chain.upper) / 2, [0.2, 0.3]])
     for size in (0.002, 0.02, 0.2):
         a = middle + rng.uniform(-0.8, 0.8, (60, n + 2))
