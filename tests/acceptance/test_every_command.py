@@ -102,4 +102,6 @@ def test_every_document_of_every_command(
     files = [name if name.startswith("-") else str(out / name) for name in files]
     run("sweep", case, *table, "--workers", "1", *files)
     assert all(path.stat().st_size > 100 for path in out.iterdir())
-    assert set(cli.COMMANDS) == {"check", "slice", "compare", "sweep", "scene", "replay"}
+    program = [str(out / "krl"), "--csv", str(out / "points.csv"), "--robodk", str(out / "station.py")]
+    assert run("export", case, "--krl", *program) == 0
+    assert set(cli.COMMANDS) == {"check", "slice", "compare", "sweep", "scene", "replay", "export"}

@@ -24,7 +24,7 @@ def test_check_writes_the_report_and_the_motion(make_case, tmp_path, capsys):
     document = json.loads(report.read_text())
     assert document["schema"] == "rbam-report/1"
     assert document["verdict"] == "feasible"
-    assert document["table"] == {"E1_deg": 90.0, "E2_deg": 180.0}
+    assert document["table"] == {"E1_deg": 90.0, "E2_deg": 180.0, "mode": "fixed", "poses": []}
     assert set(document["reasons"]) >= REASONS - {"gravity"}
     assert document["targets"] == len(document["rows"]) > 10
     assert document["infeasible"] == 0

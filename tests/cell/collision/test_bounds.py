@@ -246,6 +246,7 @@ def test_corners_of_travels_that_stop_for_a_dwell_are_looked_at_again(monkeypatc
     job, setup = Job(), Bead()
     job.scene = Bead()
     job.scene.chain = Bead()
+    job.scene.chain.n = 6
     job.scene.chain.forward = lambda q: np.tile(np.eye(4), (len(q), 1, 1))
     setup.laid = np.arange(12)
     q = np.linspace(0, 1, 5)[:, None] * np.ones(6)

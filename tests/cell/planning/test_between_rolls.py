@@ -27,7 +27,7 @@ def test_a_roll_is_called_reached_alone_only_where_nothing_is_in_the_way(make_ca
     roll = float(certify(job.solver.chain, T[None], job.window, context.limits, job.solver.form).roll[0])
     hint = standing_between(context, nodes, T, int(job.stage[0]), roll)
     if blocked:
-        assert hint["in_collision"]["distance_mm"] < 5
-        assert abs(hint["reached_in_collision_at_roll_deg"] - np.rad2deg(roll)) < 6.001
+        assert hint.collision.measure < 5
+        assert abs(hint.roll_deg - np.rad2deg(roll)) < 6.001
     else:
-        assert list(hint) == ["reached_alone_at_roll_deg"]
+        assert hint.collision is None
