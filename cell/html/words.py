@@ -21,6 +21,7 @@ from ..units import METRES_PER_MM
 from ..verdict.check import Result, TargetVerdict
 from ..verdict.failure_words import failure_in_words
 from ..verdict.severity import GRAVEST_FIRST, worst_first
+from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words
 from ..view.shown_motion import Played
 
@@ -141,6 +142,11 @@ class Words:
                 for p in self.result.poses
             )
             return f"{self.result.mode} (layers at E1, E2): {poses}"
+        if self.result.mode == "coordinated":
+            use = table_use(self.result)
+            axes = self.result.job.case.table.axes or ("E1", "E2")
+            along = f"{' and '.join(axes)} move{'s' * (len(axes) == 1)} along the beads"
+            return f"{along}: {escape(use.in_words())}" if use is not None else along
         asked, stands = self.result.asked, np.rad2deg(self.result.table)
         turned = "" if abs(stands[1] - asked[1]) < 1e-6 else f" (the axis stands at {_angle(stands[1])})"
         return f"E1 = {_angle(asked[0])}, E2 = {_angle(asked[1])}{turned}"

@@ -27,6 +27,8 @@ PLACES = np.linspace(0.0, 1.0, 9)  # between a target and the next at which the 
 STILL = np.deg2rad(0.01)  # a turn back by less is none
 NAMES = ("E1", "E2")
 
+LEAST_TURN_DEG = 0.5  # an axis that turns less in all is not spoken of
+
 
 @dataclass(frozen=True)
 class TableUse:
@@ -74,7 +76,7 @@ class TableUse:
         turns = ", ".join(
             f"{name} {deg:.0f} deg with {k} reversals"
             for name, deg, k in zip(NAMES, self.travel_deg, self.reversals, strict=True)
-            if deg > 0
+            if deg >= LEAST_TURN_DEG
         )
         return (
             f"up to {self.max_deg:.1f} deg off up (target {self.at_target}), {self.mean_deg:.1f} in the mean, "

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.boss_motion import boss_case, job_of
 
+from cell import html_report
 from cell.job.job import Job
 from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.as_asked import check_as_asked
@@ -74,6 +75,12 @@ def test_the_table_use_is_counted_from_the_rows(upright: Result) -> None:
     assert use.share_within == 1.0
     assert use.mean_deg <= use.max_deg
     assert use.reversals[1] >= 3  # to and fro in every layer
+
+
+def test_the_page_says_what_the_table_does_and_no_pose(upright: Result) -> None:
+    page = html_report(upright)
+    assert "move along the beads: up to" in page
+    assert "E1 = 0°" not in page
 
 
 def test_an_axis_that_is_too_slow_is_named(tmp_path: Path) -> None:
