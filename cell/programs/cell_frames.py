@@ -12,7 +12,6 @@ Metres and radians.
 from __future__ import annotations
 
 import mujoco
-import numpy as np
 
 from ik.chain import Floats
 
@@ -62,15 +61,4 @@ def tables_seen_from_base(scene: Scene, tables: Floats) -> Floats:
     Returns:
         (m, 4, 4), m.
     """
-    still = len(tables) > 0 and bool((tables == tables[0]).all())
-    one = tables[:1], np.zeros(len(tables), dtype=np.int64)
-    poses, which = one if still else np.unique(tables, axis=0, return_inverse=True)
-    data = mujoco.MjData(scene.model)
-    out = np.empty((len(poses), 4, 4))
-    site = scene.sites["table"]
-    for i, angles in enumerate(poses):
-        data.qpos[scene.table_qpos] = angles
-        mujoco.mj_kinematics(scene.model, data)
-        out[i] = pose(data.site_xpos[site], data.site_xmat[site])
-    seen: Floats = (inverse(scene.T_world_base()) @ out)[which.ravel()]
-    return seen
+    return scene.Ts_base_site("table", tables)

@@ -23,7 +23,7 @@ from ..verdict.severity import worst_first
 from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words, unit_word
 from .check_document import least_document, metal_of, roll_text_of
-from .facts import facts_table
+from .facts import facts_table, headline
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -52,18 +52,9 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
     Yields:
         rich renderables, one a block.
     """
-    from rich.text import Text
-
-    job = result.job
-    good = result.feasible
-    head = Text.assemble(
-        (job.case.title, "bold"),
-        f"  {table_in_words(result)}   ",
-        ("feasible" if good else "infeasible", "bold green" if good else "bold red"),
-    )
-    yield head
+    yield headline(result.job.case.title, table_in_words(result), feasible=result.feasible)
     yield facts_table(_facts(result))
-    if not good:
+    if not result.feasible:
         yield _worst(result, every)
 
 

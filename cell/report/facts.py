@@ -1,6 +1,8 @@
-"""Facts of a report: a name and what it is, one a line.
+"""What every report begins with: a line with the verdict, and facts, a name and what it is, one a line.
 
 Use:
+
+    headline("propeller", "E1 = 90, E2 = 180 deg", feasible=True)
 
     facts_table([("part", "1 sub-volume(s)"), ("speed", "held all along")])    # a rich renderable
 """
@@ -12,6 +14,24 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.table import Table
+    from rich.text import Text
+
+
+def headline(title: str, of: str, *, feasible: bool) -> Text:
+    """A report's first line.
+
+    Args:
+        title: the case's.
+        of: what of it was judged: a table pose, a file.
+        feasible: the verdict.
+
+    Returns:
+        The line.
+    """
+    from rich.text import Text
+
+    verdict = ("feasible" if feasible else "infeasible", "bold green" if feasible else "bold red")
+    return Text.assemble((title, "bold"), f"  {of}   ", verdict)
 
 
 def facts_table(facts: Iterable[tuple[str, str]]) -> Table:

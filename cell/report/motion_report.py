@@ -21,7 +21,7 @@ from ..units import MARGIN_UNITS, METRES_PER_MM
 from ..verdict.failure_words import failure_in_words
 from ..verification.bead_order import REASONS, Finding
 from ..verification.motion_check import MotionResult
-from .facts import facts_table
+from .facts import facts_table, headline
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -112,13 +112,10 @@ def motion_lines(result: MotionResult, path: str) -> Iterator[RenderableType]:
         rich renderables, one a block.
     """
     from rich.table import Table
-    from rich.text import Text
 
-    good = result.feasible
-    verdict = ("feasible" if good else "infeasible", "bold green" if good else "bold red")
-    yield Text.assemble((result.job.case.title, "bold"), f"  {path}   ", verdict)
+    yield headline(result.job.case.title, path, feasible=result.feasible)
     yield facts_table(motion_facts(result, motion_document(result, path)))
-    if good:
+    if result.feasible:
         return
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column("rows", justify="right")

@@ -27,7 +27,7 @@ from ..programs.round_trip import OFF, TURNED
 from ..units import METRES_PER_MM
 from ..verdict.failure_words import failure_in_words
 from ..verification.bead_order import REASONS
-from .facts import facts_table
+from .facts import facts_table, headline
 from .motion_report import SHOWN, motion_document, motion_facts
 
 if TYPE_CHECKING:
@@ -211,13 +211,10 @@ def program_lines(result: ProgramResult, path: str) -> Iterator[RenderableType]:
         rich renderables, one a block.
     """
     from rich.table import Table
-    from rich.text import Text
 
-    good = result.feasible
-    verdict = ("feasible" if good else "infeasible", "bold green" if good else "bold red")
-    yield Text.assemble((result.found.job.case.title, "bold"), f"  {path}   ", verdict)
+    yield headline(result.found.job.case.title, path, feasible=result.feasible)
     yield facts_table(_facts(result, program_report(result, path)))
-    if good:
+    if result.feasible:
         return
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column("line")

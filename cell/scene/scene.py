@@ -86,6 +86,29 @@ class Scene:
         """Where a program begins and ends, (n,), rad; None where no home is known."""
         return self.home if self.has_home else None
 
+    def Ts_base_site(self, site: str, tables: Floats) -> Floats:
+        """Pose of a site in the arm's base frame at many table angles, from MuJoCo's own kinematics.
+
+        Args:
+            site: "table" or "part".
+            tables: E1, E2, (m, 2), rad; of those that repeat each is computed once.
+
+        Returns:
+            (m, 4, 4), m.
+        """
+        still = len(tables) > 0 and bool((tables == tables[0]).all())
+        one = tables[:1], np.zeros(len(tables), dtype=np.int64)
+        poses, which = one if still else np.unique(tables, axis=0, return_inverse=True)
+        data = mujoco.MjData(self.model)
+        out = np.empty((len(poses), 4, 4))
+        at = self.sites[site]
+        for i, angles in enumerate(poses):
+            data.qpos[self.table_qpos] = angles
+            mujoco.mj_kinematics(self.model, data)
+            out[i] = pose(data.site_xpos[at], data.site_xmat[at])
+        seen: Floats = (inverse(self.T_world_base()) @ out)[which.ravel()]
+        return seen
+
     def T_base_part(self, E1: float, E2: float) -> Floats:
         """Pose of the part in the arm's base frame.
 

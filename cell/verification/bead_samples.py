@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +20,7 @@ from ..arrays import Ints
 from ..errors import InputError
 from ..job.job import Job
 from ..motion.motion import Motion
-from ..rigid import frames, great_circle, inverse, pose
+from ..rigid import frames, great_circle, inverse
 from ..units import METRES_PER_MM
 
 
@@ -103,22 +102,8 @@ def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.b
 
 def _posed(job: Job, row: Ints, q: Floats) -> Way:
     scene, n = job.scene, job.scene.chain.n
-    tables, which = np.unique(q[:, n:], axis=0, return_inverse=True)
-    T_base_part = _part_seen_from_base(job, tables)[which.ravel()]
+    T_base_part = scene.Ts_base_site("part", q[:, n:])
     return Way(row, q, inverse(T_base_part) @ scene.chain.forward(q[:, :n]), T_base_part)
-
-
-def _part_seen_from_base(job: Job, tables: Floats) -> Floats:
-    """Pose of the part at table angles (m, 2), (m, 4, 4); as ``Scene.T_base_part`` for many."""
-    scene = job.scene
-    data = mujoco.MjData(scene.model)
-    out = np.empty((len(tables), 4, 4))
-    site = scene.sites["part"]
-    for i, table in enumerate(tables):
-        data.qpos[scene.table_qpos] = table
-        mujoco.mj_kinematics(scene.model, data)
-        out[i] = pose(data.site_xpos[site], data.site_xmat[site])
-    return inverse(scene.T_world_base()) @ out
 
 
 @dataclass(frozen=True, eq=False)
