@@ -150,7 +150,7 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
     least = int(np.argmin(clearance))
     assert clearance[least] == pytest.approx(good.clearance.value * 1e3, abs=1e-3)
     named = [in_plain_words(good, name) for name in good.clearance.what]
-    assert path["pairs"][path["pair"][least]] == named
+    assert path["pairs"][int(path["pair"][least])] == named
     assert named[0] == "torch nozzle taper"
     assert named[1].startswith("layer ")
     assert named[1].endswith(" of SV1")
