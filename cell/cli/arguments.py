@@ -102,6 +102,9 @@ def build_parser() -> argparse.ArgumentParser:
 
     export = command("export", "write the checked motion as a robot program", EXPORT_TEXT)
     _case_arguments(export)
+    export.add_argument(
+        "--motion-in", metavar="F.csv|F.npz", help="of this motion, checked, instead of one that is searched"
+    )
     export.add_argument("--krl", metavar="DIR", help="write it in KRL: NAME.src, what it calls, and NAME.json")
     export.add_argument(
         "--csv", metavar="F.csv", help="write every point: poses in base and part, axes, speed, arc, line"
