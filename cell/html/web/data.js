@@ -1,4 +1,4 @@
-// The page's numbers: base64 of gzip of a JSON with typed arrays behind it (written by cell/html_pack.py).
+// The page's numbers: base64 of gzip of a JSON with typed arrays behind it (written by cell/html/pack.py).
 
 const ARRAYS = {
   f4: Float32Array,
