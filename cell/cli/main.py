@@ -175,7 +175,7 @@ def _check(args: argparse.Namespace) -> int:
     case = _load(args)
     _outputs(args, case, "json", "motion", "html")
     from ..job.job import prepare
-    from ..report.check_document import report_document
+    from ..report.check_document import streamed_report
     from ..report.check_report import report_lines
     from ..verdict.as_asked import check_as_asked
 
@@ -203,7 +203,7 @@ def _check(args: argparse.Namespace) -> int:
 
         write_text(args.html, html_report(result, remedies))
     if args.json:
-        _put_json(args.json, report_document(result, remedies, reasons))
+        _put_json(args.json, streamed_report(result, remedies, reasons))
     return FEASIBLE if result.feasible else INFEASIBLE
 
 

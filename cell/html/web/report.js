@@ -22,6 +22,9 @@ class Report {
     this.angles = doc.joints.length;
     this.first = this._firstSamples();
     this.bad = new Map(doc.infeasible.map((r) => [r.target, r]));
+    find("drawn").textContent = this.path.note;
+    find("unlisted").textContent = doc.unlisted
+      ? `The worst of each reason are listed; ${doc.unlisted.toLocaleString("en")} more are in the 3D view, the charts and the document of --json.` : "";
     this.cell.pose(this.anglesAt(this.first[doc.start], 0));
     this.charts = new Charts(find("charts"), this.path, this.targets.verdict, (x) => this.scrub(x));
     if (!doc.feasible) this.table = new Table(doc, this.targets, (i) => this.jump(i));
@@ -43,6 +46,14 @@ class Report {
       trouble(`The 3D view cannot be drawn here (${error.message}); charts and table work without it.`);
       return null;
     }
+  }
+
+  /** What is wrong at a target; undefined where nothing is. */
+  _wrong(target) {
+    const verdict = this.targets.verdict[target];
+    if (this.bad.has(target) || !verdict) return this.bad.get(target);
+    const found = Number.isFinite(this.path.q[this.first[target] * this.angles]);
+    return { words: this.doc.verdict_words[this.doc.verdicts[verdict]], attempt: found, pair: [] };
   }
 
   /** The first welding sample of every target. */
@@ -142,7 +153,7 @@ class Report {
     if (viewer) {
       viewer.laid = welding || home ? target : target - 1;
       viewer.live = welding && next > i && Boolean(path.arc[next]) && this.targets.joined(target);
-      const row = this.bad.get(target);
+      const row = this._wrong(target);
       const red = path.timed ? this.red || [] : row?.pair || [];
       viewer.red = new Set(red.flatMap((name) => this.doc.scene.culprits[name] || []));
       viewer.chosen = path.timed ? -1 : target;
@@ -158,7 +169,7 @@ class Report {
     const { path, targets, doc } = this;
     const where = `${doc.sub_volumes[targets.sub_volume[target]]}, layer ${targets.layer[target]}`;
     if (!path.timed) {
-      const row = this.bad.get(target);
+      const row = this._wrong(target);
       const arm = row && !row.attempt ? " (no configuration: the arm is at home)" : row ? " (the arm at its best attempt)" : "";
       return `Target ${target}, ${where}: ${row ? row.words : "feasible"}${arm}`;
     }
