@@ -48,6 +48,7 @@ from slicing import (
 from ..arrays import Ints
 from ..case.sections import Case
 from ..errors import InputError
+from ..failure import Failure
 from ..progress import stage
 from ..scene.compose import compose
 from ..scene.drives import Drives, drives
@@ -58,6 +59,7 @@ from .build_order import BuildOrder, layers_of, ordered, ordered_shape
 from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_runs, check_table
 from .table_winding import for_moving_table
+from .wire_in_metal import wires_in_metal
 
 if TYPE_CHECKING:
     from slicing import Evidence
@@ -169,6 +171,11 @@ class Job:
         first_bead = np.full(self.shape.n_deposits, np.iinfo(np.int64).max)
         np.minimum.at(first_bead, layer, path)
         return layer + (path > first_bead[layer])
+
+    @cached_property
+    def wires_in_metal(self) -> dict[int, Failure]:
+        """Targets at which the wire would run through metal between nozzle and bead, wherever the table stands."""
+        return wires_in_metal(self.scene, self.shape, self.targets, self.laid - 1)
 
 
 def margins_told(solver: Solver) -> tuple[Warning, ...]:

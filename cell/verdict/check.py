@@ -379,7 +379,7 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
                 angle_deg = round(float(np.rad2deg(gravity[i])), 3)
                 failure = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
                 rows[i] = failed(failure, i, rows[i].q)
-    for i, failure in unsupported_targets(job).items():
+    for i, failure in (*unsupported_targets(job).items(), *job.wires_in_metal.items()):
         if i in rows and rows[i].reason is None:
             rows[i] = failed(failure, i, rows[i].q)
     return rows
