@@ -15,7 +15,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Collection, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -103,6 +103,10 @@ class Checker:
         self._body_contype = scene.body_contype
         self._ignored = np.isin(scene.deposit_of_geom, list(without))
         self._swept: MotionBounds | CoupledBounds | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For another process: made anew of the scene."""
+        return _made, (self.scene, self.table, self.reach, self.without, self._pair_gap)
 
     def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything can travel towards anything on steps: what clearances at their ends are held against.
@@ -211,3 +215,10 @@ class Checker:
         model.geom_conaffinity[:] = np.where(there, scene.contact_bits[1], 0)
         model.body_conaffinity[:] = scene.body_conaffinity
         model.body_contype[:] = np.where(self._arm_body, self._body_contype, 0) if arm_alone else self._body_contype
+
+
+def _made(
+    scene: Scene, table: tuple[float, float], reach: float, without: tuple[int, ...], pair_gap: float | None
+) -> Checker:
+    """A checker where it was sent to."""
+    return Checker(scene, table, reach, without, pair_gap=pair_gap)
