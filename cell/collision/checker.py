@@ -62,6 +62,7 @@ class Checker:
     scene: Scene
     table: tuple[float, float]
     reach: float
+    asked: int  # configurations so far: what a search costs, on any machine
 
     def __init__(
         self,
@@ -85,6 +86,7 @@ class Checker:
         self.table = table
         self.reach = reach
         self.without = tuple(without)
+        self.asked = 0
         # what collides is switched in it; the scene's own stays as it is
         self._model = copy.copy(scene.model) if pair_gap is None else _without_pairs(scene)
         self._data = mujoco.MjData(self._model)
@@ -134,6 +136,7 @@ class Checker:
             Clearances.
         """
         data = self._data
+        self.asked += len(q)
         out = Clearances.none(len(q))
         far = self.reach  # what is near would be found by looking all the way, and everything behind it as well
         for laid in np.unique(stage):
