@@ -113,7 +113,7 @@ def _infeasible(result: Result) -> list[dict[str, Any]]:
             "severity": round(severity(row), 3),
         }
         for i, row in enumerate(result.rows)
-        if row.reason is not None
+        if row.failure is not None
     ]
 
 

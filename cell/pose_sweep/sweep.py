@@ -134,7 +134,7 @@ def pose_outcome(job: Job, pose: Pose) -> dict[str, Any]:
             "infeasible": result.infeasible,
             "reasons": result.reasons,
             "searched": True,
-            "looked_at": len(result.rows),
+            "looked_at": result.looked_at,
             **_measures(result),
         }
     )
