@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Collection, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -56,12 +56,24 @@ def _without_pairs(scene: Scene) -> mujoco.MjModel:
     return alone
 
 
+@dataclass
+class Asked:
+    """How many configurations were asked about: what a search costs, on any machine.
+
+    Attributes:
+        count: so far.
+    """
+
+    count: int = 0
+
+
 class Checker:
     """Collision detection of one scene at one table pose; one for each thread, the scene may be shared."""
 
     scene: Scene
     table: tuple[float, float]
     reach: float
+    asked: Asked
 
     def __init__(
         self,
@@ -85,6 +97,7 @@ class Checker:
         self.table = table
         self.reach = reach
         self.without = tuple(without)
+        self.asked = Asked()
         # what collides is switched in it; the scene's own stays as it is
         self._model = copy.copy(scene.model) if pair_gap is None else _without_pairs(scene)
         self._data = mujoco.MjData(self._model)
@@ -138,6 +151,7 @@ class Checker:
             Clearances.
         """
         data = self._data
+        self.asked.count += len(q)
         out = Clearances.none(len(q))
         far = self.reach  # what is near would be found by looking all the way, and everything behind it as well
         for laid in np.unique(stage):

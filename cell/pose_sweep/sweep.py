@@ -163,7 +163,7 @@ def pose_outcome(job: Job, pose: Pose) -> Row:
             "infeasible": result.infeasible,
             "reasons": result.reasons,
             "searched": True,
-            "looked_at": len(result.rows),
+            "looked_at": result.looked_at,
             **_measures(result),
         }
     )

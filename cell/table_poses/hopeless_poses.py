@@ -31,8 +31,7 @@ from ..collision.table import tables_alone
 from ..farthest_points import farthest_points
 from ..job.job import Job
 from ..planning.configurations import Nodes, evaluate, reasons
-from ..planning.context import LEAST_REACH, settings_of
-from ..planning.part_plan import FINER
+from ..planning.context import FINER, LEAST_REACH, settings_of
 from ..scene.placement import Placed, place
 from ..scene.scene import table_angles
 
