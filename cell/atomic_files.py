@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import csv
 import os
-import secrets
 import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -122,7 +121,7 @@ def beside(path: str | Path) -> Iterator[Path]:
         InputError: the place cannot be written to.
     """
     target = check_writable(path)
-    name = str(target.with_name(f".{target.stem[:STEM]}.{secrets.token_hex(4)}{target.suffix}"))
+    name = str(target.with_name(f".{target.stem[:STEM]}.{os.urandom(4).hex()}{target.suffix}"))
     _unfinished.add(name)  # first, so that whatever ends the program here leaves nothing
     try:
         mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~_umask()

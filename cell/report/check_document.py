@@ -21,13 +21,13 @@ from ..json_text import StreamedItems
 from ..motion.deposition_speed import pace_document
 from ..rigid import inverse, pose
 from ..units import MARGIN_UNITS, METRES_PER_MM
-from ..verdict.all_reasons import Excluded
 from ..verdict.check import Result
 from ..verdict.table_use import table_use
 
 if TYPE_CHECKING:
     from ..job.job import Job
     from ..remedy_search.search import Remedy
+    from ..verdict.all_reasons import Excluded
 
 
 def tcp_in_flange(result: Result) -> Floats:

@@ -7,7 +7,13 @@ const SIDES = 8;
 /** Targets as vectors, part frame, metres. */
 export class Targets {
   constructor(t) {
-    Object.assign(this, t);
+    this.position = t.position;
+    this.normal = t.normal;
+    this.thickness = t.thickness;
+    this.bead = t.bead;
+    this.layer = t.layer;
+    this.sub_volume = t.sub_volume;
+    this.verdict = t.verdict;
     this.count = t.thickness.length;
   }
 

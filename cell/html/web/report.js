@@ -9,6 +9,7 @@ import { Charts, figure } from "./charts.js";
 import { Table } from "./table.js";
 import { Paint } from "./paint.js";
 
+/** An element of the page, which has it. @returns {any} */
 const find = (id) => document.getElementById(id);
 const PLAYED = 30; // s that the whole motion is played in
 
@@ -72,19 +73,21 @@ class Report {
     find("play").addEventListener("click", () => this.play(!this.playing));
     find("back").addEventListener("click", () => this.step(-1));
     find("on").addEventListener("click", () => this.step(1));
-    find("colour").addEventListener("change", (e) => this.recolour(e.target.value));
-    for (const input of document.getElementsByName("view")) {
+    find("colour").addEventListener("change", () => this.recolour(find("colour").value));
+    for (const input of /** @type {NodeListOf<HTMLInputElement>} */ (document.getElementsByName("view"))) {
       input.addEventListener("change", () => this.viewer?.reset(input.value));
     }
     for (const name of ["arm", "targets", "volume"]) {
-      find(`show-${name}`).addEventListener("change", (e) => {
+      const box = find(`show-${name}`);
+      box.addEventListener("change", () => {
         if (!this.viewer) return;
-        this.viewer.show[name] = e.target.checked;
+        this.viewer.show[name] = box.checked;
         this.viewer.redraw();
       });
     }
-    document.querySelectorAll(".jump[data-target]").forEach((b) =>
-      b.addEventListener("click", () => this.jump(Number(b.dataset.target), true, "least" in b.dataset)));
+    for (const b of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".jump[data-target]"))) {
+      b.addEventListener("click", () => this.jump(Number(b.dataset.target), true, "least" in b.dataset));
+    }
     document.querySelectorAll(".chip").forEach((b) => b.addEventListener("click", () => this._filter(b)));
     new ResizeObserver(() => this.viewer?.redraw()).observe(find("view"));
     addEventListener("beforeprint", () => this._still());
@@ -100,7 +103,7 @@ class Report {
 
   _filter(button) {
     const on = button.getAttribute("aria-pressed") !== "true";
-    document.querySelectorAll(".chip").forEach((b) => b.setAttribute("aria-pressed", b === button && on));
+    document.querySelectorAll(".chip").forEach((b) => b.setAttribute("aria-pressed", String(b === button && on)));
     this.table?.filter(on ? this.doc.verdicts.indexOf(button.dataset.reason) : null);
     this.table?.mark(this.viewer?.chosen ?? -1);
   }
@@ -246,8 +249,8 @@ function trouble(text) {
 
 try {
   // for the console and for tests
-  window.rbam = new Report(await decode(find("data").textContent));
-  document.documentElement.dataset.ready = Math.round(performance.now());
+  Object.assign(window, { rbam: new Report(await decode(find("data").textContent)) });
+  document.documentElement.dataset.ready = String(Math.round(performance.now()));
 } catch (error) {
   trouble(`This report could not be opened: ${error.message}. A current browser is needed.`);
   throw error;
