@@ -17,6 +17,7 @@ from ..case.files import case_files
 from ..errors import InputError
 from .bar import Bars
 from .console import put_json, say
+from .jobs import jobs_of
 from .speech import is_quiet
 
 if TYPE_CHECKING:
@@ -43,13 +44,14 @@ def export(args: argparse.Namespace, case: Case) -> int:
     """
     if not (args.krl or args.csv or args.robodk):
         raise InputError("export: nothing asked for; give --krl DIR, --csv F.csv or --robodk F.py")
+    jobs = jobs_of(args)
     folder = None if args.krl is None else _folder(args.krl)
     check_outputs({"--csv": args.csv, "--robodk": args.robodk}, case_files(case))
     from ..job.job import prepare
     from ..programs.export import export_program
     from ..verdict.as_asked import check_as_asked
 
-    result = check_as_asked(prepare(case), Bars(sys.stderr))
+    result = check_as_asked(prepare(case), Bars(sys.stderr), jobs=jobs)
     if result.motion is None:
         sys.stderr.write(f"rbam: {case.path}: infeasible: no program of it; rbam check says why\n")
         return NOT_DONE
