@@ -135,9 +135,9 @@ def _put_page(main: Any, path: Path, result: Any, remedies: list[Any]) -> None:
 
 
 def _put_json(main: Any, path: Path, result: Any, remedies: list[Any]) -> None:
-    from cell.report.check_document import report_document
+    from cell.report.check_document import streamed_report
 
-    main._put_json(str(path), report_document(result, remedies))
+    main._put_json(str(path), streamed_report(result, remedies))
 
 
 def row_of(name: list[str], found: dict[str, Any]) -> list[Any]:

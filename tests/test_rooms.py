@@ -25,7 +25,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
             "termination",
             "units",
         ),
-        ("failure", "farthest_points", "processes", "streams"),
+        ("failure", "farthest_points", "json_text", "processes", "streams"),
         ("atomic_files",),
         ("case", "timing"),
         ("mjcf",),

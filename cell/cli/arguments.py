@@ -9,7 +9,8 @@ Use:
 from __future__ import annotations
 
 import argparse
-from typing import NoReturn
+import sys
+from typing import Any, NoReturn
 
 BAD_INPUT = 2
 STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
@@ -51,11 +52,20 @@ class Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
 
 
+class _Version(argparse.Action):
+    """Say the version; it is looked up only then, which takes as long as all the rest of the parser."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        """Print it and exit."""
+        sys.stdout.write(f"rbam {_version()}\n")
+        parser.exit()
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The command line."""
     formatter = argparse.RawDescriptionHelpFormatter
     parser = Parser(prog="rbam", description=DESCRIPTION, epilog=EXAMPLES, formatter_class=formatter)
-    parser.add_argument("--version", action="version", version=f"rbam {_version()}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
 
     def command(name: str, summary: str, text: str) -> argparse.ArgumentParser:
@@ -105,6 +115,9 @@ def build_parser() -> argparse.ArgumentParser:
     export = command("export", "write the checked motion as a robot program", EXPORT_TEXT)
     _case_arguments(export)
     _jobs_argument(export)
+    export.add_argument(
+        "--motion-in", metavar="F.csv|F.npz", help="of this motion, checked, instead of one that is searched"
+    )
     export.add_argument("--krl", metavar="DIR", help="write it in KRL: NAME.src, what it calls, and NAME.json")
     export.add_argument(
         "--csv", metavar="F.csv", help="write every point: poses in base and part, axes, speed, arc, line"

@@ -180,7 +180,6 @@ def _check(args: argparse.Namespace) -> int:
     case = _load(args)
     _outputs(args, case, "json", "motion", "html")
     from ..job.job import prepare
-    from ..report.check_document import report_document
     from ..report.check_report import report_lines
     from ..verdict.as_asked import check_as_asked
 
@@ -208,17 +207,19 @@ def _check(args: argparse.Namespace) -> int:
 
         write_text(args.html, html_report(result, remedies))
     if args.json:
-        _put_json(args.json, report_document(result, remedies, reasons))
+        from ..report.check_document import streamed_report
+
+        _put_json(args.json, streamed_report(result, remedies, reasons))
     return FEASIBLE if result.feasible else INFEASIBLE
 
 
 def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Remedy]:
     """Search and say what would help an infeasible case; Ctrl-C ends the search, and the verdict stands."""
+    if result.feasible or asked is False or result.moved is not None:
+        return []  # changes are searched at one pose of the table
     from ..remedy_search.search import remedies
     from ..report.remedy_lines import remedy_lines
 
-    if result.feasible or asked is False or result.moved is not None:
-        return []  # changes are searched at one pose of the table
     found: list[Remedy] = []
     try:
         for remedy in remedies(

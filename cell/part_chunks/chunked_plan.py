@@ -61,8 +61,11 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
         return plan_part(context, shared.job.targets.path, progress)
     with counted(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
         known, q_before = beginnings(context, chunks)
-        runs = [BeadRun(chunk.firsts, chunk.stop, q, known, True) for chunk, q in zip(chunks, q_before, strict=True)]
-        runs[1:] = [replace(run, known=None) for run in runs[1:]]
+        share = 1 / len(chunks)
+        runs = [
+            BeadRun(chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share)
+            for chunk, q in zip(chunks, q_before, strict=True)
+        ]
         plans = crew().run(_planned, shared, runs, count)
     return _Joining(shared, plans).plan()
 

@@ -11,7 +11,7 @@ than a short one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from itertools import islice
@@ -33,7 +33,7 @@ def _call(unit: Callable[[], T]) -> T:
     return unit()
 
 
-def completed(executor: Executor, units: Iterable[Callable[[], T]]) -> Iterator[T]:
+def completed(executor: Executor, units: Iterable[Callable[[], T]]) -> Generator[T, None, None]:
     """Results of units in the order in which they are done.
 
     Args:

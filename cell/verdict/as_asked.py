@@ -9,10 +9,7 @@ from __future__ import annotations
 from ..job.job import Job
 from ..processes import working
 from ..progress import Progress
-from .best_pose import check_best
 from .check import Result, check
-from .coordinated import check_coordinated
-from .indexed import check_indexed
 
 
 def check_as_asked(job: Job, progress: Progress | None = None, *, jobs: int = 1) -> Result:
@@ -37,8 +34,15 @@ def _checked(job: Job, progress: Progress | None) -> Result:
     table = job.case.table
     if table.mode == "fixed":
         return check(job, table.E1_deg, table.E2_deg, progress)
+    # what moves the table is imported where it moves
     if table.mode == "indexed":
+        from .indexed import check_indexed
+
         return check_indexed(job, progress)
     if table.mode == "best":
+        from .best_pose import check_best
+
         return check_best(job, progress)
+    from .coordinated import check_coordinated
+
     return check_coordinated(job, progress)

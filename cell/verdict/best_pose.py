@@ -42,7 +42,7 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
     for pose in poses[:CHECKS]:
         E1_deg, E2_deg = np.round(np.rad2deg(pose), 6).tolist()
         found = check(job, E1_deg, E2_deg, progress)
-        if best is None or found.infeasible < best.infeasible:
+        if best is None or found.infeasible + found.not_looked_at < best.infeasible + best.not_looked_at:
             best = found
         if found.feasible:
             break

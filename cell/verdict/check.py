@@ -3,6 +3,9 @@
     result = check(prepare(case), E1_deg, E2_deg)
     result.feasible, result.reasons, result.failures
 
+Of a large part that is lost not every target is looked at (``cell.planning.lost_part``): those are neither feasible nor
+infeasible, and their number is ``result.not_looked_at``.
+
 "Feasible" is said of a motion that was followed and checked between the targets as well; a target that is not feasible
 carries the reason of its best candidate, and ``proved`` where every configuration it could have has been looked at.
 Radians and metres.
@@ -42,25 +45,38 @@ from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..units import METRES_PER_MM
 
+NOT_LOOKED_AT = "not_looked_at"  # in place of a reason
+
 
 @dataclass(frozen=True, eq=False)
 class TargetVerdict:
     """The verdict on one target.
 
     Attributes:
-        failure: what is wrong with it or on the way to it; None where it is feasible.
+        failure: what is wrong with it or on the way to it; None where it is feasible or was not looked at.
         q: the configuration it is welded in, (j,), rad; None where infeasible.
         attempt: of an infeasible target the best attempt, (j,), rad, if there is one.
+        looked_at: False of a target of a part that was lost before it; then nothing is said of it.
     """
 
     failure: Failure | None
     q: Floats | None
     attempt: Floats | None = None
+    looked_at: bool = True
 
     @property
     def reason(self) -> str | None:
-        """None where it is feasible, else one of ``REASONS``."""
+        """None where it is feasible, else one of ``REASONS``, or ``NOT_LOOKED_AT``."""
+        if not self.looked_at:
+            return NOT_LOOKED_AT
         return None if self.failure is None else self.failure.reason
+
+    @property
+    def verdict(self) -> str:
+        """ "feasible", "infeasible", or ``NOT_LOOKED_AT``."""
+        if not self.looked_at:
+            return NOT_LOOKED_AT
+        return "feasible" if self.failure is None else "infeasible"
 
     @property
     def proved(self) -> bool:
@@ -155,7 +171,8 @@ class Result:
 
         Returns:
             By name, each (n,): numbers, positions (part frame, mm), deposition directions, reasons ("" where
-            feasible), whether they are proved, and the configurations (deg, NaN where there is none).
+            feasible, "not_looked_at" where neither), whether they are proved, and the configurations (deg, NaN where
+            there is none).
         """
         t = self.job.targets
         q = np.full((len(t), self.job.chain.n), np.nan)
@@ -169,6 +186,7 @@ class Result:
         out["thickness_mm"], out["speed_mm_s"] = t.thickness_mm, t.speed_mm_s
         out["feasible"] = np.array([row.reason is None for row in self.rows])
         out["reason"] = np.array([row.reason or "" for row in self.rows])
+        out["looked_at"] = np.array([row.looked_at for row in self.rows])
         out["proved"] = np.array([row.proved for row in self.rows])
         out["off_upright_deg"] = np.rad2deg(self.gravity)
         return out | {f"{name}_deg": np.rad2deg(q[:, k]) for k, name in enumerate(self.job.chain.names)}
@@ -190,12 +208,22 @@ class Result:
 
     @property
     def infeasible(self) -> int:
-        """How many targets cannot be welded."""
-        return sum(row.reason is not None for row in self.rows)
+        """How many targets cannot be welded, of those that were looked at."""
+        return sum(row.failure is not None for row in self.rows)
+
+    @property
+    def looked_at(self) -> int:
+        """How many targets were looked at; all of a part that is feasible."""
+        return sum(row.looked_at for row in self.rows)
+
+    @property
+    def not_looked_at(self) -> int:
+        """How many targets of a part that is lost were not looked at."""
+        return len(self.rows) - self.looked_at
 
     @property
     def reasons(self) -> dict[str, int]:
-        """Infeasible targets by reason, every reason named."""
+        """Infeasible targets by reason, of those that were looked at, every reason named."""
         count = Counter(row.reason for row in self.rows)
         return {reason: count[reason] for reason in REASONS}
 
@@ -367,6 +395,7 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
         rows.update((i, failed(m.failure, i, m.attempt)) for i, m in bead.missing.items())
         rows.update((i, failed(failure, i, rows[i].q)) for i, failure in bead.cuts.items())
     rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.stuck.items())
+    rows.update((i, TargetVerdict(None, None, looked_at=False)) for bead in plan.beads for i in bead.open)
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:
         for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
@@ -374,7 +403,7 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
                 angle_deg = round(float(np.rad2deg(gravity[i])), 3)
                 failure = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
                 rows[i] = failed(failure, i, rows[i].q)
-    for i, failure in unsupported_targets(job).items():
+    for i, failure in (*unsupported_targets(job).items(), *job.wires_in_metal.items()):
         if i in rows and rows[i].reason is None:
             rows[i] = failed(failure, i, rows[i].q)
     return rows

@@ -80,7 +80,8 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
     best: Result | None = None
     for _ in range(ORDERS):
         result = _Build(in_order(job, search.runs()), progress, search.suited).result()
-        if best is None or result.infeasible < best.infeasible:
+        lost = result.infeasible + result.not_looked_at
+        if best is None or lost < best.infeasible + best.not_looked_at:
             best = result
         if result.feasible or not search.learned(result):
             break

@@ -145,9 +145,15 @@ def test_the_time_of_workers_counts(two: Crew) -> None:
 def test_a_killed_worker_is_one_line_and_a_broken_one_an_error_of_the_program(
     number: int, error: type[Exception], text: str
 ) -> None:
-    with pytest.raises(error, match=text), working(2) as mine:
-        pids = [pid for pid, _ in mine.run(powered, 2.0, [1, 1])]
-        mine.run(ends_itself, None, [number, number])
+    pids: list[int] = []
+
+    def work() -> None:
+        with working(2) as mine:
+            pids.extend(pid for pid, _ in mine.run(powered, 2.0, [1, 1]))
+            mine.run(ends_itself, None, [number, number])
+
+    with pytest.raises(error, match=text):
+        work()
     assert gone(pids)
 
 
@@ -160,10 +166,15 @@ def test_whoever_stops_leaves_nobody_behind(why: BaseException) -> None:
 
     begun = time.monotonic()
     pids: list[int] = []
-    with pytest.raises(type(why)), working(2) as mine:
-        mine.run(powered, 2.0, [1, 1])
-        pids += [worker.process.pid or 0 for worker in mine.workers()]
-        mine.run(long_after_a_tick, None, [60.0, 60.0], stop)
+
+    def work() -> None:
+        with working(2) as mine:
+            mine.run(powered, 2.0, [1, 1])
+            pids.extend(worker.process.pid or 0 for worker in mine.workers())
+            mine.run(long_after_a_tick, None, [60.0, 60.0], stop)
+
+    with pytest.raises(type(why)):
+        work()
     assert time.monotonic() - begun < 30.0
     assert len(pids) == 2
     assert gone(pids)

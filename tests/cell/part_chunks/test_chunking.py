@@ -49,7 +49,9 @@ beads = st.lists(st.lists(st.integers(1, 12), min_size=1, max_size=4), min_size=
 
 
 @given(beads, st.integers(1, 30), st.data())
-def test_every_bead_is_in_one_chunk_and_no_chunk_is_short(layers: list[list[int]], least: int, data: st.DataObject) -> None:
+def test_every_bead_is_in_one_chunk_and_no_chunk_is_short(
+    layers: list[list[int]], least: int, data: st.DataObject
+) -> None:
     targets = targets_of(layers)
     starts = np.flatnonzero(np.diff(targets.path, prepend=-1)).tolist()
     first = data.draw(st.sampled_from(starts))
