@@ -41,13 +41,15 @@ BLOCK = 256  # targets evaluated together
 class LossJudge:
     """Plans the beads of a part, and keeps count of what is asked about those that are lost."""
 
-    def __init__(self, context: Context, first: int) -> None:
+    def __init__(self, context: Context, first: int, share: float = 1.0) -> None:
         """Begin a part, or a chunk of one.
 
         Args:
             context: what the search needs.
             first: its first target.
+            share: of what a whole part may cost whatever its size.
         """
+        self.floor = FLOOR * share
         self.context, self.every = context, context.settings.every_target
         self.first = first
         self.spent = 0
@@ -56,7 +58,7 @@ class LossJudge:
 
     def left(self, target: int) -> float:
         """Configurations that may still be asked once the targets before this one are dealt with."""
-        return np.inf if self.every else FLOOR + PER_TARGET * (target - self.first) - self.spent
+        return np.inf if self.every else self.floor + PER_TARGET * (target - self.first) - self.spent
 
     def affords(self, first: int, stop: int) -> bool:
         """Whether the budget allows to search a bead in full."""
@@ -84,7 +86,9 @@ class LossJudge:
         before = self.context.asked
         if self.every:
             return in_full(None)
-        bead = in_full(self.left(stop)) if self.affords(first, stop) else self._sparingly(first, stop, q_before, in_full)
+        bead = (
+            in_full(self.left(stop)) if self.affords(first, stop) else self._sparingly(first, stop, q_before, in_full)
+        )
         if not bead.whole:
             self.charge(before)
             self._suspect = next(iter(bead.missing), self._suspect)

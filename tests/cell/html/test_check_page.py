@@ -161,6 +161,12 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
     assert np.nanmax(gravity) == pytest.approx(np.rad2deg(good.gravity.max()), abs=0.01)
 
 
+def test_targets_over_nothing_are_marked(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "hanging" not in unpack(packed(good))["targets"]
+    monkeypatch.setattr(check_page, "targets_over_nothing", lambda job: {3: None, 7: None})
+    assert np.flatnonzero(unpack(packed(good))["targets"]["hanging"]).tolist() == [3, 7]
+
+
 def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Result, good_page: str) -> None:
     wanted = good.job.case.process.deposition_speed_mm_s
     path = document_of(good_page)["path"]
