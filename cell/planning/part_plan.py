@@ -153,9 +153,7 @@ def _cannot_leave(travel: Failure) -> bool:
     return effort is not None and effort.shut_in == "leaving" and effort.attempts is None
 
 
-def plan_bead(
-    context: Context, first: int, stop: int, q_before: Floats | None, most: float | None = None
-) -> BeadPlan:
+def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, most: float | None = None) -> BeadPlan:
     """Plan one bead.
 
     Args:
