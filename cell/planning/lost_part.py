@@ -43,21 +43,24 @@ BLOCK = 256  # targets evaluated together
 class LossJudge:
     """Plans the beads of a part, and keeps count of what is asked about those that are lost."""
 
-    def __init__(self, context: Context) -> None:
-        """Begin a part.
+    def __init__(self, context: Context, first: int, share: float = 1.0) -> None:
+        """Begin a part, or a chunk of one.
 
         Args:
             context: what the search needs.
+            first: its first target.
+            share: of what a whole part may cost whatever its size.
         """
+        self.floor = FLOOR * share
         self.context, self.every = context, context.settings.every_target
-        self.first = context.span.first
+        self.first = first
         self.spent = 0
         self.lost = False
         self._suspect: int | None = None  # a target that was found lost: others near it are looked at first
 
     def left(self, target: int) -> float:
         """Configurations that may still be asked once the targets before this one are dealt with."""
-        return np.inf if self.every else FLOOR + PER_TARGET * (target - self.first) - self.spent
+        return np.inf if self.every else self.floor + PER_TARGET * (target - self.first) - self.spent
 
     def affords(self, first: int, stop: int) -> bool:
         """Whether the budget allows to search a bead in full."""

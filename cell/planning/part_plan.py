@@ -11,7 +11,7 @@ elsewhere: in another configuration or at another roll. Metres, radians, seconds
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -70,48 +70,90 @@ def plan_part(context: Context, path: Ints, progress: Progress | None = None) ->
     """
     span = context.span
     firsts = [i for i in np.flatnonzero(np.diff(path, prepend=-1)).tolist() if span.first <= i < span.stop]
+    with counted(progress, "beads", len(firsts)) as count:
+        return plan_beads(context, BeadRun(tuple(firsts), span.stop, span.start), count)
+
+
+@dataclass(frozen=True, eq=False)
+class BeadRun:
+    """Beads to be planned one after the other.
+
+    Attributes:
+        firsts: first target of each.
+        stop: one past the last target of the last.
+        q_before: where the arm comes from, (j,), rad, or None.
+        known: the first of them, where it is planned already.
+        hurried: whether travels are searched with few attempts from the beginning.
+        share: of what the whole part may cost where it is lost.
+    """
+
+    firsts: tuple[int, ...]
+    stop: int
+    q_before: Floats | None
+    known: BeadPlan | None = None
+    hurried: bool = False
+    share: float = 1.0
+
+
+def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> PartPlan:
+    """Plan some beads of a part and the travels between them.
+
+    Args:
+        context: what the search needs.
+        run: which.
+        count: called for every bead.
+
+    Returns:
+        The plan of these beads; no travel leads to the first.
+    """
     beads: list[BeadPlan] = []
     travels: list[Way] = []
     stuck: dict[int, Failure] = {}
     last: Stretch | None = None
-    judge = LossJudge(context)
-    with counted(progress, "beads", len(firsts)) as count:
-        for first, stop in zip(firsts, [*firsts[1:], span.stop], strict=True):
-            q_before = span.start if last is None else last.q_targets[-1]
-            in_full = partial(plan_bead, context, first, stop, q_before)
-            bead = judge.plan(first, stop, q_before, in_full)
-            if bead.whole and stop < span.stop:
-                bead, _ = _that_can_leave(context, bead)
-            if last is not None and bead.whole:
-                # where the part is lost, what is still searched for is what to report
-                before = context.asked
-                whole = not stuck and all(bead.whole for bead in beads)
-                known = not beads[-1].open and judge.left(stop) > 0
-                if whole or known:
-                    bead, way = _travel_to(context if whole else _hurried(context), last, bead)
-                else:
-                    way = travel(_hurried(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
-                if isinstance(way, Failure):
-                    judge.charge(before)
-                if isinstance(way, Failure) and not (whole or known):
-                    bead = replace(bead, open=frozenset([first]))
-                elif isinstance(way, Failure):
-                    stuck[first] = way.at(Place(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
-                else:
-                    travels.append(way)
-            beads.append(bead)
-            last = bead.stretches[-1] if bead.stretches else last
-            count()
+    quick = hurried(context)
+    judge = LossJudge(context, run.firsts[0], run.share)
+    for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
+        bead = run.known
+        if bead is None or bead.first != first:
+            q_before = run.q_before if last is None else last.q_targets[-1]
+            bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
+        if bead.whole and stop < context.span.stop:
+            bead, _ = that_can_leave(context, bead)
+        if last is not None and bead.whole:
+            # where the part is lost, what is still searched for is what to report
+            before = context.asked
+            whole = not run.hurried and not stuck and all(bead.whole for bead in beads)
+            known = not beads[-1].open and judge.left(stop) > 0
+            if whole or known:
+                bead, way = travel_to(context if whole else quick, last, bead)
+            else:
+                way = travel(hurried(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
+            if isinstance(way, Failure) and not run.hurried:
+                judge.charge(before)  # of a chunk's own beads it is not known yet that none is found
+            if isinstance(way, Failure) and not (whole or known):
+                bead = replace(bead, open=frozenset([first]))
+            elif isinstance(way, Failure):
+                stuck[first] = stuck_at(way, last, first)
+            else:
+                travels.append(way)
+        beads.append(bead)
+        last = bead.stretches[-1] if bead.stretches else last
+        count()
     return PartPlan(tuple(beads), tuple(travels), stuck)
 
 
-def _hurried(context: Context, to: int | None = None) -> Context:
+def stuck_at(travel: Failure, last: Stretch, first: int) -> Failure:
+    """Why no travel leads from what was welded last to a bead that begins at a target."""
+    return travel.at(Place(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
+
+
+def hurried(context: Context, to: int | None = None) -> Context:
     """The same, with fewer attempts at a travel, or so many."""
     attempts = max(context.settings.travel_attempts // HURRIED, 1) if to is None else to
     return replace(context, settings=replace(context.settings, travel_attempts=attempts))
 
 
-def _that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = ()) -> tuple[BeadPlan, bool]:
+def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = ()) -> tuple[BeadPlan, bool]:
     """The bead, ended elsewhere if only so the torch can be drawn back from it; and whether it can."""
     stage = int(context.laid[bead.stop - 1])
     ends: list[Floats] = []
@@ -126,7 +168,7 @@ def _that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = 
     return bead, False
 
 
-def _travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, Way | Failure]:
+def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, Way | Failure]:
     """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it."""
     stage = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
     avoid: list[Floats] = []
@@ -142,7 +184,7 @@ def _travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPla
         if len(avoid) == BEGINNINGS or _cannot_leave(way):
             return bead, failed
         tried = _search(context, bead.first, bead.stop, last.q_targets[-1], context.settings.roll_step, avoid)
-        tried, _ = _that_can_leave(context, tried, avoid)
+        tried, _ = that_can_leave(context, tried, avoid)
         if not tried.whole:
             return bead, failed
 

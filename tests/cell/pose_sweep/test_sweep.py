@@ -7,6 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
+import yaml
 
 from cell.case.fingerprint import fingerprint
 from cell.case.number_lists import values_of
@@ -227,8 +228,8 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(make_case, tmp_path, monk
     seen = []
     import cell.pose_sweep.sweep as module
 
-    real = module.pose_outcome
-    monkeypatch.setattr(module, "pose_outcome", lambda job, pose: seen.append(pose) or real(job, pose))
+    real = module.screen_all
+    monkeypatch.setattr(module, "screen_all", lambda job, poses: seen.extend(poses) or real(job, poses))
     assert sweep(case, POSES, workers=1, log=str(log)) == whole
     assert len(seen) == len(POSES) - 1
     assert len(log.read_text().splitlines()) == 1 + len(POSES)
@@ -356,3 +357,19 @@ def test_nothing_is_printed_in_a_pipe(make_case):
     out = io.StringIO()
     sweep(load_case(make_case()), [(0.0, 0.0)], workers=1, progress=Bars(out))
     assert out.getvalue() == ""
+
+
+@pytest.mark.parametrize("mode", ["indexed", "coordinated"])
+def test_a_table_with_more_than_one_pose_in_a_run_is_not_swept(mode, make_case, capsys):
+    path = make_case()
+    content = yaml.safe_load(path.read_text())
+    path.write_text(yaml.safe_dump({**content, "table": {"mode": mode}}))
+    assert main(["sweep", str(path), "--e1", "90", "--e2", "0"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert f"this table is {mode}" in said
+    assert "--table fixed" in said
+    with pytest.raises(InputError, match=f"this table is {mode}"):
+        sweep(load_case(path), [(90, 0)])
+    # what it says helps
+    assert main(["sweep", str(path), "--table", "fixed", "--e1", "90", "--e2", "0", "--workers", "1"]) in (0, 1)
