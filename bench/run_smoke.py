@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-HELPERS = {"bench_arguments", "figures", "run_smoke", "tesseract_cell", "tesseract_peer", "toolbox"}
+HELPERS = {"bench_arguments", "figures", "real_parts", "run_smoke", "tesseract_cell", "tesseract_peer", "toolbox"}
 LONGEST_S = 300
 
 

@@ -10,10 +10,7 @@ followed: the file it leads to is written, and the link stays.
 from __future__ import annotations
 
 import csv
-import io
-import json
 import os
-import secrets
 import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -21,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import InputError
+from .json_text import json_pieces
 from .streams import reason
 
 NO_FILES = ("/dev/", "/proc/")  # of the system: devices, and links to what is open
@@ -123,7 +121,7 @@ def beside(path: str | Path) -> Iterator[Path]:
         InputError: the place cannot be written to.
     """
     target = check_writable(path)
-    name = str(target.with_name(f".{target.stem[:STEM]}.{secrets.token_hex(4)}{target.suffix}"))
+    name = str(target.with_name(f".{target.stem[:STEM]}.{os.urandom(4).hex()}{target.suffix}"))
     _unfinished.add(name)  # first, so that whatever ends the program here leaves nothing
     try:
         mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~_umask()
@@ -160,14 +158,15 @@ def _umask() -> int:
 
 
 def write_json(path: str | Path, document: Any) -> None:
-    """Write a JSON document."""
-    write_bytes(path, (json.dumps(document, indent=1, allow_nan=False) + "\n").encode())
+    """Write a JSON document, piece by piece where it has `cell.json_text.StreamedItems`."""
+    with beside(path) as name, open(name, "w", encoding="utf-8", newline="\n") as file:
+        file.writelines(json_pieces(document, indent=1))
+        file.write("\n")
 
 
 def write_csv(path: str | Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write a CSV with one header row."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    write_text(path, text.getvalue())
+    """Write a CSV with one header row, row by row; of a file name what is none is written as a question mark."""
+    with beside(path) as name, open(name, "w", encoding="utf-8", errors="replace", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)

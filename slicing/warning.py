@@ -23,6 +23,7 @@ class Code(StrEnum):
     BODY_RADIUS = "body_radius"
     BODY_RIVAL = "body_rival"
     BODY_SMALL = "body_small"
+    BODY_STEP = "body_step"
     BODY_UNLIKE = "body_unlike"
     BODY_VOLUME = "body_volume"
     CALIBRATION_FAR = "calibration_far"

@@ -168,7 +168,9 @@ class ControllerSection(Section):
         None, description="number of the torch in TOOL_DATA, or its frame; none: the case's torch, as a literal frame"
     )
     base: Number | FrameSection | None = Field(
-        None, description="number in BASE_DATA, or a frame in the table's flange; none: where the part stands on it"
+        None,
+        description="number in BASE_DATA, or a frame in the table's flange (in the arm's base where no axis moves the "
+        "table); none: where the part stands",
     )
     machine: Annotated[int, within(1, 32)] = Field(2, description="index of the table in MACHINE_DEF")
     blend_mm: Annotated[float, within(0, 1000)] | None = Field(

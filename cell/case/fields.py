@@ -71,4 +71,5 @@ Angles = _values(Angle)
 class Section(BaseModel):
     """A section of a case file: unknown keys and NaN are errors."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    # the sections are built when the case is first read: all in one then, not each by itself before
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)

@@ -375,6 +375,10 @@ class Checks(Section):
     overhang_mm: Distance | None = Field(
         None, description="how far a layer may stand out over what lies below it; null: half a bead, and only a warning"
     )
+    every_target: bool = Field(
+        False,
+        description="of a part that cannot be built, look at every target, however long that takes (`rbam check --all`)",
+    )
 
 
 class Ik(Section):

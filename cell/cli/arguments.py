@@ -9,7 +9,8 @@ Use:
 from __future__ import annotations
 
 import argparse
-from typing import NoReturn
+import sys
+from typing import Any, NoReturn
 
 BAD_INPUT = 2
 STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
@@ -51,11 +52,20 @@ class Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
 
 
+class _Version(argparse.Action):
+    """Say the version; it is looked up only then, which takes as long as all the rest of the parser."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        """Print it and exit."""
+        sys.stdout.write(f"rbam {_version()}\n")
+        parser.exit()
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The command line."""
     formatter = argparse.RawDescriptionHelpFormatter
     parser = Parser(prog="rbam", description=DESCRIPTION, epilog=EXAMPLES, formatter_class=formatter)
-    parser.add_argument("--version", action="version", version=f"rbam {_version()}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
 
     def command(name: str, summary: str, text: str) -> argparse.ArgumentParser:
@@ -100,8 +110,14 @@ def build_parser() -> argparse.ArgumentParser:
         help="check this robot program (KRL), run as the controller would, instead of searching a motion",
     )
 
+    _jobs_argument(check)
+
     export = command("export", "write the checked motion as a robot program", EXPORT_TEXT)
     _case_arguments(export)
+    _jobs_argument(export)
+    export.add_argument(
+        "--motion-in", metavar="F.csv|F.npz", help="of this motion, checked, instead of one that is searched"
+    )
     export.add_argument("--krl", metavar="DIR", help="write it in KRL: NAME.src, what it calls, and NAME.json")
     export.add_argument(
         "--csv", metavar="F.csv", help="write every point: poses in base and part, axes, speed, arc, line"
@@ -175,6 +191,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     replay = command("replay", "show the checked motion: window, browser, picture or film", REPLAY_TEXT)
     _case_arguments(replay)
+    _jobs_argument(replay)
     _replay_arguments(replay)
 
     scene = command(
@@ -200,6 +217,9 @@ all along. Every infeasible target has a reason:
 Where the case is infeasible, the smallest change that helps is searched and checked. It may be one of the roll, E1,
 E2, the place of the positioner, the support's height or the part's place, the stick-out, the
 deposition speed, or the seams of closed beads.
+
+Parts of 1,500 targets and more are checked in chunks of whole layers, on all cores unless --jobs says otherwise. The
+verdict and the motion are the same with any number of processes, each of which takes some 200 MB.
 
 --program reads a KRL program, ours or anybody's, runs it as the controller would and holds it against
 the same; findings carry file and line.
@@ -294,6 +314,15 @@ def _replay_arguments(replay: argparse.ArgumentParser) -> None:
     replay.add_argument("--target", type=int, metavar="I", help="target the picture shows the arm at")
     replay.add_argument("--host", metavar="ADDRESS", help="interface of --web (default 127.0.0.1, this machine alone)")
     replay.add_argument("--port", type=int, metavar="N", help="port of --web (default: the first free from 8080)")
+
+
+def _jobs_argument(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="processes that a large part is checked in (default: one a core); the verdict does not depend on it",
+    )
 
 
 def _case_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import IO, TYPE_CHECKING, Any
 
 from ..atomic_files import STDOUT, write_json
+from ..json_text import json_pieces
 from ..printable import ERASED
 from .speech import is_quiet
 
@@ -40,9 +41,9 @@ def say(lines: Any, to: IO[str]) -> None:
 def put_json(where: str, document: dict[str, Any]) -> None:
     """Write a document to a file, or with - to standard output."""
     if where == STDOUT:
-        import json
         import sys
 
-        sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
+        sys.stdout.writelines(json_pieces(document))
+        sys.stdout.write("\n")
         return
     write_json(where, document)

@@ -21,12 +21,14 @@ from typing import IO, TYPE_CHECKING, Any
 from ..atomic_files import STDOUT, check_outputs, discard_unfinished, write_bytes, write_csv, write_text
 from ..errors import InputError
 from ..printable import printable
+from ..processes import WorkerTraceback
 from ..streams import standard_streams
 from ..termination import Terminated, terminable
 from .arguments import BAD_INPUT, build_parser
 from .bar import Bars
 from .console import put_json as _put_json
 from .console import say as _say
+from .jobs import jobs_of
 from .speech import is_quiet, is_verbose, speaking
 
 if TYPE_CHECKING:
@@ -93,6 +95,8 @@ def _program_error(error: Exception, argv: Sequence[str]) -> int:
     where = traceback.extract_tb(error.__traceback__)[-1]
     what = printable(f"{type(error).__name__}: {error}")[:300]
     place = f"{os.path.basename(os.path.dirname(where.filename))}/{os.path.basename(where.filename)}:{where.lineno}"
+    if isinstance(error.__cause__, WorkerTraceback):
+        place = error.__cause__.place
     how = "the traceback above" if asked else f"what {TRACEBACK}=1 or --verbose prints"
     return _told(
         PROGRAM_ERROR, f"no verdict: an error of the program itself ({what}; at {place}); please report it with {how}"
@@ -172,14 +176,14 @@ def _check(args: argparse.Namespace) -> int:
         from ..motion.motion_file import check_suffix
 
         check_suffix(args.motion)
+    jobs = jobs_of(args)
     case = _load(args)
     _outputs(args, case, "json", "motion", "html")
     from ..job.job import prepare
-    from ..report.check_document import report_document
     from ..report.check_report import report_lines
     from ..verdict.as_asked import check_as_asked
 
-    result = check_as_asked(prepare(case), Bars(sys.stderr))
+    result = check_as_asked(prepare(case), Bars(sys.stderr), jobs=jobs)
     if args.motion:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")
@@ -203,17 +207,19 @@ def _check(args: argparse.Namespace) -> int:
 
         write_text(args.html, html_report(result, remedies))
     if args.json:
-        _put_json(args.json, report_document(result, remedies, reasons))
+        from ..report.check_document import streamed_report
+
+        _put_json(args.json, streamed_report(result, remedies, reasons))
     return FEASIBLE if result.feasible else INFEASIBLE
 
 
 def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Remedy]:
     """Search and say what would help an infeasible case; Ctrl-C ends the search, and the verdict stands."""
+    if result.feasible or asked is False:
+        return []
     from ..remedy_search.search import remedies
     from ..report.remedy_lines import remedy_lines
 
-    if result.feasible or asked is False:
-        return []
     found: list[Remedy] = []
     try:
         for remedy in remedies(
@@ -232,7 +238,8 @@ def _check_given(args: argparse.Namespace) -> int:
         raise InputError("--program: does not go with --motion-in; check one after the other")
     kind = "--motion-in, which checks a motion" if args.motion_in else "--program, which checks a program"
     html = args.html if args.motion_in else None
-    for name, value in (("--motion", args.motion), ("--html", html), ("--e1", args.e1), ("--e2", args.e2)):
+    given = {"--motion": args.motion, "--html": html, "--e1": args.e1, "--e2": args.e2, "--jobs": args.jobs}
+    for name, value in given.items():
         if value is not None:
             raise InputError(f"{name}: does not go with {kind} as it is")
     case = _load(args)

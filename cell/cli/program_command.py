@@ -7,7 +7,9 @@ code = check_program_file(args, case)
 from __future__ import annotations
 
 import argparse
+import re
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,11 +19,13 @@ from ..case.files import case_files
 from ..errors import InputError
 from .bar import Bars
 from .console import put_json, say
+from .jobs import jobs_of
 from .speech import is_quiet
 
 if TYPE_CHECKING:
     from ..case.sections import Case
     from ..job.job import Job
+    from ..motion.motion import Motion
     from ..programs.export import Exported
     from ..programs.program_check import ProgramResult
 
@@ -43,26 +47,54 @@ def export(args: argparse.Namespace, case: Case) -> int:
     """
     if not (args.krl or args.csv or args.robodk):
         raise InputError("export: nothing asked for; give --krl DIR, --csv F.csv or --robodk F.py")
+    jobs = jobs_of(args)
+    if args.motion_in and args.jobs is not None:
+        raise InputError("--jobs: does not go with --motion-in, for which no motion is searched")
     folder = None if args.krl is None else _folder(args.krl)
-    check_outputs({"--csv": args.csv, "--robodk": args.robodk}, case_files(case))
-    from ..job.job import prepare
+    read = [*case_files(case), *([args.motion_in] if args.motion_in else [])]
+    check_outputs({"--csv": args.csv, "--robodk": args.robodk}, read)
     from ..programs.export import export_program
-    from ..verdict.as_asked import check_as_asked
 
-    result = check_as_asked(prepare(case), Bars(sys.stderr))
-    if result.motion is None:
-        sys.stderr.write(f"rbam: {case.path}: infeasible: no program of it; rbam check says why\n")
+    job, motion = _checked_motion(args.motion_in, case, jobs)
+    if motion is None:
+        what, how = (args.motion_in, " --motion-in") if args.motion_in else (case.path, "")
+        sys.stderr.write(f"rbam: {what}: infeasible: no program of it; rbam check{how} says why\n")
         return NOT_DONE
-    job = result.job  # its layers in the order in which they are built
-    made = export_program(job, result.motion)
+    made = export_program(job, motion)
     if made.fault is not None:
         sys.stderr.write(f"rbam: no program: {made.fault}\n")
         return NOT_DONE
     contents = _contents(args, job, made, folder)
-    _write(contents, folder, case)
+    _write(contents, folder, read)
     if not is_quiet():
-        _told(made, contents)
+        _told(made, contents, _left_over(made, folder))
     return DONE
+
+
+def _checked_motion(path: str | None, case: Case, jobs: int) -> tuple[Job, Motion | None]:
+    """The motion that is searched, or a file's, and whose it is: layers in the order of building; None: infeasible."""
+    from ..job.job import prepare
+
+    if path is None:
+        from ..verdict.as_asked import check_as_asked
+
+        result = check_as_asked(prepare(case), Bars(sys.stderr), jobs=jobs)
+        return result.job, result.motion
+    from ..motion.file_order import read_in_order
+    from ..motion.motion_file import check_suffix
+    from ..verification.motion_check import check_motion
+
+    check_suffix(path)
+    job, read = read_in_order(path, prepare(case))
+    return job, read.motion if check_motion(job, read).feasible else None
+
+
+def _left_over(made: Exported, folder: Path | None) -> list[str]:
+    """Modules of an earlier program of this name that this one does not call."""
+    if folder is None:
+        return []
+    ours = re.compile(rf"{re.escape(made.written.program.name)}_[LP]\d{{3}}(_\d+)?\.src", re.IGNORECASE)
+    return sorted(path.name for path in folder.iterdir() if ours.fullmatch(path.name) and path.name not in made.files)
 
 
 def _folder(name: str) -> Path:
@@ -106,7 +138,7 @@ def _contents(args: argparse.Namespace, job: Job, made: Exported, folder: Path |
     return out
 
 
-def _write(contents: dict[Path, bytes], folder: Path | None, case: Case) -> None:
+def _write(contents: dict[Path, bytes], folder: Path | None, read: Sequence[str | Path]) -> None:
     """Write all files or none."""
     made = folder is not None and not folder.exists()
     if made and folder is not None:
@@ -116,7 +148,7 @@ def _write(contents: dict[Path, bytes], folder: Path | None, case: Case) -> None
             raise InputError(f"--krl: {folder}: cannot be made ({error.strerror})") from None
     done = False
     try:
-        check_outputs({f"file {n}": str(path) for n, path in enumerate(contents)}, case_files(case))
+        check_outputs({f"file {n}": str(path) for n, path in enumerate(contents)}, read)
         with ExitStack() as stack:
             for path, content in contents.items():
                 stack.enter_context(beside(path)).write_bytes(content)
@@ -126,7 +158,7 @@ def _write(contents: dict[Path, bytes], folder: Path | None, case: Case) -> None
             folder.rmdir()
 
 
-def _told(made: Exported, contents: dict[Path, bytes]) -> None:
+def _told(made: Exported, contents: dict[Path, bytes], left_over: list[str]) -> None:
     """What was written, on stdout."""
     import numpy as np
 
@@ -144,6 +176,9 @@ def _told(made: Exported, contents: dict[Path, bytes]) -> None:
         sys.stdout.write(f"  {path}\n")
     for line in made.warnings:
         sys.stdout.write(f"  warning: {line}\n")
+    if left_over:
+        names = ", ".join(left_over[:3]) + (f" and {len(left_over) - 3} more" if len(left_over) > 3 else "")
+        sys.stdout.write(f"  warning: left over from another program of this name, and not called: {names}\n")
 
 
 def checked_program(path: str, job: Job) -> ProgramResult:

@@ -89,7 +89,14 @@ def unproven_steps(
 
 
 def least_on_the_way(
-    checker: Sees, radius: Floats, q: Floats, stage: Ints, found: Clearances, apart: Ints | None = None
+    checker: Sees,
+    radius: Floats,
+    q: Floats,
+    stage: Ints,
+    found: Clearances,
+    apart: Ints | None = None,
+    *,
+    known: float = np.inf,
 ) -> tuple[int, Clearances]:
     """How near a motion comes to anything, between its samples too.
 
@@ -100,6 +107,7 @@ def least_on_the_way(
         stage: deposits laid at each sample, (m,).
         found: clearances at the samples.
         apart: motion that each sample belongs to, (m,); steps from one motion to the next are left out.
+        known: a distance that is come to elsewhere, m: what is no nearer than that is not looked for.
 
     Returns:
         The sample at which it is or after which it comes, and the one nearest pair; a distance that is too large by
@@ -110,12 +118,12 @@ def least_on_the_way(
     best = found.rows(np.array([at]))
     there = int(stage[at])
     about = (q[at - 1] if at - 1 in step else q[at], q[at], q[at + 1] if at in step else q[at])
-    known = np.minimum(found.distance, checker.reach)
-    a, b, da, db = q[step], q[step + 1], known[step], known[step + 1]
+    seen_at = np.minimum(found.distance, checker.reach)
+    a, b, da, db = q[step], q[step + 1], seen_at[step], seen_at[step + 1]
     laid = np.maximum(stage[step], stage[step + 1])
     for _ in range(HALVINGS):
         # on a step it comes no nearer than half of what its ends have beyond the way
-        least = min(float(best.distance[0]), checker.reach)
+        least = min(float(best.distance[0]), known, checker.reach)
         limit = least - max(NEAREST, NEAREST_SHARE * least)
         open_ = _open(checker, radius, a, b, da + db - 2 * limit)
         step, laid = step[open_], laid[open_]
@@ -132,7 +140,7 @@ def least_on_the_way(
         step, laid = np.concatenate([step, step]), np.concatenate([laid, laid])
         a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
         da, db = np.concatenate([da, dm]), np.concatenate([dm, db])
-    return at, _closest(checker, about, there, best)
+    return at, best if best.distance[0] > known else _closest(checker, about, there, best)
 
 
 def _closest(checker: Sees, about: tuple[Floats, Floats, Floats], laid: int, best: Clearances) -> Clearances:

@@ -13,9 +13,10 @@ penetration. Metres.
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Collection, Iterator
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from ..scene.scene import Scene
 
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
+COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
 AWAY = 1e4  # m
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
 MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
@@ -56,12 +58,24 @@ def _without_pairs(scene: Scene) -> mujoco.MjModel:
     return alone
 
 
+@dataclass
+class Asked:
+    """How many configurations were asked about: what a search costs, on any machine.
+
+    Attributes:
+        count: so far.
+    """
+
+    count: int = 0
+
+
 class Checker:
     """Collision detection of one scene at one table pose; one for each thread, the scene may be shared."""
 
     scene: Scene
     table: tuple[float, float]
     reach: float
+    asked: Asked
 
     def __init__(
         self,
@@ -85,6 +99,7 @@ class Checker:
         self.table = table
         self.reach = reach
         self.without = tuple(without)
+        self.asked = Asked()
         # what collides is switched in it; the scene's own stays as it is
         self._model = copy.copy(scene.model) if pair_gap is None else _without_pairs(scene)
         self._data = mujoco.MjData(self._model)
@@ -103,6 +118,11 @@ class Checker:
         self._body_contype = scene.body_contype
         self._ignored = np.isin(scene.deposit_of_geom, list(without))
         self._swept: MotionBounds | CoupledBounds | None = None
+        self._far = -1.0
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For another process: made anew of the scene."""
+        return _made, (self.scene, self.table, self.reach, self.without, self._pair_gap)
 
     def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything can travel towards anything on steps: what clearances at their ends are held against.
@@ -133,23 +153,22 @@ class Checker:
         Returns:
             Clearances.
         """
-        data = self._data
+        self.asked.count += len(q)
         out = Clearances.none(len(q))
         far = self.reach  # what is near would be found by looking all the way, and everything behind it as well
         for laid in np.unique(stage):
             self._lay(int(laid), arm_alone=True)
             rows = np.flatnonzero(stage == laid)
             for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
-                self._collide(far)
-                if data.ncon:
-                    contact = data.contact
+                if self._collide(far):
+                    contact = self._data.contact
                     distance = contact.dist
                     k = int(distance.argmin())
                     out.distance[i], out.pair[i], out.position[i] = distance[k], contact.geom[k], contact.pos[k]
                     far = FURTHER * max(float(distance[k]), 0.0) + LEAST_FAR  # the next one is often alike
                 else:
                     far = self.reach
-        if data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
+        if self._data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
             # pairs were left out: the nearest may be among them
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
         return out
@@ -167,20 +186,30 @@ class Checker:
         alike: NDArray[np.bool_] = (tool[:, 0] & ~arm[:, 1]) | (tool[:, 1] & ~arm[:, 0])
         return alike & (pair >= 0).all(axis=1)
 
-    def _collide(self, far: float) -> None:
-        """Find what is near: first out to some distance, then further as long as there is nothing."""
-        far = min(far, self.reach)
+    def _collide(self, far: float) -> int:
+        """Find what is near: first out to some distance, then further as long as there is nothing; how many pairs."""
+        far = self._coarser(far)
         while True:
             self._look_out_to(far)
             if self._nearby is not None:
                 self._nearby.choose(self._data, far)
             mujoco.mj_collision(self._model, self._data)
-            if self._data.ncon or far == self.reach:
-                return
-            far = min(2.0 * far, self.reach)
+            count = int(self._data.ncon)
+            if count or far == self.reach:
+                return count
+            far = self._coarser(2.0 * far)
+
+    def _coarser(self, far: float) -> float:
+        """One of a few distances, at least as far; the reach is the furthest."""
+        if far >= self.reach:
+            return self.reach
+        return self.reach * COARSER ** -math.floor(math.log(self.reach / far, COARSER) + 1e-9)
 
     def _look_out_to(self, far: float) -> None:
         """Set how far MuJoCo looks, m."""
+        if far == self._far:
+            return
+        self._far = far
         model = self._model
         # it reports a pair out to the sum of its geoms' gaps, and of bodies further apart than this it looks at none
         np.multiply(self._hard, far / 2, out=model.geom_gap)
@@ -211,3 +240,10 @@ class Checker:
         model.geom_conaffinity[:] = np.where(there, scene.contact_bits[1], 0)
         model.body_conaffinity[:] = scene.body_conaffinity
         model.body_contype[:] = np.where(self._arm_body, self._body_contype, 0) if arm_alone else self._body_contype
+
+
+def _made(
+    scene: Scene, table: tuple[float, float], reach: float, without: tuple[int, ...], pair_gap: float | None
+) -> Checker:
+    """A checker where it was sent to."""
+    return Checker(scene, table, reach, without, pair_gap=pair_gap)

@@ -63,9 +63,22 @@ def table_alone(scene: Scene, table: tuple[float, float], stage: int | None = No
     Returns:
         Clearances of one row; below 0 the pose is infeasible.
     """
-    return TableChecker(scene, REACH).clearances(
-        np.array([table]), np.array([scene.n_deposits if stage is None else stage])
-    )
+    return tables_alone(scene, np.array([table]), stage)
+
+
+def tables_alone(scene: Scene, tables: Floats, stage: int | None = None) -> Clearances:
+    """The same at many poses of the table.
+
+    Args:
+        scene: the composed cell.
+        tables: E1 and E2, (m, 2), rad.
+        stage: deposits laid so far; all where left out.
+
+    Returns:
+        Clearances, a row a pose.
+    """
+    laid = np.full(len(tables), scene.n_deposits if stage is None else stage)
+    return TableChecker(scene, REACH).clearances(tables, laid)
 
 
 class TableChecker:

@@ -14,10 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..job.job import Job
+from ..job.unsupported import targets_over_nothing
 from ..progress import stage
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
-from ..verdict.severity import severity
+from ..verdict.severity import severity, worst_first
+from .drawn_path import MOST
 from .pack import Pack
 from .page import page, script_of, template
 from .scene import scene_json
@@ -27,6 +30,7 @@ from .words import REASON_WORDS, VERDICTS, Words, what_went_wrong, worst
 if TYPE_CHECKING:
     from ..remedy_search.search import Remedy
 
+MOST_LISTED = 5_000  # infeasible targets in the table
 SCRIPTS = (  # in order of use
     *("data", "math", "scene", "meshes", "shaders", "buffers", "viewer", "controls"),
     *("charts", "sortable", "table", "paint", "report"),
@@ -73,6 +77,7 @@ def packed(result: Result) -> str:
     pack = Pack()
     job, t = result.job, result.job.targets
     verdicts = ("feasible", *VERDICTS)
+    few, listed = len(t) <= MOST, listed_targets(result)
     document: dict[str, Any] = {
         "schema": "rbam-html/1",
         "case": job.case.title,
@@ -82,18 +87,19 @@ def packed(result: Result) -> str:
         "joints": [*job.scene.chain.names, "E1", "E2"],
         "start": _start(result),
         "targets": {
-            "position": pack.put(np.round(t.position * METRES_PER_MM, 7), "f4"),
-            "normal": pack.put(np.rint(t.normal * 32767), "i2"),
-            "thickness": pack.put(np.round(t.thickness_mm * METRES_PER_MM, 7), "f4"),
-            "layer": pack.put(t.layer, "u2"),
-            "bead": pack.put(t.path, "u4"),
-            "sub_volume": pack.put(t.sub_volume_index, "u2"),
+            "position": pack.steps(t.position * METRES_PER_MM, 1e6 if few else 1e5),
+            "normal": pack.steps(t.normal * 32767),
+            "thickness": pack.steps(t.thickness_mm * METRES_PER_MM, 1e7 if few else 1e6),
+            "layer": pack.steps(t.layer),
+            "bead": pack.steps(t.path),
+            "sub_volume": pack.steps(t.sub_volume_index),
             "verdict": pack.put([verdicts.index(row.reason or "feasible") for row in result.rows], "u1"),
-            "gravity": pack.put(np.round(np.rad2deg(result.gravity), 3), "f4"),
-            "base_mm": pack.put(np.round(result.placed.position / METRES_PER_MM, 2), "f4"),
+            **_over_nothing(pack, job),
+            **_of_the_table(pack, result),
         },
         "sub_volumes": list(t.sub_volume),
-        "infeasible": _infeasible(result),
+        "infeasible": _infeasible(result, listed),
+        "unlisted": result.infeasible - len(listed),
         "least": None if result.clearance is None else list(result.clearance.what),
         "scene": scene_json(pack, result),
         "path": path_json(pack, result),
@@ -101,7 +107,38 @@ def packed(result: Result) -> str:
     return pack.text(document)
 
 
-def _infeasible(result: Result) -> list[dict[str, Any]]:
+def _over_nothing(pack: Pack, job: Job) -> dict[str, Any]:
+    """Which targets lie over nothing; empty where none do."""
+    over = targets_over_nothing(job)
+    return {"hanging": pack.put([i in over for i in range(len(job.targets))], "u1")} if over else {}
+
+
+def listed_targets(result: Result) -> list[int]:
+    """Infeasible targets that the table lists: all, or of many the worst of each reason."""
+    bad: dict[str, list[int]] = {}
+    for i in worst_first(result):
+        bad.setdefault(str(result.rows[i].reason), []).append(i)
+    share = MOST_LISTED // max(len(bad), 1)
+    left = MOST_LISTED - sum(min(len(own), share) for own in bad.values())
+    listed: list[int] = []
+    for own in bad.values():
+        more = min(left, max(len(own) - share, 0))
+        listed += own[: share + more]
+        left -= more
+    return sorted(listed)
+
+
+def _of_the_table(pack: Pack, result: Result) -> dict[str, Any]:
+    """What only the table of infeasible targets shows."""
+    if result.feasible:
+        return {}
+    return {
+        "gravity": pack.steps(np.rad2deg(result.gravity), 1e3),
+        "base_mm": pack.steps(result.placed.position / METRES_PER_MM, 1e2),
+    }
+
+
+def _infeasible(result: Result, listed: Sequence[int]) -> list[dict[str, Any]]:
     """Rows of the table."""
     return [
         {
@@ -112,8 +149,7 @@ def _infeasible(result: Result) -> list[dict[str, Any]]:
             "pair": list(row.pair),
             "severity": round(severity(row), 3),
         }
-        for i, row in enumerate(result.rows)
-        if row.reason is not None
+        for i, row in zip(listed, map(result.rows.__getitem__, listed), strict=True)
     ]
 
 

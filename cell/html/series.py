@@ -2,21 +2,17 @@
 
     path_json(pack, result)        # {"x": seconds or target numbers, "q": .., "charts": [..]}
 
-A feasible result is plotted over time. Where its samples are too many to be sent they are gathered into steps, each
-with the worst of what it stands for, so that no peak of a speed or a margin is lost; clearance is that of the samples
-sent. An infeasible one has no motion and is plotted over its targets, at the configuration of each or at the best
-attempt. Units are those of the charts' titles.
+Of many samples (``cell.html.drawn_path``) clearance is that of the samples sent, and the least of the whole motion
+where it occurs; speeds and margins are the worst of each step. Units are those of the charts' titles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ik.chain import Floats
+from ik.chain import Chain, Floats
 from ik.singularity import KINDS, margins
 
 from ..arrays import Ints
@@ -24,60 +20,16 @@ from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.table import with_table_axes
 from ..job.table_winding import upright_of
-from ..motion.motion import Motion
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..view.shown_motion import Played
+from .drawn_path import AT_ONCE, DrawnPath, note_of, path_of, worst_of_steps
 from .pack import Pack
 from .words import in_plain_words
 
-MOST = 12_000  # samples sent, besides one a target
 HELD = 0.01  # share of the deposition speed that it may be off and still counts as held
 COLOURS = 8  # of lines in one chart; web/report.css has as many
-
-
-@dataclass(frozen=True, eq=False)
-class DrawnPath:
-    """Where the arm is along the report's path.
-
-    Attributes:
-        x: seconds, or target numbers where there is no motion, (m,).
-        q: arm and table, (m, j + 2), rad; NaN where a target has no configuration.
-        arc: 1 while welding, (m,).
-        target: target last passed, of a travel the one it leads to, (m,).
-        starts: first sample of each step sent, (k,).
-        timed: whether x is time.
-    """
-
-    x: Floats
-    q: Floats
-    arc: Ints
-    target: Ints
-    starts: Ints
-    timed: bool
-
-
-def path_of(result: Result) -> DrawnPath:
-    """The samples of a result."""
-    n = len(result.rows)
-    if result.motion is not None:
-        m = result.motion
-        return DrawnPath(m.t_s, np.concatenate([m.q, m.table], axis=1), m.arc, m.target, _starts(m), True)
-    nothing = np.full(result.job.scene.chain.n, np.nan)
-    q = np.stack([next((x for x in (r.q, r.attempt) if x is not None), nothing) for r in result.rows])
-    i = np.arange(n)
-    return DrawnPath(i.astype(np.float64), np.column_stack([q, result.tables]), np.ones_like(i), i, i, False)
-
-
-def _starts(motion: Motion) -> Ints:
-    """Samples to keep: every one, or each target's first, where the arc changes, and some evenly between."""
-    m = len(motion.t_s)
-    if m <= MOST:
-        return np.arange(m)
-    change = np.flatnonzero((np.diff(motion.target) != 0) | (np.diff(motion.arc) != 0)) + 1
-    even = np.linspace(0, m - 1, MOST).astype(np.int64)
-    return np.unique(np.concatenate([even, change, change - 1]))
 
 
 def path_json(pack: Pack, result: Result) -> dict[str, Any]:
@@ -89,7 +41,7 @@ def path_json(pack: Pack, result: Result) -> dict[str, Any]:
 
     Returns:
         See ``web/charts.js`` for the charts; ``pairs`` are the nearest geoms' names, ``pair`` the number of each
-        step's among them (-1: none within reach).
+        step's among them (-1: none within reach); ``note`` what the charts do not show, empty where that is nothing.
     """
     path = path_of(result)
     clear = _clearances(result, path)
@@ -98,20 +50,26 @@ def path_json(pack: Pack, result: Result) -> dict[str, Any]:
     charts += [*_margins(result, path), _gravity(result, path)]
     for chart in charts:
         for line in chart["lines"]:
-            line["y"] = pack.put(np.round(line["y"], 4), "f4")
-    q = path.q[path.starts]
+            if "y" in line:
+                line["y"] = pack.steps(line["y"], _steps_a_unit(path, chart["unit"]))
     return {
         "timed": path.timed,
         "samples": len(path.x),
-        "x": pack.put(path.x[path.starts], "f4"),
-        "q": pack.put(np.where(np.isfinite(q), np.round(q, 6), np.nan), "f4"),
+        "note": note_of(result, path),
+        "x": pack.steps(path.x[path.starts], 1e4),
+        "q": pack.steps(path.q, 1e5 if path.gathered else 1e6),
         "arc": pack.put(path.arc[path.starts], "u1"),
-        "target": pack.put(path.target[path.starts], "i4"),
-        "pair": pack.put(index, "i2"),
+        "target": pack.steps(path.target[path.starts]),
+        "pair": pack.steps(index),
         "pairs": names,
         "charts": charts,
         **_lines(pack, result, path),
     }
+
+
+def _steps_a_unit(path: DrawnPath, unit: str) -> float:
+    """How finely a chart's values are sent: as they are read off, and finer where there are few."""
+    return 1e2 if path.gathered and unit != "1" else 1e4
 
 
 def _lines(pack: Pack, result: Result, path: DrawnPath) -> dict[str, Any]:
@@ -122,14 +80,9 @@ def _lines(pack: Pack, result: Result, path: DrawnPath) -> dict[str, Any]:
     move = move[np.minimum(path.starts + 1, len(move) - 1)]  # of the way that follows
     return {
         "files": list(program.files),
-        "file": pack.put(program.moves.file[move], "i2"),
-        "line": pack.put(program.moves.line[move], "u4"),
+        "file": pack.steps(program.moves.file[move]),
+        "line": pack.steps(program.moves.line[move]),
     }
-
-
-def _worst(path: DrawnPath, values: Floats, of: Callable[..., Floats] = np.fmin.reduceat) -> Floats:
-    """The worst of every step; NaN only where all of it is."""
-    return np.asarray(of(values, path.starts), dtype=np.float64)
 
 
 def _chart(group: str, title: str, unit: str, lines: list[tuple[str, Floats]], **more: Any) -> dict[str, Any]:
@@ -150,22 +103,13 @@ def _angles(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
         low, high = np.rad2deg([low, high])
         endless = not np.isfinite([low, high]).all()
         if endless:  # no limits to draw: the chart is as high as what is in it
-            low, high = float(np.min(path.q[:, k])), float(np.max(path.q[:, k]))
+            low, high = float(np.min(path.axis(k))), float(np.max(path.axis(k)))
             low, high = np.rad2deg(low) - 1.0, np.rad2deg(high) + 1.0
         bounds = [{"y": round(float(v), 3), "label": f"{v:.5g}°"} for v in (low, high) if not endless]
-        line = (name, np.rad2deg(path.q[path.starts, k]))
         margin = 0.06 * (high - low)
-        charts.append(
-            _chart(
-                "Joint angles against their limits",
-                name,
-                "deg",
-                [line],
-                limits=bounds,
-                range=[round(float(low - margin), 3), round(float(high + margin), 3)],
-                small=True,
-            )
-        )
+        ends = [round(float(low - margin), 3), round(float(high + margin), 3)]
+        chart = _chart("Joint angles against their limits", name, "deg", [], limits=bounds, range=ends, small=True)
+        charts.append({**chart, "lines": [{"name": name, "angle": k}]})  # the page has it from q
     return charts
 
 
@@ -173,20 +117,22 @@ def _speeds(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
     """Joint speeds and the TCP's; there are none without a motion."""
     if not path.timed or len(path.x) < 2:
         return []
-    scene, case = result.job.scene, result.job.case
-    n = scene.chain.n
+    scene, wanted = result.job.scene, result.job.case.process.deposition_speed_mm_s
     dt = np.diff(path.x)
-    dt = np.where(dt > 0, dt, np.nan)[:, None]
-    share = np.abs(np.diff(path.q[:, :n], axis=0)) / dt / scene.chain.max_speed * 100
-    share = np.concatenate([share, share[-1:]])
-    lines = [(name, _worst(path, share[:, k], np.fmax.reduceat)) for k, name in enumerate(scene.chain.names)]
-    top = float(np.nanmax(share))
-    tcp = _tcp_speed(result, path, dt[:, 0])
+    dt = np.where(dt > 0, dt, np.nan)
+
+    def share(first: int, stop: int) -> Floats:
+        i = np.minimum(np.arange(first, stop), len(dt) - 1)
+        turned = np.abs(path.arm[i + 1] - path.arm[i]) / dt[i, None]
+        return np.asarray(turned / scene.chain.max_speed * 100)
+
+    most_share = worst_of_steps(path, share, np.fmax.reduceat)
+    lines = [(name, most_share[:, k]) for k, name in enumerate(scene.chain.names)]
+    tcp = np.linalg.norm(np.diff(_tcp(scene.chain, path.arm)[0], axis=0), axis=1) / dt / METRES_PER_MM
     tcp[(path.arc[:-1] & path.arc[1:]) == 0] = np.nan
-    held = _held(path, tcp, case.process.deposition_speed_mm_s)
-    tcp = np.append(tcp, tcp[-1])
-    wanted = case.process.deposition_speed_mm_s
-    least, most = _worst(path, tcp), _worst(path, tcp, np.fmax.reduceat)
+    held = _held(path, tcp, wanted)
+    tcp = np.append(tcp, tcp[-1])[:, None]
+    least, most = (worst_of_steps(path, lambda i, j: tcp[i:j], of)[:, 0] for of in (np.fmin.reduceat, np.fmax.reduceat))
     return [
         _chart(
             "Speed",
@@ -194,7 +140,7 @@ def _speeds(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
             "%",
             lines,
             limits=[{"y": 100, "label": "limit 100 %"}],
-            range=[0, round(max(105.0, 1.05 * top), 2)],
+            range=[0, round(max(105.0, 1.05 * float(np.nanmax(most_share))), 2)],
         ),
         _chart(
             "Speed",
@@ -210,12 +156,11 @@ def _speeds(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
     ]
 
 
-def _tcp_speed(result: Result, path: DrawnPath, dt: Floats) -> Floats:
-    """Speed of the TCP between samples, (m - 1,), mm/s."""
-    chain = result.job.scene.chain
-    step = 20_000  # samples at once: poses of all would be large
-    p = np.concatenate([chain.forward(path.q[i : i + step, : chain.n])[:, :3, 3] for i in range(0, len(path.q), step)])
-    return np.asarray(np.linalg.norm(np.diff(p, axis=0), axis=1) / dt / METRES_PER_MM, dtype=np.float64)
+def _tcp(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
+    """Place of the TCP, (n, 3), m, and direction of the wire, (n, 3), in the base frame."""
+    Ts = [chain.forward(q[i : i + AT_ONCE])[:, :3, 2:] for i in range(0, len(q), AT_ONCE)]
+    found = np.concatenate(Ts) if Ts else np.zeros((0, 3, 2))
+    return found[:, :, 1], found[:, :, 0]
 
 
 def _held(path: DrawnPath, speed: Floats, wanted: float) -> str:
@@ -232,27 +177,50 @@ def _held(path: DrawnPath, speed: Floats, wanted: float) -> str:
 
 
 def _clearances(result: Result, path: DrawnPath) -> Clearances:
-    """The nearest pair at every sample sent."""
-    job, target = result.job, path.target
-    before = np.where(target > 0, job.laid[np.maximum(target - 1, 0)], 0)
-    if path.timed and path.arc.any():
-        home = len(target) - int(np.argmax(path.arc[::-1]))  # after the last weld all of it is laid
-        before[home:] = job.laid[target[home:]]
-    # on the way to a bead all of the one before is laid; the ends of a way are samples of the beads
-    way = path.arc == 0
-    stage = np.where(way, before, job.stage[target])
-    leaves, arrives = ~way & np.append(way[1:], False), ~way & np.insert(way[:-1], 0, False)
-    stage = np.where(leaves, np.maximum(stage, job.laid[target]), stage)
-    stage = np.where(arrives, np.maximum(stage, before), stage)[path.starts]
-    q = path.q[path.starts]
+    """The nearest pair at every sample sent, and the least of the whole motion where it occurs."""
+    q = path.q
     known = np.flatnonzero(np.isfinite(q).all(axis=1))
+    job = result.job
     scene, reach = with_table_axes(job.scene), max(CLEARANCE_REACH, 2 * settings_of(job).clearance)
-    checker = Checker(scene, result.table, reach)
-    found = checker.clearances(q[known], stage[known])
+    found = Checker(scene, result.table, reach).clearances(q[known], _laid(result, path)[known])
     out = Clearances.none(len(q))
     out.distance[:] = np.nan
     out.distance[known], out.pair[known], out.position[known] = found.distance, found.pair, found.position
+    _keep_least(result, path, out)
     return out
+
+
+def _laid(result: Result, path: DrawnPath) -> Ints:
+    """Deposits that are there at every sample sent, (k,)."""
+    job, at = result.job, path.starts
+    laid, last = job.laid, len(path.x) - 1
+    target = path.target[at]
+    before = np.where(target > 0, laid[np.maximum(target - 1, 0)], 0)
+    if path.timed and path.arc.any():
+        home = at > last - int(np.argmax(path.arc[::-1]))  # after the last weld all of it is laid
+        before[home] = laid[target[home]]
+    # on the way to a bead all of the one before is laid; the ends of a way are samples of the beads
+    way = path.arc[at] == 0
+    stage = np.where(way, before, job.stage[target])
+    leaves = ~way & (at < last) & (path.arc[np.minimum(at + 1, last)] == 0)
+    arrives = ~way & (at > 0) & (path.arc[np.maximum(at - 1, 0)] == 0)
+    stage = np.where(leaves, np.maximum(stage, laid[target]), stage)
+    return np.where(arrives, np.maximum(stage, before), stage)
+
+
+def _keep_least(result: Result, path: DrawnPath, found: Clearances) -> None:
+    """Put the least clearance of a motion, which may lie between the samples sent, where it occurs."""
+    least = result.clearance
+    if least is None or not path.timed or len(least.what) != 2:
+        return
+    scene = result.job.scene
+    geoms = {scene.geom_name(g): g for g in range(scene.model.ngeom)}
+    own = np.flatnonzero(path.target[path.starts] == least.target)
+    if len(own) == 0 or not all(name in geoms for name in least.what):
+        return
+    at = int(own[np.argmin(found.distance[own])])
+    if found.distance[at] > least.value:
+        found.distance[at], found.pair[at] = least.value, [geoms[name] for name in least.what]
 
 
 def _pairs(result: Result, clear: Clearances) -> tuple[list[list[str]], Ints]:
@@ -286,13 +254,14 @@ def _clearance(result: Result, path: DrawnPath, clear: Clearances) -> dict[str, 
 def _margins(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
     job = result.job
     limits = job.singularity_limits.values(job.solver.geometry is not None)
-    found = margins(job.solver.chain, job.solver.geometry, path.q[:, : job.scene.chain.n])
+    chain, geometry = job.solver.chain, job.solver.geometry
+    found = worst_of_steps(path, lambda i, j: margins(chain, geometry, path.arm[i:j]))
     charts = []
     for k, kind in enumerate(KINDS):
         if not np.isfinite(limits[k]):
             continue
         factor, unit = {"shoulder": (1e3, "mm"), "sigma": (1.0, "1")}.get(kind, (180 / np.pi, "deg"))
-        values = _worst(path, found[:, k]) * factor
+        values = found[:, k] * factor
         limit = float(limits[k]) * factor
         top = max(float(np.nanmax(values)) if np.isfinite(values).any() else 0.0, 2 * limit)
         charts.append(
@@ -321,8 +290,8 @@ def _gravity(result: Result, path: DrawnPath) -> dict[str, Any]:
     if along:
         limits.append({"y": upright, "label": f"upright_deg {upright:g} deg"})
     if path.timed:
-        chain, up = result.job.scene.chain, result.job.scene.T_world_base()[2, :3]
-        out = -chain.forward(path.q[path.starts, : chain.n])[:, :3, 2] @ up
+        up = result.job.scene.T_world_base()[2, :3]
+        out = -_tcp(result.job.scene.chain, path.arm[path.starts])[1] @ up
         values = np.rad2deg(np.arccos(np.clip(out, -1, 1)))
         values[path.arc[path.starts] == 0] = np.nan
     else:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..report.check_document import report_document
+from ..report.check_document import streamed_report
 from ..report.remedy_lines import whom_it_helps
 from ..units import METRES_PER_MM
 from ..verdict.check import Result, TargetVerdict
@@ -61,7 +61,7 @@ class Words:
             remedies: what would help, from ``cell.remedy_search.search``.
         """
         self.result, self.remedies = result, remedies
-        self.document = {k: v for k, v in report_document(result).items() if k != "rows"}
+        self.document = {k: v for k, v in streamed_report(result).items() if k != "rows"}
 
     def title(self) -> str:
         """The case's name."""

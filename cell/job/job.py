@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,7 +26,6 @@ from slicing import (
     BeadParameters,
     BeadSpeed,
     Code,
-    Evidence,
     LaidSubVolume,
     PartError,
     PartShape,
@@ -39,9 +39,7 @@ from slicing import (
     beyond_borders,
     body_ends,
     lay_beads,
-    read_toolpath,
     sample_beads,
-    slice_body,
     slice_sub_volume,
     toolpath_shape,
     typed,
@@ -50,6 +48,7 @@ from slicing import (
 from ..arrays import Ints
 from ..case.sections import Case
 from ..errors import InputError
+from ..failure import Failure
 from ..progress import stage
 from ..scene.compose import compose
 from ..scene.drives import Drives, drives
@@ -60,6 +59,10 @@ from .build_order import BuildOrder, layers_of, ordered, ordered_shape
 from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_runs, check_table
 from .table_winding import for_moving_table
+from .wire_in_metal import wires_in_metal
+
+if TYPE_CHECKING:
+    from slicing import Evidence
 
 
 def speeds(job: Job) -> Floats:
@@ -171,6 +174,11 @@ class Job:
         np.minimum.at(first_bead, layer, path)
         return layer + (path > first_bead[layer])
 
+    @cached_property
+    def wires_in_metal(self) -> dict[int, Failure]:
+        """Targets at which the wire would run through metal between nozzle and bead, wherever the table stands."""
+        return wires_in_metal(self.scene, self.shape, self.targets, self.laid - 1)
+
 
 def margins_told(solver: Solver) -> tuple[Warning, ...]:
     """Which singularity margins do not count for an arm, and why."""
@@ -225,6 +233,8 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
     first: tuple[SlicedSubVolume, ...] = ()
     try:
         if part.body_solid is not None and part.round_body is not None:
+            from slicing import slice_body
+
             first = (slice_body(part.body_solid, part.round_body, parameters),)
         return first + tuple(
             slice_sub_volume(mesh, body, parameters, ends_of(part, body))
@@ -373,6 +383,8 @@ def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
 @stage("reading the toolpath")
 def _read_path(case: Case) -> Toolpath:
     """A case's toolpath of another slicer."""
+    from slicing import read_toolpath
+
     process = case.process
     try:
         return read_toolpath(

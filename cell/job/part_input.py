@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,14 +21,12 @@ from slicing import (
     Body,
     Code,
     ConicalBody,
-    Evidence,
     Mesh,
     PartError,
     RevolvedBody,
     RoundBody,
     Warning,
     fits,
-    frame_line,
     load_mesh,
     low_part_warnings,
     turned_solid,
@@ -37,6 +35,9 @@ from slicing import (
 from ..case.sections import BodySection, Case
 from ..errors import InputError
 from ..progress import stage
+
+if TYPE_CHECKING:
+    from slicing import Evidence
 
 OFF_PLATE_MM = 0.5  # a body printed this far above or below the plate gets a warning
 
@@ -77,6 +78,10 @@ class PartInput:
 def found_lines(T_part_input: Floats, evidence: Evidence | None) -> tuple[str, ...]:
     """What to say of the body that was found and of where the part was turned to, one line each."""
     body = () if evidence is None else (f"body: {evidence.line}",)
+    if evidence is None and np.array_equal(T_part_input, np.eye(4)):
+        return ()
+    from slicing import frame_line
+
     frame = frame_line(T_part_input)
     return (*body, *((f"frame: {frame}",) if frame else ()))
 

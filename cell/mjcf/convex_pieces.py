@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from manifold3d import Manifold
 from manifold3d import Mesh as ManifoldMesh
-from scipy.spatial import ConvexHull
 
 from ik.chain import Floats
 
@@ -105,7 +104,11 @@ def _without_slivers(hulls: list[Floats]) -> Iterator[Floats]:
     """Hulls with a volume; those too thin to be one made thicker, or left out where another holds them."""
     thick = [hull for hull in hulls if _is_thick(hull)]
     yield from thick
-    faces = [ConvexHull(hull).equations for hull in thick] if len(thick) < len(hulls) else []
+    if len(thick) == len(hulls):
+        return
+    from scipy.spatial import ConvexHull  # heavy: only where a hull is thin
+
+    faces = [ConvexHull(hull).equations for hull in thick]
     for thin in (hull for hull in hulls if not _is_thick(hull)):
         slack = THIN * float(np.ptp(thin, axis=0).max())
         if any((thin @ one[:, :3].T + one[:, 3]).max() <= slack for one in faces):

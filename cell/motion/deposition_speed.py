@@ -63,6 +63,20 @@ class Pace:
         names = np.full(n, "", dtype="<U32"), np.full(n, "", dtype="<U12")
         return cls(np.full(n, np.nan), np.full(n, np.nan), *names, np.full(n, np.nan))
 
+    def rows(self, first: int, stop: int) -> Pace:
+        """Of some targets that follow each other."""
+        mine = slice(first, stop)
+        return Pace(*(np.array(column[mine]) for column in self._columns))
+
+    def put(self, first: int, pace: Pace) -> None:
+        """Fill in that of targets from a first one on."""
+        for mine, other in zip(self._columns, pace._columns, strict=True):
+            mine[first : first + len(other)] = other
+
+    @property
+    def _columns(self) -> tuple[NDArray[Any], ...]:
+        return self.asked_s, self.taken_s, self.axis, self.by, self.least
+
 
 def over_stretches(s: Floats, t: Floats, asked: Floats) -> tuple[Floats, Floats]:
     """Shares of the speed held over stretches of a bead.

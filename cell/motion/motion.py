@@ -8,8 +8,9 @@ Use:
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +21,7 @@ from ..arrays import Ints
 from ..job.build_order import BuildOrder
 from .deposition_speed import Pace
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-from numpy.typing import NDArray
+ROWS = 10_000  # made into text at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,14 +74,17 @@ class Motion:
 
     def rows_deg(self) -> list[list[Any]]:
         """The motion with angles in degrees, one row a sample."""
-        angles = np.rad2deg(np.concatenate([self.q, self.table], axis=1))
+        return list(self.each_row_deg())
+
+    def each_row_deg(self) -> Iterator[list[Any]]:
+        """The rows of :meth:`rows_deg`, one after the other: as text they take many times the motion's memory."""
         beads, targets = self.called
-        return [
-            [f"{t:.6f}", *(f"{a:.6f}" for a in row), int(arc), int(bead), int(layer), int(target)]
-            for t, row, arc, bead, layer, target in zip(
-                self.t_s, angles, self.arc, beads, self.layer, targets, strict=True
-            )
-        ]
+        for i in range(0, len(self.t_s), ROWS):
+            part = slice(i, i + ROWS)
+            angles = np.rad2deg(np.concatenate([self.q[part], self.table[part]], axis=1))
+            whole = np.stack([self.arc[part], beads[part], self.layer[part], targets[part]], axis=1)
+            for t, row, numbers in zip(self.t_s[part].tolist(), angles.tolist(), whole.tolist(), strict=True):
+                yield [f"{t:.6f}", *(f"{a:.6f}" for a in row), *map(int, numbers)]
 
     @property
     def welding(self) -> NDArray[np.bool_]:

@@ -98,7 +98,7 @@ def write_motion(path: str | Path, motion: Motion) -> None:
     """
     check_suffix(path)
     if Path(path).suffix.lower() == ".csv":
-        write_csv(path, motion.columns(), motion.rows_deg())
+        write_csv(path, motion.columns(), motion.each_row_deg())
         return
     angles = np.rad2deg(np.concatenate([motion.q, motion.table], axis=1))
     values = [motion.t_s, *angles.T, motion.arc, motion.called[0], motion.layer, motion.called[1]]

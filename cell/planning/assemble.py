@@ -50,79 +50,143 @@ class _Piece:
     target: Ints
 
 
-def assemble(
-    job: Job,
-    table: tuple[float, float],
-    stretches: Sequence[Stretch],
-    travels: Sequence[tuple[Floats, Clearances]],
-    home: HomeWays | None = None,
-) -> Motion:
-    """Put beads and travels together, and give them their times.
+@dataclass(frozen=True, eq=False)
+class RunBeads:
+    """Beads that are run one after the other, with the ways to them.
+
+    Attributes:
+        stretches: one a bead, in order.
+        travels: to each of them; none to the first of the part, and none at all of a part that is lost.
+        before: first and last target of the bead before the first; None where that is the part's first.
+        home: the ways from home to the first and from the last back, those that belong here; None where the part is
+            not run from home.
+    """
+
+    stretches: tuple[Stretch, ...]
+    travels: tuple[tuple[Floats, Clearances], ...]
+    before: tuple[int, int] | None = None
+    home: HomeWays | None = None
+
+    @property
+    def led_to(self) -> list[tuple[int, int, Stretch, tuple[Floats, Clearances]]]:
+        """The beads that a travel leads to: first and last target of the bead before, the bead, and the travel."""
+        if not self.travels:
+            return []
+        ends = [(stretch.first, stretch.stop - 1) for stretch in self.stretches[:-1]]
+        ends = ends if self.before is None else [self.before, *ends]
+        after = self.stretches[len(self.stretches) - len(self.travels) :]
+        return [(*end, start, way) for end, start, way in zip(ends, after, self.travels, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class TimedBeads:
+    """Beads and the ways to them with their times.
+
+    Attributes:
+        q: rows, (m, j), rad, or (m, j + 2) with E1 and E2.
+        dt: time from the row before to each, (m,), s.
+        arc: 1 while welding, (m,).
+        target: as of :class:`cell.motion.motion.Motion`, (m,).
+        first: the first target.
+        pace: of the targets from there on.
+        home_s: of the ways from home and back among them, s.
+    """
+
+    q: Floats
+    dt: Floats
+    arc: Ints
+    target: Ints
+    first: int
+    pace: Pace
+    home_s: float
+
+
+def timed(job: Job, run: RunBeads) -> TimedBeads:
+    """Give beads and the ways to them their times.
+
+    Args:
+        job: the job.
+        run: what is run.
+
+    Returns:
+        Their rows.
+    """
+    pace = Pace.unknown(len(job.targets))
+    pieces: list[_Piece] = []
+    last, home_s = 0.0, 0.0
+    first, final = run.stretches[0].first, run.stretches[-1].stop
+    if run.home is not None and run.home.out is not None:
+        out, last = _travel(job, run.home.out[0], 0.0, first, begins=True)
+        pieces.append(out)
+        home_s += float(out.dt.sum()) + last
+    if len(run.travels) < len(run.stretches):
+        pieces.append(_bead(job, run.stretches[0], last, pace))
+    for before, _, stretch, way in run.led_to:
+        travel, last = _travel(job, way[0], _dwell(job, before, stretch.first), stretch.first)
+        pieces += [travel, _bead(job, stretch, last, pace)]
+    if run.home is not None and run.home.back is not None:
+        back, _ = _travel(job, run.home.back[0], 0.0, final - 1, ends=True)
+        pieces.append(back)
+        home_s += float(back.dt.sum())
+    return TimedBeads(
+        q=np.concatenate([piece.q for piece in pieces]),
+        dt=np.concatenate([piece.dt for piece in pieces]),
+        arc=np.concatenate([np.full(len(piece.q), piece.arc) for piece in pieces]),
+        target=np.concatenate([piece.target for piece in pieces]),
+        first=first,
+        pace=pace.rows(first, final),
+        home_s=home_s,
+    )
+
+
+def assemble(job: Job, table: tuple[float, float], parts: Sequence[TimedBeads], *, from_home: bool) -> Motion:
+    """Put all beads and travels of a part together.
 
     Args:
         job: the job.
         table: E1, E2, rad, of a table that stands; where it moves the rows say.
-        stretches: one a bead, in order.
-        travels: from each bead to the next.
-        home: the ways from home to the first and from the last back, if it begins and ends there.
+        parts: in order.
+        from_home: whether it begins or ends at home.
 
     Returns:
         The motion.
     """
     pace = Pace.unknown(len(job.targets))
-    pieces: list[_Piece] = []
-    last = 0.0
-    at_home = None if home is None or (home.out is None and home.back is None) else 0.0
-    if home is not None and home.out is not None and at_home is not None:
-        out, last = _travel(job, home.out[0], 0.0, stretches[0].first, begins=True)
-        pieces.append(out)
-        at_home += float(out.dt.sum()) + last
-    for i, stretch in enumerate(stretches):
-        if i:
-            wait = _dwell(job, stretches[i - 1].first, stretch.first)
-            travel, last = _travel(job, travels[i - 1][0], wait, stretch.first)
-            pieces.append(travel)
-        pieces.append(_bead(job, stretch, last, pace))
-    if home is not None and home.back is not None and at_home is not None:
-        back, _ = _travel(job, home.back[0], 0.0, stretches[-1].stop - 1, ends=True)
-        pieces.append(back)
-        at_home += float(back.dt.sum())
-    where = np.concatenate([piece.target for piece in pieces])
-    rows, n = np.concatenate([piece.q for piece in pieces]), job.scene.chain.n
-    dt = np.concatenate([piece.dt for piece in pieces])
+    for part in parts:
+        pace.put(part.first, part.pace)
+    where = np.concatenate([part.target for part in parts])
+    rows, n = np.concatenate([part.q for part in parts]), job.scene.chain.n
+    dt = np.concatenate([part.dt for part in parts])
     return Motion(
         t_s=np.cumsum(np.concatenate([[0.0], np.maximum(dt[1:], TICK)])) + dt[0],
         q=rows[:, :n],
         table=rows[:, n:] if rows.shape[1] > n else np.tile(table, (len(rows), 1)),
-        arc=np.concatenate([np.full(len(piece.q), piece.arc) for piece in pieces]),
+        arc=np.concatenate([part.arc for part in parts]),
         bead=job.targets.path[where],
         layer=job.targets.layer[where],
         target=where,
         names=job.scene.chain.names,
         pace=pace,
-        home_s=at_home,
+        home_s=sum(part.home_s for part in parts) if from_home else None,
         order=job.order,
     )
 
 
-def corners(
-    job: Job, context: Context, stretches: Sequence[Stretch], travels: Sequence[tuple[Floats, Clearances]]
-) -> dict[int, Failure]:
+def corners(job: Job, context: Context, run: RunBeads) -> dict[int, Failure]:
     """Where a motion that is free comes too near to something once it is run, its corners rounded.
 
     Args:
         job: the job.
         context: what it was planned with.
-        stretches: one a bead, in order.
-        travels: from each bead to the next; planned so that their rounded corners are free as well.
+        run: beads, and travels planned so that their rounded corners are free as well.
 
     Returns:
         Why, by the target on the way to which it is.
     """
-    failures = bead_corners(context, job.case.process.blend_mm * METRES_PER_MM, stretches)
-    for before, after, (q, found) in zip(stretches[:-1], stretches[1:], travels, strict=True):
-        last, first = before.stop - 1, after.first
-        if not _dwell(job, last, first):
+    failures = bead_corners(context, job.case.process.blend_mm * METRES_PER_MM, run.stretches)
+    for before, last, after, (q, found) in run.led_to:
+        first = after.first
+        if not _dwell(job, before, first):
             continue
         # a stop on the way leaves other corners to be rounded than the planner knew
         path, rows = travel_path(q)

@@ -59,6 +59,7 @@ class BeadPlan:
         stretches: what can be run through.
         cuts: targets that cannot be reached from the one before, with why.
         missing: targets without any configuration, with why.
+        open: targets that were not looked at: the bead is lost by others, or the whole part was before.
     """
 
     first: int
@@ -66,11 +67,12 @@ class BeadPlan:
     stretches: tuple[Stretch, ...]
     cuts: dict[int, Failure]
     missing: dict[int, Missing]
+    open: frozenset[int] = frozenset()
 
     @property
     def whole(self) -> bool:
         """Whether the bead can be run through in one."""
-        return not self.cuts and not self.missing
+        return not self.cuts and not self.missing and not self.open
 
     @property
     def may_be_mended(self) -> bool:
@@ -79,14 +81,27 @@ class BeadPlan:
 
     @property
     def lost(self) -> int:
-        """Targets that are cut off or missing."""
-        return len(self.cuts) + len(self.missing)
+        """Targets that are cut off or missing, or were not looked at."""
+        return len(self.cuts) + len(self.missing) + len(self.open)
+
+    def only(self, known: set[int]) -> BeadPlan:
+        """The same with some of the missing targets alone; the others, and those cut off, are left open."""
+        missing = {i: m for i, m in self.missing.items() if i in known}
+        return replace(self, cuts={}, missing=missing, open=frozenset({*self.cuts, *self.missing} - known))
 
 
 class BeadSearch:
     """Holds what a search has learned about its nodes and edges. Targets count from the bead's first."""
 
-    def __init__(self, bead: SearchedBead, nodes: Nodes, *, turns_freely: bool = False, rounds: int = ROUNDS) -> None:
+    def __init__(
+        self,
+        bead: SearchedBead,
+        nodes: Nodes,
+        *,
+        turns_freely: bool = False,
+        rounds: int = ROUNDS,
+        most: float = np.inf,
+    ) -> None:
         """Prepare.
 
         Args:
@@ -94,7 +109,9 @@ class BeadSearch:
             nodes: candidates of the bead's targets.
             turns_freely: whether the roll may change by more than a sample from target to target.
             rounds: searches until it is given up.
+            most: configurations that it may ask about before it is cut off.
         """
+        self._most = bead.context.asked + most
         self.bead, self.nodes, self.rounds = bead, nodes, rounds
         self.allowance = Allowance(bead.largest, bead.times)
         if turns_freely:
@@ -119,9 +136,12 @@ class BeadSearch:
             q_before: where the arm comes from, (j,), rad, or None.
 
         Returns:
-            The plan, its targets counted in the whole part.
+            The plan, its targets counted in the whole part; all of them open where it was cut off.
         """
+        stop = self.first + len(self.stage)
         for _ in range(self.rounds):
+            if self.context.asked > self._most:
+                return BeadPlan(self.first, stop, (), {}, {}, frozenset(range(self.first, stop)))
             runs = self._runs(q_before)
             if not self._block_colliding_nodes(runs) and not self._block_broken_edges(runs):
                 break
@@ -131,7 +151,6 @@ class BeadSearch:
         reached = {run.start + i for run in runs for i in range(len(run.nodes))}
         lost = [i for i in range(len(self.stage)) if i not in reached]
         missing = {self.first + i: m for i, m in self._missing(lost).items()}
-        stop = self.first + len(self.stage)
         return BeadPlan(self.first, stop, tuple(self._stretch(run) for run in runs), self._cuts(runs), missing)
 
     def _runs(self, q_before: Floats | None) -> list[Run]:

@@ -3,6 +3,7 @@
     nodes = evaluate(solver, placed, window, roll_step, limits)
     nodes.q, nodes.cost              # (n, r, g, k, 6), (n, r, g, k); infinite cost = not allowed
     nodes.why_not(i)                 # the failure of a target without an allowed node
+    reasons(solver, Ts, window, step)  # of many such targets, in a fraction of the time
 
 Radians and metres.
 """
@@ -141,6 +142,30 @@ class Nodes:
 
 def _deg(angle: float) -> float:
     return round(float(np.rad2deg(angle)), 3)
+
+
+def reasons(solver: Solver, Ts: Floats, window: RollWindow, roll_step: float) -> list[str]:
+    """The reasons that :meth:`Nodes.why_not` gives, of targets without an allowed node, without the measures.
+
+    Args:
+        solver: the arm.
+        Ts: targets at roll 0, (n, 4, 4), m, base frame.
+        window: allowed roll.
+        roll_step: distance of roll samples, rad.
+
+    Returns:
+        A reason a target.
+    """
+    rolls, found = window.samples(roll_step), []
+    per_pass = max(CHUNK // len(rolls), 1)
+    for i in range(0, len(Ts), per_pass):
+        some = Ts[i : i + per_pass]
+        c = solver.candidates(apply_roll(some[:, None], rolls).reshape(-1, 4, 4))
+        inside = np.isfinite(c.q[..., 0]).reshape(len(some), -1).any(axis=1)
+        outside = np.isfinite(c.over).all(axis=-1).reshape(len(some), -1).any(axis=1)
+        kinds = np.where(outside, Kind.JOINT_LIMIT.reason, Kind.UNREACHABLE.reason)
+        found += np.where(inside, Kind.SINGULAR.reason, kinds).tolist()
+    return found
 
 
 def evaluate(

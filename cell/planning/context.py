@@ -55,10 +55,12 @@ def settings_of(job: Job) -> Settings:
         roll_step=float(np.deg2rad(case.ik.roll_step_deg)),
         least_share=case.process.least_speed_share,
         travel_attempts=case.process.travel_attempts,
+        every_target=case.checks.every_target,
     )
 
 
 KEPT = 2e-6  # m beyond the clearance asked for that is proved: what a motion file's digits and finer samples may take
+FINER = 3  # times as many rolls where a bead does not come out whole, and again where every target is free by itself
 LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be seen
 
 
@@ -74,6 +76,7 @@ class Settings:
         least_share: of the speed, to be held over every stretch of a bead.
         steps: density of the checks.
         travel_attempts: configurations tried for a travel that the simple ways do not make.
+        every_target: whether all of a part that cannot be built is looked at, whatever that costs.
     """
 
     clearance: float
@@ -83,6 +86,7 @@ class Settings:
     least_share: float = 1.0
     steps: Steps = field(default_factory=Steps)
     travel_attempts: int = 3000
+    every_target: bool = False
 
     @property
     def kept(self) -> float:
@@ -218,6 +222,11 @@ class Context:
         whole = self.span.stop == len(self.laid)
         return self.checker.scene.n_deposits if whole else int(self.laid[self.span.stop - 1])
 
+    @property
+    def asked(self) -> int:
+        """Configurations that collision detection has been asked about."""
+        return self.checker.asked.count + self.screen.asked.count
+
     @cached_property
     def wire(self) -> Checker | None:
         """Collision detection of the wire and the part alone, None where the tool's wire is not modelled."""
@@ -226,6 +235,7 @@ class Context:
     def without(self, deposits: Collection[int]) -> Context:
         """The same where some deposits do not count."""
         checker, screen = (Checker(c.scene, c.table, c.reach, deposits) for c in (self.checker, self.screen))
+        checker.asked, screen.asked = self.checker.asked, self.screen.asked  # one count of all that is asked
         return replace(self, checker=checker, screen=screen)
 
     def describe(self, found: Clearances, k: int, place: Place = AT_TARGET, seen: Seen = Seen.AT_SAMPLE) -> Failure:

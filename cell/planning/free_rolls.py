@@ -4,15 +4,18 @@
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
 
 Between two samples of a branch the arm has only so far to go: where it is deeper in a collision than that at both of
-them, nothing between them is free, and it is not looked at. All else is halved until ``FINEST``. A search, and no
-proof: depths are what the collision engine says. Metres and radians.
+them, nothing between them is free, and it is not looked at. What moves with the TCP only turns about the wire: where it is
+in something, the depth over its distance from the wire is an angle by which no turn frees it, in any branch. All else is
+halved until ``FINEST``. A search, and no proof: depths are what the collision engine says. Metres and radians.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,9 +26,13 @@ from ik.singularity import margins
 from ..arrays import Ints
 from .context import Context
 
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
+
 FINEST = np.deg2rad(0.3)  # closer samples are not looked at
 ROUNDABOUT = 1.5  # how much longer the way between two samples can be than the straight one in joints
 TOGETHER = 64  # targets looked at together, to keep memory flat
+COARSER = 3  # times as far apart are the rolls that are looked at first
 Stretches = list[tuple[float, float]]
 
 
@@ -39,6 +46,7 @@ class _Looked:
         roll: (m,), rad.
         q: (m, j), rad.
         room: least clearance less what is asked for, (m,), m: at most that; -inf where limits or margins forbid it.
+        held: turn of the roll to either side in which what moves with the TCP stays in a collision, (m,), rad.
     """
 
     target: Ints
@@ -46,6 +54,7 @@ class _Looked:
     roll: Floats
     q: Floats
     room: Floats
+    held: Floats
 
     def sorted_with(self, *others: _Looked) -> _Looked:
         """All of them together."""
@@ -70,31 +79,62 @@ def free_rolls(
     """
     every = list(targets)
     out: dict[int, Stretches] = {i: [] for i in every}
+    radius = tool_radii(context.checker.scene)
     for first in range(0, len(every), TOGETHER):
-        some = every[first : first + TOGETHER]
-        rolls = context.window.samples(step)
-        if context.window.is_full:
-            rolls = np.append(rolls, rolls[0] + 2 * np.pi)
-        target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
-        more = [(i, (also or {})[i]) for i in some if i in (also or {})]
-        target = np.concatenate([target, np.array([i for i, _ in more], dtype=np.int64)])
-        roll = np.concatenate([roll, np.array([r for _, r in more], dtype=float)])
-        known = _looked_at(context, target, roll, None)
+        some = np.array(every[first : first + TOGETHER], dtype=np.int64)
+        known = _sampled(context, some, step, radius)
+        more = [(i, (also or {})[i]) for i in some.tolist() if i in (also or {})]
+        if more:
+            target, roll = np.array([i for i, _ in more]), np.array([r for _, r in more], dtype=float)
+            known = known.sorted_with(_looked_at(context, target, roll, None, radius))
         while context.solver.form is not None:
             at = np.flatnonzero(_may_hide(context, known))
             if not len(at):
                 break
             middle = (known.roll[at] + known.roll[at + 1]) / 2
-            known = known.sorted_with(_looked_at(context, known.target[at], middle, known.branch[at]))
+            known = known.sorted_with(_looked_at(context, known.target[at], middle, known.branch[at], radius))
         for i, low, high in _stretches(known):
             out[i].append((low, high))
     return out
 
 
-def _looked_at(context: Context, target: Ints, roll: Floats, branch: Ints | None) -> _Looked:
+def tool_radii(scene: Scene) -> Floats:
+    """How far from the wire's line each geom that moves with the TCP reaches, (ngeom,), m; infinite for all others."""
+    model, data = scene.model, mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(model, data)
+    tcp = scene.sites["tcp"]
+    axis = data.site_xmat[tcp].reshape(3, 3)[:, 2]
+    away = data.geom_xpos - data.site_xpos[tcp]
+    off = np.linalg.norm(away - np.outer(away @ axis, axis), axis=1)
+    return np.where(scene.tool_geom, off + model.geom_rbound, np.inf)
+
+
+def _sampled(context: Context, some: Ints, step: float, radius: Floats) -> _Looked:
+    """Targets at all rolls of a step, less those between coarser ones at which the tool is held in a collision."""
+    rolls = context.window.samples(step)
+    if context.window.is_full:
+        rolls = np.append(rolls, rolls[0] + 2 * np.pi)
+    coarse = np.unique(np.append(np.arange(0, len(rolls), COARSER), len(rolls) - 1))
+    first = rolls[coarse]
+    target, roll = np.repeat(some, len(first)), np.tile(first, len(some))
+    known = _looked_at(context, target, roll, None, radius)
+    held = np.zeros((len(some), len(first)))
+    at = np.searchsorted(np.sort(some), known.target), np.searchsorted(first, known.roll)
+    np.maximum.at(held, at, known.held)  # in one branch as in another
+    open_ = held[:, :-1] + held[:, 1:] < np.diff(first)  # (t, gaps)
+    rest = np.setdiff1d(np.arange(len(rolls)), coarse)
+    t, k = np.nonzero(open_[:, np.searchsorted(coarse, rest) - 1])
+    if not len(t):
+        return known
+    return known.sorted_with(_looked_at(context, np.sort(some)[t], rolls[rest[k]], None, radius))
+
+
+def _looked_at(context: Context, target: Ints, roll: Floats, branch: Ints | None, radius: Floats) -> _Looked:
     """Targets at rolls, (m,): all their branches, or one of each."""
     solver = context.solver
-    found = solver.candidates(apply_roll(context.placed.rows(target).Ts_base_target, roll)).q
+    each, same = np.unique(np.stack([target, roll]), axis=1, return_inverse=True)
+    placed = context.placed.rows(each[0].astype(np.int64))
+    found = solver.candidates(apply_roll(placed.Ts_base_target, each[1])).q[same.reshape(-1)]
     # without a closed form there are no branches, and every configuration stands by itself
     found = found if solver.form is not None else np.swapaxes(found, 1, 2)
     if branch is None:
@@ -107,13 +147,13 @@ def _looked_at(context: Context, target: Ints, roll: Floats, branch: Ints | None
     good = np.isfinite(found[..., 0]) & (margins(solver.chain, solver.geometry, found) >= least).all(axis=-1)
     # standings that differ by whole turns are one to look at
     q = found[np.arange(len(found)), np.argmax(good, axis=1)]
-    looked = _Looked(target, branch, roll, q, np.where(good.any(axis=1), np.nan, -np.inf)).sorted_with()
-    return _with_room(context, looked)
+    room = np.where(good.any(axis=1), np.nan, -np.inf)
+    return _with_room(context, _Looked(target, branch, roll, q, room, np.zeros(len(q))).sorted_with(), radius)
 
 
-def _with_room(context: Context, looked: _Looked) -> _Looked:
+def _with_room(context: Context, looked: _Looked, radius: Floats) -> _Looked:
     """The same with the room where it is NaN: of one branch of each roll first, as the tool stands alike in all."""
-    room = looked.room.copy()
+    room, held = looked.room.copy(), np.zeros(len(looked.room))
     _, alike = np.unique(np.stack([looked.target, looked.roll]), axis=1, return_inverse=True)
     alike = alike.reshape(-1)
     for one_a_roll in (True, False):
@@ -125,11 +165,14 @@ def _with_room(context: Context, looked: _Looked) -> _Looked:
         axes = context.placed.axes(looked.q[at], looked.target[at])
         seen = context.screen.clearances(axes, context.stage[looked.target[at]])
         room[at] = seen.distance - context.settings.clearance
-        tool = at[(room[at] < 0) & context.screen.of_tool(seen.pair)]
-        most = np.full(int(alike.max(initial=0)) + 1, np.nan)
+        mine = (room[at] < 0) & context.screen.of_tool(seen.pair)
+        tool = at[mine]
+        most, turn = np.full(int(alike.max(initial=0)) + 1, np.nan), np.zeros(int(alike.max(initial=0)) + 1)
         most[alike[tool]] = room[tool]
+        np.maximum.at(turn, alike[tool], -room[tool] / radius[seen.pair[mine]].min(axis=1))
         room = np.where(np.isnan(room), most[alike], room)
-    return _Looked(looked.target, looked.branch, looked.roll, looked.q, room)
+        held = np.maximum(held, turn[alike])
+    return _Looked(looked.target, looked.branch, looked.roll, looked.q, room, held)
 
 
 def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:
@@ -137,6 +180,7 @@ def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:
     a, b = known.room[:-1], known.room[1:]
     out = (np.diff(known.target) == 0) & (np.diff(known.branch) == 0) & (np.diff(known.roll) > FINEST)
     out &= ((a < 0) | (b < 0)) & ~(np.isinf(a) & np.isinf(b))
+    out &= known.held[:-1] + known.held[1:] < np.diff(known.roll)
     both = np.flatnonzero(out & np.isfinite(a) & np.isfinite(b) & (a < 0) & (b < 0))
     if len(both):
         from_q = known.q[both]

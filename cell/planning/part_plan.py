@@ -11,8 +11,9 @@ elsewhere: in another configuration or at another roll. Metres, radians, seconds
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -24,13 +25,13 @@ from ..failure import Failure, Place, Where
 from ..progress import Progress, counted
 from .bead_search import ROUNDS, BeadPlan, BeadSearch
 from .configurations import evaluate
-from .context import Context
+from .context import FINER, Context
 from .edge_check import SearchedBead, Stretch
 from .free_rolls import Stretches, free_rolls, stabbing
+from .lost_part import LossJudge
 from .station_search import ELSEWHERE, Ends, StationSearch
 from .travel import Way, can_leave, travel, turned
 
-FINER = 3  # times as many rolls where a bead does not come out whole, and again where every target is free by itself
 FINEST_ROUNDS = 60  # searches of such a bead until it is given up
 BEGINNINGS = 4  # of a bead that no travel leads to
 HURRIED = 10  # share of a travel's attempts once the part is lost
@@ -69,36 +70,90 @@ def plan_part(context: Context, path: Ints, progress: Progress | None = None) ->
     """
     span = context.span
     firsts = [i for i in np.flatnonzero(np.diff(path, prepend=-1)).tolist() if span.first <= i < span.stop]
+    with counted(progress, "beads", len(firsts)) as count:
+        return plan_beads(context, BeadRun(tuple(firsts), span.stop, span.start), count)
+
+
+@dataclass(frozen=True, eq=False)
+class BeadRun:
+    """Beads to be planned one after the other.
+
+    Attributes:
+        firsts: first target of each.
+        stop: one past the last target of the last.
+        q_before: where the arm comes from, (j,), rad, or None.
+        known: the first of them, where it is planned already.
+        hurried: whether travels are searched with few attempts from the beginning.
+        share: of what the whole part may cost where it is lost.
+    """
+
+    firsts: tuple[int, ...]
+    stop: int
+    q_before: Floats | None
+    known: BeadPlan | None = None
+    hurried: bool = False
+    share: float = 1.0
+
+
+def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> PartPlan:
+    """Plan some beads of a part and the travels between them.
+
+    Args:
+        context: what the search needs.
+        run: which.
+        count: called for every bead.
+
+    Returns:
+        The plan of these beads; no travel leads to the first.
+    """
     beads: list[BeadPlan] = []
     travels: list[Way] = []
     stuck: dict[int, Failure] = {}
     last: Stretch | None = None
-    with counted(progress, "beads", len(firsts)) as count:
-        for first, stop in zip(firsts, [*firsts[1:], span.stop], strict=True):
-            bead = plan_bead(context, first, stop, span.start if last is None else last.q_targets[-1])
-            if bead.whole and stop < span.stop:
-                bead, _ = _that_can_leave(context, bead)
-            if last is not None and bead.whole:
-                # where the part is lost, what is still searched for is what to report
-                whole = not stuck and all(bead.whole for bead in beads)
-                bead, way = _travel_to(context if whole else _hurried(context), last, bead)
-                if isinstance(way, Failure):
-                    stuck[first] = way.at(Place(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
-                else:
-                    travels.append(way)
-            beads.append(bead)
-            last = bead.stretches[-1] if bead.stretches else last
-            count()
+    quick = hurried(context)
+    judge = LossJudge(context, run.firsts[0], run.share)
+    for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
+        bead = run.known
+        if bead is None or bead.first != first:
+            q_before = run.q_before if last is None else last.q_targets[-1]
+            bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
+        if bead.whole and stop < context.span.stop:
+            bead, _ = that_can_leave(context, bead)
+        if last is not None and bead.whole:
+            # where the part is lost, what is still searched for is what to report
+            before = context.asked
+            whole = not run.hurried and not stuck and all(bead.whole for bead in beads)
+            known = not beads[-1].open and judge.left(stop) > 0
+            if whole or known:
+                bead, way = travel_to(context if whole else quick, last, bead)
+            else:
+                way = travel(hurried(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
+            if isinstance(way, Failure) and not run.hurried:
+                judge.charge(before)  # of a chunk's own beads it is not known yet that none is found
+            if isinstance(way, Failure) and not (whole or known):
+                bead = replace(bead, open=frozenset([first]))
+            elif isinstance(way, Failure):
+                stuck[first] = stuck_at(way, last, first)
+            else:
+                travels.append(way)
+        beads.append(bead)
+        last = bead.stretches[-1] if bead.stretches else last
+        count()
     return PartPlan(tuple(beads), tuple(travels), stuck)
 
 
-def _hurried(context: Context) -> Context:
-    """The same, with fewer attempts at a travel."""
-    attempts = max(context.settings.travel_attempts // HURRIED, 1)
+def stuck_at(travel: Failure, last: Stretch, first: int) -> Failure:
+    """Why no travel leads from what was welded last to a bead that begins at a target."""
+    return travel.at(Place(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
+
+
+def hurried(context: Context, to: int | None = None) -> Context:
+    """The same, with fewer attempts at a travel, or so many."""
+    attempts = max(context.settings.travel_attempts // HURRIED, 1) if to is None else to
     return replace(context, settings=replace(context.settings, travel_attempts=attempts))
 
 
-def _that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = ()) -> tuple[BeadPlan, bool]:
+def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = ()) -> tuple[BeadPlan, bool]:
     """The bead, ended elsewhere if only so the torch can be drawn back from it; and whether it can."""
     stage = int(context.laid[bead.stop - 1])
     ends: list[Floats] = []
@@ -113,7 +168,7 @@ def _that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = 
     return bead, False
 
 
-def _travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, Way | Failure]:
+def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, Way | Failure]:
     """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it."""
     stage = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
     avoid: list[Floats] = []
@@ -129,7 +184,7 @@ def _travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPla
         if len(avoid) == BEGINNINGS or _cannot_leave(way):
             return bead, failed
         tried = _search(context, bead.first, bead.stop, last.q_targets[-1], context.settings.roll_step, avoid)
-        tried, _ = _that_can_leave(context, tried, avoid)
+        tried, _ = that_can_leave(context, tried, avoid)
         if not tried.whole:
             return bead, failed
 
@@ -140,7 +195,7 @@ def _cannot_leave(travel: Failure) -> bool:
     return effort is not None and effort.shut_in == "leaving" and effort.attempts is None
 
 
-def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None) -> BeadPlan:
+def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, most: float | None = None) -> BeadPlan:
     """Plan one bead.
 
     Args:
@@ -148,16 +203,22 @@ def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None) 
         first: its first target.
         stop: one past its last.
         q_before: where the arm comes from, (j,), rad, or None.
+        most: configurations that may be asked about once a target of it is known to be lost; None: any number.
 
     Returns:
-        The plan.
+        The plan; beyond that limit, targets that only a finer search could settle are left open.
     """
-    step = context.settings.roll_step
+    begun, step = context.asked, context.settings.roll_step
     plan = _search(context, first, stop, q_before, step)
     if plan.whole or context.window.is_fixed or not plan.may_be_mended:
         return plan
     free = _free_between(context, plan, step / FINER)
-    plan = _better(plan, _search(context, first, stop, q_before, step / FINER, free=_Rolls(_all(free))))
+    lost = {i for i in plan.missing if not free.get(i)}
+    left = np.inf if most is None or not lost else most - (context.asked - begun)
+    finer = _search(context, first, stop, q_before, step / FINER, free=_Rolls(_all(free), most=left))
+    if finer.open:
+        return plan.only(lost)
+    plan = _better(plan, finer)
     if plan.whole or not all(i in free and free[i] for i in plan.missing):
         return plan
     free |= _free_between(context, plan, step / FINER, free)
@@ -191,10 +252,12 @@ class _Rolls:
     Attributes:
         also: rolls beside the samples, (m,), rad.
         rounds: searches until it is given up.
+        most: configurations that may be asked about.
     """
 
     also: Floats
     rounds: int = ROUNDS
+    most: float = np.inf
 
 
 def _search(
@@ -221,7 +284,7 @@ def _search(
         nodes.cost[at][off < ELSEWHERE] = np.inf
     if free is None:
         return BeadSearch(bead, nodes).run(q_before)
-    return BeadSearch(bead, nodes, turns_freely=True, rounds=free.rounds).run(q_before)
+    return BeadSearch(bead, nodes, turns_freely=True, rounds=free.rounds, most=free.most).run(q_before)
 
 
 def searched_again(

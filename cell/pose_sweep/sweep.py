@@ -5,8 +5,9 @@
     found = sweep(case, poses, executor=ThreadPoolExecutor(2))       # or any other of concurrent.futures
     document = sweep_document(case, found)                           # "rbam-sweep/1"
 
-Each pose is computed by itself, so that results do not depend on who computes them. Hopeless poses are settled by
-``cell.table_poses.hopeless_poses``; all others get the whole check.
+Hopeless poses are settled first, ``TOGETHER`` at once, by ``cell.table_poses.hopeless_poses``; each of the others gets
+the whole check by itself. Which are taken together is a matter of the poses alone, so that results do not depend on who
+computes them.
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ import logging
 import os
 import threading
 from collections import OrderedDict
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain, groupby
 from typing import Any
 
 import numpy as np
@@ -32,7 +35,7 @@ from ..job.job import Job, prepare
 from ..plain import plain
 from ..progress import Progress, counted
 from ..scene.compose import compose
-from ..table_poses.hopeless_poses import screen
+from ..table_poses.hopeless_poses import Screened, screen_all
 from ..units import METRES_PER_MM
 from ..verdict.check import Result, check
 from .grid import Pose
@@ -44,7 +47,33 @@ from .workers import completed, processes
 LOG = logging.getLogger(__name__)
 
 MOST_JOBS = 8  # cells a worker keeps ready
-Rows = Generator[dict[str, Any], None, None]
+TOGETHER = 32  # poses screened at once; fewer than that are left to one worker at the end
+Row = dict[str, Any]
+Rows = Generator[Row, None, None]
+Compute = Callable[[Sequence[Callable[[], Any]]], Generator[Any, None, None]]
+
+
+@dataclass(frozen=True)
+class Screening:
+    """Poses of one cell to be screened together.
+
+    Attributes:
+        mark: the case's fingerprint.
+        case: the case.
+        poses: what to try; they differ in the table's angles alone.
+    """
+
+    mark: str
+    case: Case
+    poses: tuple[Pose, ...]
+
+    def __call__(self) -> list[tuple[Pose, Row | None]]:
+        """The poses, with the rows of those that are hopeless."""
+        job = _job(Unit(self.mark, self.case, self.poses[0]))
+        found = screen_all(job, [(pose.E1_deg, pose.E2_deg) for pose in self.poses])
+        return [
+            (pose, None if one is None else _hopeless(pose, one)) for pose, one in zip(self.poses, found, strict=True)
+        ]
 
 
 @dataclass(frozen=True)
@@ -61,8 +90,8 @@ class Unit:
     case: Case
     pose: Pose
 
-    def __call__(self) -> dict[str, Any]:
-        """The pose's row."""
+    def __call__(self) -> Row:
+        """The pose's row, from a whole check."""
         return pose_outcome(_job(self), self.pose)
 
 
@@ -105,8 +134,19 @@ def variant_of(job: Job, pose: Pose) -> Job:
     return replace(job, case=case, scene=compose(case, job.shape) if moved else replace(job.scene, case=case))
 
 
-def pose_outcome(job: Job, pose: Pose) -> dict[str, Any]:
-    """The verdict at one pose, as the document has it.
+def _hopeless(pose: Pose, found: Screened) -> Row:
+    return {
+        **pose.columns(),
+        "verdict": "infeasible",
+        "infeasible": found.infeasible,
+        "reasons": {reason: found.reasons.get(reason, 0) for reason in REASONS},
+        "searched": False,
+        "looked_at": found.looked_at,
+    }
+
+
+def pose_outcome(job: Job, pose: Pose) -> Row:
+    """The verdict of a whole check at one pose, as the document has it.
 
     Args:
         job: the job, with the pose's roll, placement and height.
@@ -115,26 +155,15 @@ def pose_outcome(job: Job, pose: Pose) -> dict[str, Any]:
     Returns:
         A row of "rbam-sweep/1".
     """
-    angles = pose.E1_deg, pose.E2_deg
-    hopeless = screen(job, *angles)
-    if hopeless is not None:
-        return {
-            **pose.columns(),
-            "verdict": "infeasible",
-            "infeasible": hopeless.infeasible,
-            "reasons": {reason: hopeless.reasons.get(reason, 0) for reason in REASONS},
-            "searched": False,
-            "looked_at": hopeless.looked_at,
-        }
-    result = check(job, *angles)
-    row: dict[str, Any] = plain(
+    result = check(job, pose.E1_deg, pose.E2_deg)
+    row: Row = plain(
         {
             **pose.columns(),
             "verdict": "feasible" if result.feasible else "infeasible",
             "infeasible": result.infeasible,
             "reasons": result.reasons,
             "searched": True,
-            "looked_at": len(result.rows),
+            "looked_at": result.looked_at,
             **_measures(result),
         }
     )
@@ -157,11 +186,11 @@ def _measures(result: Result) -> dict[str, Any]:
         limits = job.singularity_limits.values(job.solver.geometry is not None)
         found["least_margin_share"] = round(margin.value / float(limits[KINDS.index(margin.what[0])]), 3)
     if motion is not None:
-        chain = job.scene.chain
-        room = np.minimum(motion.q - chain.lower, chain.upper - motion.q).min(axis=0)
+        arm = job.scene.chain
+        room = np.minimum(motion.q - arm.lower, arm.upper - motion.q).min(axis=0)
         tightest = int(np.argmin(room))
         found["least_joint_room_deg"] = round(float(np.rad2deg(room[tightest])), 3)
-        found["least_joint"] = chain.names[tightest]
+        found["least_joint"] = arm.names[tightest]
     return found
 
 
@@ -215,10 +244,10 @@ def sweep(
         if book.damaged:
             LOG.warning("%s: %d damaged line(s) left out; their poses are computed again", log, book.damaged)
         todo = [pose for pose in dict.fromkeys(asked) if pose not in book.done]
-        units = [Unit(mark, case, pose) for pose in todo]
+        work = Work(mark, case, tuple(todo))
         with counted(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
             try:
-                with closing(_outcomes(units, workers, executor)) as rows:
+                with closing(_outcomes(work, workers, executor)) as rows:
                     for row in rows:
                         book.add(row)
                         count()
@@ -230,13 +259,58 @@ def sweep(
         return [book.done[pose] for pose in asked]
 
 
-def _outcomes(units: Sequence[Unit], workers: int | None, executor: Executor | None) -> Rows:
+@dataclass(frozen=True)
+class Work:
+    """What a sweep comes to.
+
+    Attributes:
+        mark: the case's fingerprint.
+        case: the case.
+        poses: what to try.
+    """
+
+    mark: str
+    case: Case
+    poses: tuple[Pose, ...]
+
+    def screenings(self) -> list[Screening]:
+        """Poses of one cell, a few together."""
+        found: list[Screening] = []
+        for _, same in groupby(self.poses, key=lambda pose: pose.variant):
+            some = tuple(same)
+            parts = (some[i : i + TOGETHER] for i in range(0, len(some), TOGETHER))
+            found += [Screening(self.mark, self.case, part) for part in parts]
+        return found
+
+    def rows(self, compute: Compute) -> Rows:
+        """The rows of all poses, in any order.
+
+        Args:
+            compute: calls units and yields their results as they are done.
+
+        Yields:
+            A row a pose.
+        """
+        left = []
+        with closing(compute(self.screenings())) as screened:
+            for pose, row in chain.from_iterable(screened):
+                if row is None:
+                    left.append(Unit(self.mark, self.case, pose))
+                else:
+                    yield row
+        # in the order of the poses, whoever was first with its part
+        number = {pose: i for i, pose in enumerate(self.poses)}
+        with closing(compute(sorted(left, key=lambda unit: number[unit.pose]))) as rows:
+            yield from rows
+
+
+def _outcomes(work: Work, workers: int | None, executor: Executor | None) -> Rows:
     if executor is not None:
-        yield from completed(executor, units)
+        yield from work.rows(partial(completed, executor))
         return
-    workers = min(workers or os.cpu_count() or 1, len(units))
+    workers = min(workers or os.cpu_count() or 1, len(work.poses))
     if workers <= 1:
-        yield from (unit() for unit in units)
+        yield from work.rows(lambda units: (unit() for unit in units))
         return
     with processes(workers) as pool:
-        yield from completed(pool, units)
+        yield from work.rows(partial(completed, pool))

@@ -11,18 +11,16 @@ than a short one.
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from itertools import islice
-from multiprocessing import active_children, get_context, parent_process
+from multiprocessing import active_children, get_context
 from queue import SimpleQueue
 from typing import TypeVar
 
 from ..errors import InputError
+from ..processes import begin_worker, uninterrupted
 from ..termination import Terminated
 
 AHEAD = 256  # units sent and not yet back
@@ -35,7 +33,7 @@ def _call(unit: Callable[[], T]) -> T:
     return unit()
 
 
-def completed(executor: Executor, units: Iterable[Callable[[], T]]) -> Iterator[T]:
+def completed(executor: Executor, units: Iterable[Callable[[], T]]) -> Generator[T, None, None]:
     """Results of units in the order in which they are done.
 
     Args:
@@ -55,7 +53,7 @@ def completed(executor: Executor, units: Iterable[Callable[[], T]]) -> Iterator[
     try:
         while True:
             for unit in islice(left, 0 if broken else AHEAD - len(out)):
-                with _uninterrupted():
+                with uninterrupted():
                     try:
                         future = executor.submit(_call, unit)
                     except BrokenExecutor as error:
@@ -81,19 +79,6 @@ def completed(executor: Executor, units: Iterable[Callable[[], T]]) -> Iterator[
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back: processes started meanwhile never see it, for it is their parent that stops the sweep."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
 def processes(workers: int) -> Iterator[Executor]:
     """Processes that end with the block and with their parent; on Ctrl-C the unit they are at is finished first.
 
@@ -104,7 +89,7 @@ def processes(workers: int) -> Iterator[Executor]:
         The executor.
     """
     # spawned, not forked: the same on every system, and no thread of the parent is copied half-way
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin)
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=begin_worker)
     try:
         yield pool
     except Terminated:
@@ -113,20 +98,6 @@ def processes(workers: int) -> Iterator[Executor]:
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _begin() -> None:
-    """Of a worker process: leave Ctrl-C to the parent, and do not outlive it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-    if parent is None:
-        return
-
-    def follow() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()
 
 
 @contextmanager

@@ -58,14 +58,28 @@ def frames_of(job: Job, controller: Controller) -> ProgramFrames:
         told.append(_taken(f"TOOL_DATA[{section.tool}]", tool.T_flange_tcp))
     else:
         tool = ToolFrame(own if section.tool is None else matrix_of(section.tool))
-    on_table = T_table_part(job.scene)
+    on_table = part_frame(job, controller.machine)
     if isinstance(section.base, int):
         base = controller.base_data[section.base]
         told.append(_taken(f"BASE_DATA[{section.base}]", base.T))
     else:
-        T = matrix_of(section.base) if isinstance(section.base, FrameSection) else on_table
-        base = BaseFrame(T, coupled=True, machine=controller.machine)
+        T = matrix_of(section.base) if isinstance(section.base, FrameSection) else on_table.T
+        base = replace(on_table, T=T)
     return ProgramFrames(controller.program, tool, base, tuple(told))
+
+
+def part_frame(job: Job, machine: int) -> BaseFrame:
+    """Where the part stands: on the table that moves it, or in the arm's base where no axis does.
+
+    Args:
+        job: names the cell.
+        machine: index of the table in MACHINE_DEF.
+    """
+    scene = job.scene
+    if scene.has_axis.any():
+        return BaseFrame(T_table_part(scene), coupled=True, machine=machine)
+    table = tables_seen_from_base(scene, np.zeros((1, 2)))[0]
+    return BaseFrame(table @ T_table_part(scene), coupled=False)
 
 
 def _taken(name: str, T: Floats) -> Warning:
@@ -95,6 +109,5 @@ def cell_controller(job: Job) -> Controller:
     if isinstance(section.tool, int):
         tools.setdefault(section.tool, T_flange_tcp(scene))
     if isinstance(section.base, int):
-        on_table = BaseFrame(T_table_part(scene), coupled=True, number=section.base, machine=section.machine)
-        bases.setdefault(section.base, on_table)
+        bases.setdefault(section.base, replace(part_frame(job, section.machine), number=section.base))
     return replace(made, tool_data=tools, base_data=bases)

@@ -152,7 +152,8 @@ class _Made:
         motion, scene = self.motion, self.job.scene
         tables = tables_seen_from_base(scene, motion.table)
         to_tool = inverse(T_flange_tcp(scene)) @ self.frames.tool.T_flange_tcp
-        self.T = inverse(tables @ self.frames.base.T) @ scene.chain.forward(motion.q) @ to_tool
+        base = self.frames.base
+        self.T = inverse(tables @ base.T if base.coupled else base.T) @ scene.chain.forward(motion.q) @ to_tool
         self.axes = np.concatenate([motion.q, motion.table], axis=1)
         self.dt = np.diff(motion.t_s)
         self.still = np.abs(np.diff(self.axes, axis=0)).max(axis=1) <= STANDING
@@ -348,7 +349,8 @@ class _Made:
             kind=kind,
             joints=joints,
             pose=pose,
-            external=self.motion.table[row],
+            # an axis that the positioner has not is none of the controller's either
+            external=np.where(self.job.scene.has_axis, self.motion.table[row], np.nan),
             tool=np.zeros(m, dtype=np.int64),
             base=np.zeros(m, dtype=np.int64),
             speed=np.array(self.speed),

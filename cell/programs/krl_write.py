@@ -5,9 +5,10 @@ Use:
     files = write_krl(program, controller)    # {"BLADE.src": "&ACCESS RVP..", "BLADE_L000.src": ..}
 
 The main module holds what lies between the layers and calls one module a layer; a layer of more moves than a module
-may have is split. Every point has X Y Z A B C E1 E2. No module needs a .dat: all frames and points stand in it. Lines
-end in CR LF, as other programs' for this controller do. What is written is ASCII, and all numbers have the digits that
-0.05 mm and 0.05 degrees at the part need: 0.0001 mm and 0.00001 degrees, of which 1 m makes 0.0002 mm.
+may have is split. Every point has X Y Z A B C and those of E1 and E2 that the table has. No module needs a .dat: all
+frames and points stand in it. Lines end in CR LF, as other programs' for this controller do. What is written is ASCII,
+and all numbers have the digits that 0.05 mm and 0.05 degrees at the part need: 0.0001 mm and 0.00001 degrees, of which
+1 m makes 0.0002 mm.
 """
 
 from __future__ import annotations
@@ -214,6 +215,8 @@ class _Writer:
         self.state = state or _State()
         self.lines: list[str] = []
         self._rows = _Rows(program)
+        given = np.flatnonzero(np.isfinite(program.moves.external).any(axis=0))
+        self._external_axes = int(given[-1]) + 1 if len(given) else 0
 
     def add(self, *lines: str) -> None:
         self.lines.extend(lines)
@@ -257,7 +260,7 @@ class _Writer:
             frame = self.program.bases[base]
             self.add(f"$BASE = {_base_text(frame)}")
             if frame.coupled:
-                self.add("$ACT_EX_AX = 2")
+                self.add(f"$ACT_EX_AX = {self._external_axes}")
             self.state.base = base
 
     def _speeds(self, move: int) -> None:
@@ -265,7 +268,7 @@ class _Writer:
         share = (
             ("$VEL_AXIS", moves.axis_share, self.controller.axes),
             ("$ACC_AXIS", moves.axis_acceleration, self.controller.axes),
-            ("$VEL_EXTAX", moves.external_share, 2),
+            ("$VEL_EXTAX", moves.external_share, self._external_axes),
         )
         for name, column, axes in share:
             for axis in range(axes):

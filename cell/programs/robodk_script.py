@@ -131,6 +131,7 @@ def robodk_script(program: Program, name: str, table: str = "Table", joint_speed
 def _steps(program: Program) -> Iterator[tuple[object, ...]]:
     """Moves and events in their order."""
     moves, events, n = program.moves, list(program.events), 0
+    there = np.isfinite(moves.external).any(axis=0)  # the table's axes that the program moves
     for k in range(len(moves) + 1):
         while n < len(events) and events[n].before <= k:
             yield _event(events[n])
@@ -138,7 +139,7 @@ def _steps(program: Program) -> Iterator[tuple[object, ...]]:
         if k == len(moves):
             return
         to_pose = bool(np.isfinite(moves.pose[k, 0]))
-        external = np.rad2deg(np.nan_to_num(moves.external[k]))
+        external = np.rad2deg(np.nan_to_num(moves.external[k, there]))
         yield (
             k,
             MOVES[MoveKind(int(moves.kind[k]))],

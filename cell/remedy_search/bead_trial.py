@@ -15,8 +15,8 @@ import numpy as np
 from ..collision.table import table_alone
 from ..job.job import Job
 from ..planning.configurations import evaluate
-from ..planning.context import Context
-from ..planning.part_plan import FINER, plan_bead
+from ..planning.context import FINER, Context
+from ..planning.part_plan import plan_bead
 from ..scene.scene import table_angles
 
 TOGETHER = 8  # configurations looked at before asking whether one is free

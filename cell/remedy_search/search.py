@@ -92,7 +92,7 @@ def remedies(result: Result, progress: Progress | None = None, seconds: float = 
     Yields:
         First what helps the part as a whole, then each group's smallest change; each as soon as it is known.
     """
-    found = groups(result.job.targets, [row.reason for row in result.rows])
+    found = groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
     if not found:
         return
     if result.moved is not None:
@@ -191,7 +191,7 @@ class _RemedySearch:
         """
         self.result, self.count, self.deadline = result, count, deadline
         self.start = Start(result.job, *result.asked)
-        self.bad = {i for i, row in enumerate(result.rows) if row.reason is not None}
+        self.bad = set(result.failures)
         slow = any(row.reason == "speed" for row in result.rows)
         cut = any(f.rounded and f.where is Where.BEAD for f in result.failures.values())
         self.changes = [

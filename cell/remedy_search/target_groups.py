@@ -41,7 +41,7 @@ def groups(targets: Targets, reasons: Sequence[str | None]) -> list[Group]:
 
     Args:
         targets: of the whole part.
-        reasons: of each target, (n,); None where it is feasible.
+        reasons: of each target, (n,); None where it is not infeasible.
 
     Returns:
         Groups, the largest first.

@@ -3,11 +3,12 @@
 Use:
 
     report_document(result)                   # "rbam-report/1": plain lists, dicts, strings and numbers
+    streamed_report(result)                   # the same, its rows made while it is written
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,16 +17,17 @@ from ik.chain import Floats
 from slicing import metal_document, typed
 
 from ..job.part_input import found_document
+from ..json_text import StreamedItems
 from ..motion.deposition_speed import pace_document
 from ..rigid import inverse, pose
 from ..units import MARGIN_UNITS, METRES_PER_MM
-from ..verdict.all_reasons import Excluded
 from ..verdict.check import Result
 from ..verdict.table_use import table_use
 
 if TYPE_CHECKING:
     from ..job.job import Job
     from ..remedy_search.search import Remedy
+    from ..verdict.all_reasons import Excluded
 
 
 def tcp_in_flange(result: Result) -> Floats:
@@ -54,43 +56,25 @@ def report_document(
     Returns:
         The document.
     """
+    document = streamed_report(result, remedies, all_reasons)
+    return {**document, "rows": list(document["rows"].make())}
+
+
+def streamed_report(
+    result: Result,
+    remedies: Sequence[Remedy] = (),
+    all_reasons: Mapping[int, list[Excluded]] | None = None,
+) -> dict[str, Any]:
+    """The same with its rows as `cell.json_text.StreamedItems`: a row is made when it is written."""
     job, t = result.job, result.job.targets
     T = tcp_in_flange(result)
-    number = np.arange(len(t)) if job.order is None else job.order.target
-    bead = np.arange(len(t.closed)) if job.order is None else job.order.bead
-    tables = np.rad2deg(result.tables)
-    rows = [
-        {
-            "index": i,
-            "sub_volume": t.sub_volume[t.sub_volume_index[i]],
-            "layer": int(t.layer[i]),
-            "base_xyz_mm": _list(result.placed.position[i] / METRES_PER_MM, 4),
-            "base_normal": _list(result.placed.normal[i], 8),
-            "verdict": "feasible" if row.reason is None else "infeasible",
-            "reason": row.reason,
-            "detail": row.detail,
-            "proved": row.proved,
-            "q_deg": None if row.q is None or row.reason else _list(np.rad2deg(row.q), 6),
-            "attempt_deg": None if row.attempt is None else _list(np.rad2deg(row.attempt), 6),
-            "gravity_deg": round(float(np.rad2deg(result.gravity[i])), 3),
-            "bead": int(t.path[i]),
-            "E1_deg": round(float(tables[i, 0]), 6) + 0.0,
-            "E2_deg": round(float(tables[i, 1]), 6) + 0.0,
-            "file_target": int(number[i]),
-            "file_bead": int(bead[t.path[i]]),
-        }
-        for i, row in enumerate(result.rows)
-    ]
-    if all_reasons is not None:
-        for i, reasons in all_reasons.items():
-            rows[i]["all_reasons"] = [one.document() for one in reasons]
     return {
         "schema": "rbam-report/1",
         "case": job.case.title,
         "verdict": "feasible" if result.feasible else "infeasible",
         "table": table_document(result),
         "tcp_in_flange": {"xyz_mm": _list(T[:3, 3] / METRES_PER_MM, 4), "z_axis": _list(T[:3, 2], 9)},
-        "targets": len(rows),
+        "targets": len(result.rows),
         "infeasible": result.infeasible,
         "reasons": result.reasons,
         "solver": job.solver.name,
@@ -118,9 +102,40 @@ def report_document(
         "warnings": [str(line) for line in result.warnings],
         "typed_warnings": [typed(line).document() for line in result.warnings],
         **found_document(job.T_part_input, job.evidence),
-        "rows": rows,
+        "rows": StreamedItems(lambda: _rows(result, all_reasons)),
         "help": [remedy.document() for remedy in remedies],
     }
+
+
+def _rows(result: Result, all_reasons: Mapping[int, list[Excluded]] | None) -> Iterator[dict[str, Any]]:
+    """One record a target."""
+    job, t = result.job, result.job.targets
+    number = np.arange(len(t)) if job.order is None else job.order.target
+    bead = np.arange(len(t.closed)) if job.order is None else job.order.bead
+    tables = np.rad2deg(result.tables)
+    for i, row in enumerate(result.rows):
+        record = {
+            "index": i,
+            "sub_volume": t.sub_volume[t.sub_volume_index[i]],
+            "layer": int(t.layer[i]),
+            "base_xyz_mm": _list(result.placed.position[i] / METRES_PER_MM, 4),
+            "base_normal": _list(result.placed.normal[i], 8),
+            "verdict": "feasible" if row.reason is None else "infeasible",
+            "reason": row.reason,
+            "detail": row.detail,
+            "proved": row.proved,
+            "q_deg": None if row.q is None or row.reason else _list(np.rad2deg(row.q), 6),
+            "attempt_deg": None if row.attempt is None else _list(np.rad2deg(row.attempt), 6),
+            "gravity_deg": round(float(np.rad2deg(result.gravity[i])), 3),
+            "bead": int(t.path[i]),
+            "E1_deg": round(float(tables[i, 0]), 6) + 0.0,
+            "E2_deg": round(float(tables[i, 1]), 6) + 0.0,
+            "file_target": int(number[i]),
+            "file_bead": int(bead[t.path[i]]),
+        }
+        if all_reasons is not None and i in all_reasons:
+            record["all_reasons"] = [one.document() for one in all_reasons[i]]
+        yield record
 
 
 def table_document(result: Result) -> dict[str, Any]:

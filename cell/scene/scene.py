@@ -9,6 +9,7 @@ Use:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -80,6 +81,10 @@ class Scene:
     base_body: int
     sites: dict[str, int]
     warnings: tuple[Warning, ...] = ()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For another process: without the spec, which cannot be sent; cells are composed where the case was read."""
+        return {**self.__dict__, "spec": None}
 
     @property
     def start(self) -> Floats | None:

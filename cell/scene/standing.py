@@ -64,10 +64,8 @@ def standing(scene: Scene, shape: PartShape) -> Iterator[Warning]:
             told = scene.case.part.body
             ends = told is not None and told.z_mm is None and told.radius_mm is not None and told.mesh is None
             hint = " (part.body.z_mm is not given, so that it ends where its sub-volumes do)" if ends else ""
-            text = (
-                f"part.position_mm: nothing carries the body: its lower end is {off_mm:.1f} mm above what the part "
-                f"stands on{hint}"
-            )
+            where = f"its lower end is {off_mm:.1f} mm above" if off_mm > OFF_MM else "it is beside"
+            text = f"part.position_mm: nothing carries the body: {where} what the part stands on{hint}"
             yield Warning(Code.PART_NOT_ON_SUPPORT, text)
 
 

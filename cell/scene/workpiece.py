@@ -14,7 +14,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from scipy.spatial import ConvexHull
+from manifold3d import Manifold
 
 from ik.chain import Floats
 from slicing import Code, Mesh, PartShape, Warning
@@ -124,7 +124,7 @@ def _filled_body(case: Case, part: PartShape) -> Iterator[Warning]:
         return
     mesh = part.visual["body_visual"]
     volume = float(np.einsum("ij,ij->", mesh.vertices[mesh.faces[:, 0]], _crossed(mesh)) / 6)
-    excess = ConvexHull(mesh.vertices).volume / abs(volume) - 1 if volume else np.inf
+    excess = Manifold.hull_points(mesh.vertices).volume() / abs(volume) - 1 if volume else np.inf
     if excess > FILLED:
         text = (
             f"part.body.mesh: its convex hull counts, {100 * excess:.0f} % more than its volume, which fills its "

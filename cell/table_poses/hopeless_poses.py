@@ -1,6 +1,7 @@
 """Settling hopeless poses without a search: what no motion can help is found from the targets one by one.
 
     found = screen(job, E1_deg, E2_deg)       # None: nothing speaks against the pose, it needs a check
+    screen_all(job, [(90, 180), (0, 0)])      # the same at many poses, faster
     found.infeasible, found.reasons, found.looked_at
 
 Each stage is sound: a target that it finds infeasible is so in ``rbam check`` too. "Feasible" is never said here.
@@ -15,27 +16,27 @@ Each stage is sound: a target that it finds infeasible is so in ``rbam check`` t
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 from ik.reachability_proof import certify
 
 from ..arrays import Ints
 from ..collision.checker import Checker
-from ..collision.table import table_alone
+from ..collision.table import tables_alone
 from ..farthest_points import farthest_points
 from ..job.job import Job
-from ..planning.configurations import Nodes, evaluate
-from ..planning.context import LEAST_REACH, settings_of
-from ..planning.part_plan import FINER
+from ..planning.configurations import Nodes, evaluate, reasons
+from ..planning.context import FINER, LEAST_REACH, settings_of
 from ..scene.placement import Placed, place
 from ..scene.scene import table_angles
 
 SPREAD = 32  # targets whose collisions are looked at
 NORMAL_MM = 20.0  # two targets a unit of normal apart count as this far from one another
-BITE = 4  # configurations tried at once; most targets are free in the first
 
 
 @dataclass(frozen=True)
@@ -68,20 +69,38 @@ def screen(job: Job, E1_deg: float, E2_deg: float, laid: int | None = None) -> S
     Raises:
         InputError: the positioner has no such angles.
     """
-    table = table_angles(job.scene, E1_deg, E2_deg)
+    return screen_all(job, [(E1_deg, E2_deg)], laid)[0]
+
+
+def screen_all(job: Job, poses: Sequence[tuple[float, float]], laid: int | None = None) -> list[Screened | None]:
+    """The same at many poses: the table and the proofs of all of them at once, which takes a fraction of the time.
+
+    Args:
+        job: from ``cell.job.job.prepare``.
+        poses: tilt and turn of the table, deg.
+        laid: as of :func:`screen`.
+
+    Returns:
+        What was found at each.
+
+    Raises:
+        InputError: the positioner has no such angles.
+    """
+    tables = np.array([table_angles(job.scene, *pose) for pose in poses]).reshape(-1, 2)
     n = len(job.targets)
-    if table_alone(job.scene, table, laid).distance[0] < 0.0:
-        return Screened(n, n, {"collision": n})
-    placed = place(job.targets, job.scene.T_base_part(*table))
-    dead = _steep(job, placed) | _proved_out(job, placed)
-    if dead:
-        return Screened(len(dead), n, dict(Counter(dead.values())))
-    some = spread(job.targets.position, job.targets.normal)
-    checker = Checker(job.scene, table, max(settings_of(job).clearance, LEAST_REACH))
-    dead = _blocked(job, placed, some, checker)
-    if dead:
-        return Screened(len(dead), len(some), dict(Counter(dead.values())))
-    return None
+    hits = tables_alone(job.scene, tables, laid).distance < 0.0
+    found: list[Screened | None] = [Screened(n, n, {"collision": n}) if hit else None for hit in hits]
+    left = np.flatnonzero(~hits).tolist()
+    placed = [place(job.targets, T_base_part) for T_base_part in job.scene.Ts_base_site("part", tables[left])]
+    some = spread(job.targets.position, job.targets.normal) if left else np.zeros(0, dtype=np.int64)
+    for k, one, out in zip(left, placed, _proved_out(job, placed), strict=True):
+        dead, looked_at = _steep(job, one) | out, n
+        if not dead:
+            checker = Checker(job.scene, (tables[k, 0], tables[k, 1]), max(settings_of(job).clearance, LEAST_REACH))
+            dead, looked_at = _blocked(job, one, some, checker), len(some)
+        if dead:
+            found[k] = Screened(len(dead), looked_at, dict(Counter(dead.values())))
+    return found
 
 
 def roll_steps(job: Job) -> tuple[float, ...]:
@@ -113,17 +132,16 @@ def _steep(job: Job, placed: Placed) -> dict[int, str]:
     return dict.fromkeys(np.flatnonzero(angle > np.deg2rad(limit)).tolist(), "gravity")
 
 
-def _proved_out(job: Job, placed: Placed) -> dict[int, str]:
-    """Targets without a configuration at any allowed roll, and the reason a check gives."""
+def _proved_out(job: Job, placed: Sequence[Placed]) -> list[dict[int, str]]:
+    """At each pose the targets without a configuration at any allowed roll, and the reason a check gives."""
     solver = job.solver
-    if solver.form is None:
-        return {}
-    proofs = certify(solver.chain, placed.Ts_base_target, job.window, job.singularity_limits, solver.form)
-    out = np.flatnonzero(proofs.unreachable)
-    if not len(out):
-        return {}
-    nodes = _nodes(job, placed, out, roll_steps(job)[0])
-    return {int(i): nodes.why_not(k)[0].reason for k, i in enumerate(out)}
+    if solver.form is None or not placed:
+        return [{} for _ in placed]
+    Ts = np.concatenate([one.Ts_base_target for one in placed])
+    proofs = certify(solver.chain, Ts, job.window, job.singularity_limits, solver.form)
+    dead = proofs.unreachable.reshape(len(placed), -1)
+    told = iter(reasons(solver, Ts[proofs.unreachable], job.window, roll_steps(job)[0]))
+    return [{i: next(told) for i in np.flatnonzero(rows).tolist()} for rows in dead]
 
 
 def _nodes(job: Job, placed: Placed, targets: Ints, roll_step: float) -> Nodes:
@@ -133,25 +151,28 @@ def _nodes(job: Job, placed: Placed, targets: Ints, roll_step: float) -> Nodes:
 
 def _blocked(job: Job, placed: Placed, targets: Ints, checker: Checker) -> dict[int, str]:
     """Which of some targets have no free configuration at any roll that a check tries, by reason."""
-    reasons: dict[int, str] = {}
+    why: dict[int, str] = {}
     for roll_step in roll_steps(job):
         if not len(targets):
             break
         nodes = _nodes(job, placed, targets, roll_step)
-        open_ones = [k for k, i in enumerate(targets) if not _free(job, nodes, k, int(i), checker)]
+        open_ones = np.flatnonzero(~_free(job, nodes, targets, checker)).tolist()
         bare = {k: not np.isfinite(nodes.cost[k]).any() for k in open_ones}
-        reasons = {int(targets[k]): nodes.why_not(k)[0].reason if bare[k] else "collision" for k in open_ones}
+        why = {int(targets[k]): nodes.why_not(k)[0].reason if bare[k] else "collision" for k in open_ones}
         targets = targets[open_ones]
-    return reasons
+    return why
 
 
-def _free(job: Job, nodes: Nodes, k: int, target: int, checker: Checker) -> bool:
-    """Whether any configuration of a target is clear; those that cost least first."""
-    clearance = settings_of(job).clearance
-    allowed = np.isfinite(nodes.cost[k])
-    q = nodes.q[k][allowed][np.argsort(nodes.cost[k][allowed], kind="stable")]
-    for some in np.split(q, range(BITE, len(q), BITE)) if len(q) else ():
-        stage = np.full(len(some), job.stage[target])
-        if (checker.clearances(some, stage).distance >= clearance).any():
-            return True
-    return False
+def _free(job: Job, nodes: Nodes, targets: Ints, checker: Checker) -> NDArray[np.bool_]:
+    """Of which targets any configuration is clear, (n,); those that cost least first, of all targets at once."""
+    cost = nodes.cost.reshape(len(targets), -1)
+    order, count = np.argsort(cost, axis=1, kind="stable"), np.isfinite(cost).sum(axis=1)
+    q, stage = nodes.q.reshape(*cost.shape, -1), job.stage[targets]
+    free = np.zeros(len(targets), dtype=bool)
+    for k in range(int(count.max(initial=0))):
+        todo = np.flatnonzero(~free & (count > k))
+        if not len(todo):
+            break
+        found = checker.clearances(q[todo, order[todo, k]], stage[todo])
+        free[todo] = found.distance >= settings_of(job).clearance
+    return free

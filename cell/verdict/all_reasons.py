@@ -56,7 +56,7 @@ def all_reasons(result: Result) -> dict[int, list[Excluded]]:
         squares, which finds some configurations and not others, "unreachable" counts rolls at which nothing was found.
     """
     job = result.job
-    every = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    every = [i for i, row in enumerate(result.rows) if row.failure is not None]
     if result.mode == "coordinated":  # the reasons are those at the angles that the table moves through
         return _of_targets(Context.along(job, result.tables), every)
     tables, which = np.unique(result.tables[every], axis=0, return_inverse=True)

@@ -7,31 +7,42 @@ result.feasible, result.asked
 from __future__ import annotations
 
 from ..job.job import Job
+from ..processes import working
 from ..progress import Progress
-from .best_pose import check_best
 from .check import Result, check
-from .coordinated import check_coordinated
-from .indexed import check_indexed
 
 
-def check_as_asked(job: Job, progress: Progress | None = None) -> Result:
+def check_as_asked(job: Job, progress: Progress | None = None, *, jobs: int = 1) -> Result:
     """Check a job with the table as its case has it.
 
     Args:
         job: from ``cell.job.job.prepare``.
         progress: told how far it is.
+        jobs: processes that a large part is shared out among; the verdict does not depend on it.
 
     Returns:
         The verdict.
 
     Raises:
-        InputError: the positioner has no such angles, or cannot move like that; one line.
+        InputError: the positioner has no such angles, or cannot move like that, or a worker was killed; one line.
     """
+    with working(jobs):
+        return _checked(job, progress)
+
+
+def _checked(job: Job, progress: Progress | None) -> Result:
     table = job.case.table
     if table.mode == "fixed":
         return check(job, table.E1_deg, table.E2_deg, progress)
+    # what moves the table is imported where it moves
     if table.mode == "indexed":
+        from .indexed import check_indexed
+
         return check_indexed(job, progress)
     if table.mode == "best":
+        from .best_pose import check_best
+
         return check_best(job, progress)
+    from .coordinated import check_coordinated
+
     return check_coordinated(job, progress)

@@ -3,6 +3,9 @@
     result = check(prepare(case), E1_deg, E2_deg)
     result.feasible, result.reasons, result.failures
 
+Of a large part that is lost not every target is looked at (``cell.planning.lost_part``): those are neither feasible nor
+infeasible, and their number is ``result.not_looked_at``.
+
 "Feasible" is said of a motion that was followed and checked between the targets as well; a target that is not feasible
 carries the reason of its best candidate, and ``proved`` where every configuration it could have has been looked at.
 Radians and metres.
@@ -10,7 +13,6 @@ Radians and metres.
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -18,31 +20,32 @@ from typing import Any
 import numpy as np
 
 from ik.chain import Floats
-from ik.singularity import KINDS, smallest_singular_value
 from slicing import Code, Warning
 
-from ..arrays import Ints
 from ..case.sections import REASONS
-from ..collision.between_samples import least_on_the_way
-from ..collision.clearances import Clearances
 from ..collision.table import table_alone
 from ..failure import Contact, Failure, Kind
 from ..job.job import Job
 from ..job.unsupported import past_horizontal, unsupported_targets
-from ..motion.deposition_speed import too_slow
 from ..motion.motion import Motion
-from ..planning.assemble import assemble, corners
+from ..part_chunks.chunked_plan import Shared, plan_in_chunks
+from ..part_chunks.chunked_run import PartRun, run_in_chunks
+from ..part_chunks.chunking import USUAL, Chunking
+from ..part_chunks.least import Least as Least
+from ..part_chunks.least import least_margin, least_sigma, nearest_sample, samples_of
+from ..planning.assemble import RunBeads
 from ..planning.context import Context
-from ..planning.densify import refined
-from ..planning.edge_check import Stretch
 from ..planning.home import HomeWays, with_home
 from ..planning.lockouts import with_lockouts
-from ..planning.part_plan import PartPlan, plan_part
-from ..planning.travel import STRAIGHT, Way, drawn_back
+from ..planning.part_plan import PartPlan
+from ..planning.travel import STRAIGHT, drawn_back
+from ..processes import processor_time, working
 from ..progress import Progress, stage
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..units import METRES_PER_MM
+
+NOT_LOOKED_AT = "not_looked_at"  # in place of a reason
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +53,30 @@ class TargetVerdict:
     """The verdict on one target.
 
     Attributes:
-        failure: what is wrong with it or on the way to it; None where it is feasible.
+        failure: what is wrong with it or on the way to it; None where it is feasible or was not looked at.
         q: the configuration it is welded in, (j,), rad; None where infeasible.
         attempt: of an infeasible target the best attempt, (j,), rad, if there is one.
+        looked_at: False of a target of a part that was lost before it; then nothing is said of it.
     """
 
     failure: Failure | None
     q: Floats | None
     attempt: Floats | None = None
+    looked_at: bool = True
 
     @property
     def reason(self) -> str | None:
-        """None where it is feasible, else one of ``REASONS``."""
+        """None where it is feasible, else one of ``REASONS``, or ``NOT_LOOKED_AT``."""
+        if not self.looked_at:
+            return NOT_LOOKED_AT
         return None if self.failure is None else self.failure.reason
+
+    @property
+    def verdict(self) -> str:
+        """ "feasible", "infeasible", or ``NOT_LOOKED_AT``."""
+        if not self.looked_at:
+            return NOT_LOOKED_AT
+        return "feasible" if self.failure is None else "infeasible"
 
     @property
     def proved(self) -> bool:
@@ -78,15 +92,6 @@ class TargetVerdict:
     def detail(self) -> dict[str, Any]:
         """The failure as reports have it; empty where it is feasible."""
         return {} if self.failure is None else self.failure.document()
-
-
-@dataclass(frozen=True)
-class Least:
-    """A least value and where it occurs."""
-
-    value: float
-    target: int
-    what: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -166,7 +171,8 @@ class Result:
 
         Returns:
             By name, each (n,): numbers, positions (part frame, mm), deposition directions, reasons ("" where
-            feasible), whether they are proved, and the configurations (deg, NaN where there is none).
+            feasible, "not_looked_at" where neither), whether they are proved, and the configurations (deg, NaN where
+            there is none).
         """
         t = self.job.targets
         q = np.full((len(t), self.job.chain.n), np.nan)
@@ -180,6 +186,7 @@ class Result:
         out["thickness_mm"], out["speed_mm_s"] = t.thickness_mm, t.speed_mm_s
         out["feasible"] = np.array([row.reason is None for row in self.rows])
         out["reason"] = np.array([row.reason or "" for row in self.rows])
+        out["looked_at"] = np.array([row.looked_at for row in self.rows])
         out["proved"] = np.array([row.proved for row in self.rows])
         out["off_upright_deg"] = np.rad2deg(self.gravity)
         return out | {f"{name}_deg": np.rad2deg(q[:, k]) for k, name in enumerate(self.job.chain.names)}
@@ -201,12 +208,22 @@ class Result:
 
     @property
     def infeasible(self) -> int:
-        """How many targets cannot be welded."""
-        return sum(row.reason is not None for row in self.rows)
+        """How many targets cannot be welded, of those that were looked at."""
+        return sum(row.failure is not None for row in self.rows)
+
+    @property
+    def looked_at(self) -> int:
+        """How many targets were looked at; all of a part that is feasible."""
+        return sum(row.looked_at for row in self.rows)
+
+    @property
+    def not_looked_at(self) -> int:
+        """How many targets of a part that is lost were not looked at."""
+        return len(self.rows) - self.looked_at
 
     @property
     def reasons(self) -> dict[str, int]:
-        """Infeasible targets by reason, every reason named."""
+        """Infeasible targets by reason, of those that were looked at, every reason named."""
         count = Counter(row.reason for row in self.rows)
         return {reason: count[reason] for reason in REASONS}
 
@@ -217,6 +234,8 @@ def check(
     E1_deg: float,
     E2_deg: float,
     progress: Progress | None = None,
+    *,
+    jobs: int = 1,
 ) -> Result:
     """Check every target, every bead and the way between them.
 
@@ -225,18 +244,22 @@ def check(
         E1_deg: tilt of the table.
         E2_deg: turn of the table; taken a whole turn on where only that is in the axis' range.
         progress: told how far it is.
+        jobs: processes that a large part is shared out among; the verdict does not depend on it. With more than one
+            the script that calls this needs ``if __name__ == "__main__":``, as with ``multiprocessing``.
 
     Returns:
         The verdict.
 
     Raises:
-        InputError: the positioner has no such angles.
+        InputError: the positioner has no such angles, or a worker was killed.
     """
-    begun = time.process_time()
+    begun = processor_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     context = Context.of(job, table)
     gravity = off_upright(job, context.placed)
-    found = check_span(job, context, gravity, progress)
+    with working(jobs):
+        found = check_span(job, context, gravity, progress)
+        seconds = processor_time() - begun
     return Result(
         job=replace(job, warnings=(*job.warnings, *found.warnings)),
         asked=asked,
@@ -248,7 +271,7 @@ def check(
         sigma=found.sigma,
         gravity=gravity,
         motion=found.motion,
-        seconds=time.process_time() - begun,
+        seconds=seconds,
     )
 
 
@@ -279,7 +302,9 @@ class SpanVerdict:
     warnings: tuple[Warning, ...] = ()
 
 
-def check_span(job: Job, context: Context, gravity: Floats, progress: Progress | None = None) -> SpanVerdict:
+def check_span(
+    job: Job, context: Context, gravity: Floats, progress: Progress | None = None, chunking: Chunking = USUAL
+) -> SpanVerdict:
     """Check the targets of a context's span, at its pose of the table.
 
     Args:
@@ -287,6 +312,7 @@ def check_span(job: Job, context: Context, gravity: Floats, progress: Progress |
         context: of the job at a pose.
         gravity: angle of every target of the part off upright, (n,), rad.
         progress: told how far it is.
+        chunking: how a large part is cut for workers, whose number does not matter to what is found.
 
     Returns:
         The verdict.
@@ -296,24 +322,21 @@ def check_span(job: Job, context: Context, gravity: Floats, progress: Progress |
     blocked = None if moves else _table_in_the_way(job, table, context.done)
     if blocked is not None:
         return SpanVerdict(tuple(failed(blocked, i) for i in range(span.first, span.stop)))
-    plan, home = with_home(context, with_lockouts(job, context, plan_part(context, job.targets.path, progress)))
+    chunks, shared = chunking.chunks(job.targets, span), Shared.of(job, context)
+    plan = plan_in_chunks(shared, chunks, progress)
+    plan, home = with_home(context, with_lockouts(job, context, plan))
     rows = _rows(job, plan, gravity)
-    stretches = plan.stretches
-    motion = None
+    run: PartRun | None = None
     if all(row.reason is None for row in rows.values()):
-        stretches, failures = refined(context, stretches)
-        failures.update(corners(job, context, stretches, plan.travels))
-        motion = assemble(job, table, stretches, plan.travels, home)
-        if motion.pace is not None:
-            failures.update(too_slow(motion.pace, job.case.process.least_speed_share))
-        if failures:
-            rows, motion = _with(rows, failures), None
+        run = run_in_chunks(shared, chunks, plan, home, progress)
+        rows = _with(rows, run.failures) if run.failures else rows
+    part, stretches = _as_far_as_run(plan, home), plan.stretches
     return SpanVerdict(
         rows=tuple(rows[i] for i in range(span.first, span.stop)),
-        motion=motion,
-        clearance=_least_clearance(context, plan, stretches, home, whole=motion is not None),
-        singularity=_least_margin(context, stretches),
-        sigma=_least_sigma(context, stretches),
+        motion=None if run is None or run.failures else run.motion,
+        clearance=nearest_sample(context, samples_of(context, part)) if run is None else run.clearance,
+        singularity=least_margin(context, stretches) if run is None else run.singularity,
+        sigma=least_sigma(context, stretches) if run is None else run.sigma,
         warnings=tuple(_short_retracts(context, plan, home)),
     )
 
@@ -372,6 +395,7 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
         rows.update((i, failed(m.failure, i, m.attempt)) for i, m in bead.missing.items())
         rows.update((i, failed(failure, i, rows[i].q)) for i, failure in bead.cuts.items())
     rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.stuck.items())
+    rows.update((i, TargetVerdict(None, None, looked_at=False)) for bead in plan.beads for i in bead.open)
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:
         for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
@@ -379,7 +403,7 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
                 angle_deg = round(float(np.rad2deg(gravity[i])), 3)
                 failure = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
                 rows[i] = failed(failure, i, rows[i].q)
-    for i, failure in unsupported_targets(job).items():
+    for i, failure in (*unsupported_targets(job).items(), *job.wires_in_metal.items()):
         if i in rows and rows[i].reason is None:
             rows[i] = failed(failure, i, rows[i].q)
     return rows
@@ -390,60 +414,8 @@ def _with(rows: dict[int, TargetVerdict], failures: dict[int, Failure]) -> dict[
     return {i: failed(failures[i], i, row.q) if i in failures else row for i, row in rows.items()}
 
 
-def _least_clearance(
-    context: Context, plan: PartPlan, stretches: list[Stretch], home: HomeWays | None, *, whole: bool
-) -> Least | None:
-    """The nearest anything comes, on the beads and, named by the target they lead to, on the travels.
-
-    The way home leads to none: it is named by the target it comes from.
-    """
-    runs: list[tuple[Floats, Clearances, Ints, Ints]] = [
-        (s.axes, s.clearances, context.stage[s.edge], s.edge) for s in stretches
-    ]
-
-    def add(way: Way, stage: int, target: int) -> None:
-        runs.append((way[0], way[1], np.full(len(way[0]), stage), np.full(len(way[0]), target)))
-
-    if len(plan.travels) == len(stretches) - 1:
-        for way, before, after in zip(plan.travels, stretches[:-1], stretches[1:], strict=True):
-            add(way, int(context.laid[before.stop - 1]), after.first)
-    if home is not None and stretches:
-        last = stretches[-1].stop - 1
-        if home.out is not None:
-            add(home.out, context.begun, stretches[0].first)
-        if home.back is not None:
-            add(home.back, int(context.laid[last]), last)
-    if not runs:
-        return None
-    q, laid, leads_to = (np.concatenate([run[i] for run in runs]) for i in (0, 2, 3))
-    apart = np.repeat(np.arange(len(runs)), [len(run[0]) for run in runs])
-    found = Clearances.joined([run[1] for run in runs])
-    if whole:
-        at, nearest = least_on_the_way(context.checker, context.radius, q, laid, found, apart)
-    else:
-        at = int(np.argmin(found.distance))  # what is not run has samples, but no way
-        nearest = found.rows(np.array([at]))
-    if not np.isfinite(nearest.distance[0]):
-        return None
-    pair = tuple(context.checker.scene.geom_name(int(g)) for g in nearest.pair[0])
-    return Least(float(nearest.distance[0]), int(leads_to[at]), pair)
-
-
-def _least_margin(context: Context, stretches: list[Stretch]) -> Least | None:
-    if not stretches:
-        return None
-    limits = context.limits.values(context.solver.geometry is not None)
-    margin = np.concatenate([s.margin for s in stretches])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(limits > 0, margin / limits, np.inf)
-    k, kind = np.unravel_index(int(np.argmin(share)), share.shape)
-    if not np.isfinite(share[k, kind]):
-        return None
-    return Least(float(margin[k, kind]), int(np.concatenate([s.edge for s in stretches])[k]), (KINDS[kind],))
-
-
-def _least_sigma(context: Context, stretches: list[Stretch]) -> float | None:
-    if not stretches:
-        return None
-    q = np.concatenate([s.q_targets for s in stretches])
-    return float(smallest_singular_value(context.solver.chain, q).min())
+def _as_far_as_run(plan: PartPlan, home: HomeWays | None) -> RunBeads:
+    """What there is of a plan that does not hold: its travels only where they are all there."""
+    stretches = tuple(plan.stretches)
+    travels = plan.travels if len(plan.travels) == len(stretches) - 1 else ()
+    return RunBeads(stretches, travels, None, home)

@@ -11,7 +11,6 @@ the angle off up is said to be proved. Radians and metres.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -29,6 +28,7 @@ from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..planning.configurations import evaluate
 from ..planning.context import Context
+from ..processes import processor_time
 from ..progress import Progress, stage
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
@@ -73,7 +73,7 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
     Raises:
         InputError: the positioner has no such angles.
     """
-    begun = time.process_time()
+    begun = processor_time()
     least = freedom_of(job.case, job.scene).least_off(job.targets.normal)
     best: tuple[_Trial, Context, SpanVerdict] | None = None
     for trial in _trials(job, impossible=bool((least > upright_of(job.case)).any())):
@@ -96,7 +96,7 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
         sigma=found.sigma,
         gravity=off_upright(job, context.placed),
         motion=found.motion,
-        seconds=time.process_time() - begun,
+        seconds=processor_time() - begun,
         mode="coordinated",
         moved=trial.way.tables,
     )

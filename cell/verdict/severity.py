@@ -17,7 +17,7 @@ GRAVEST_FIRST = ("unreachable", "joint_limit", "collision", "singular", "no_path
 
 def worst_first(result: Result) -> list[int]:
     """Infeasible targets, the gravest first."""
-    bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    bad = [i for i, row in enumerate(result.rows) if row.failure is not None]
     return sorted(bad, key=lambda i: -severity(result.rows[i]))
 
 

@@ -9,6 +9,8 @@ other. Radians, metres.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +26,7 @@ from ..collision.wire import REACH as WIRE_REACH
 from ..collision.wire import wire_scene
 from ..failure import IN_ROWS, Contact, Failure, Kind, Seen
 from ..job.job import Job
+from ..job.wire_in_metal import Metal, wire_failure, wire_size, wires_at
 from ..motion.motion import STANDING, Motion
 from ..scene.scene import Scene
 from ..units import METRES_PER_MM
@@ -85,7 +88,8 @@ def collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> tuple[Clearan
         The arm's clearances at the samples, and what was found.
     """
     clear, found = _arm_collisions(job, way, stage)
-    return clear, [*found, *_wire_collisions(job, motion, way, stage), *table_collisions(job, way, stage)]
+    found += [*_wire_collisions(job, motion, way, stage), *_wires_in_metal(job, motion, way)]
+    return clear, [*found, *table_collisions(job, way, stage)]
 
 
 def arm_checker(job: Job, way: Way) -> Checker:
@@ -136,6 +140,22 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
         if clear.distance[at] > 0.0 and clear.distance[at + 1] > 0.0:
             between = hit(scene, nearest, n, 0.0, Seen.BETWEEN_ROWS)
             found.append(Finding(between, int(row[at]), int(row[at + 1])))
+    return found
+
+
+def _wires_in_metal(job: Job, motion: Motion, way: Way) -> list[Finding]:
+    """A wire that runs through metal between nozzle and bead while it stands in a bead, or is drawn off or put on."""
+    size, index = wire_size(job.scene), np.flatnonzero(~_across(job, motion, way))
+    if size is None or not len(job.targets) or not len(index):
+        return []
+    Ts, row = way.Ts_part_tcp[index], way.row[index]
+    poses = Ts[:, :3, 3] / METRES_PER_MM, -Ts[:, :3, 2]
+    metal = Metal.of(job.case, job.shape, job.targets)
+    met, length = metal.met(wires_at(job.targets, job.laid - 1, size, motion.target[row], poses))
+    wire, found = job.case.tool.wire[0], []
+    for a, b, k in stretches_of(met >= 0, row, length):
+        failure = wire_failure(wire, metal.names[met[k]], float(length[k]))
+        found.append(Finding(replace(failure, place=IN_ROWS, proved=False), a, b))
     return found
 
 

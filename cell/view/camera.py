@@ -149,7 +149,7 @@ def still(result: Result, target: int) -> Frame:
     """
     row = result.rows[target]
     q = next((x for x in (row.q, row.attempt) if x is not None), result.job.scene.home)
-    bad = row.reason is not None
+    bad = row.failure is not None
     pair = row.pair if row.reason == "collision" else ()
     table = result.tables[target]
     return Frame(q, table, target, float(target), pair=pair, marks=bad, arrow=bad)
@@ -159,5 +159,5 @@ def middle(result: Result) -> int:
     """The target halfway through the motion, or the first infeasible one, best with an attempt."""
     if result.motion is not None:
         return int(result.motion.target[np.searchsorted(result.motion.t_s, result.motion.t_s[-1] / 2)])
-    bad = [i for i, row in enumerate(result.rows) if row.reason is not None]
+    bad = [i for i, row in enumerate(result.rows) if row.failure is not None]
     return next((i for i in bad if result.rows[i].attempt is not None), bad[0])

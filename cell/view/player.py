@@ -88,7 +88,7 @@ class Player:
         self.time, self.playing, self.marks = 0.0, True, result.motion is None
         self.view, self.normals, self.colour = "cell", NORMALS[0], colour
         self._path = result.job.targets.path
-        self._bad = np.array([row.reason is not None for row in result.rows])
+        self._bad = np.array([row.failure is not None for row in result.rows])
         self._stop: Ints
         self._at: Floats
         if result.motion is not None:
@@ -215,13 +215,19 @@ class Player:
             (result.job.case.title, self._table_words()),
             (
                 "verdict",
-                "feasible" if result.feasible else f"infeasible: {result.infeasible} of {len(t)} targets",
+                "feasible"
+                if result.feasible
+                else f"infeasible: {result.infeasible} of {result.looked_at} targets looked at, of {len(t)}"
+                if result.not_looked_at
+                else f"infeasible: {result.infeasible} of {len(t)} targets",
             ),
             ("target", f"{i} of 0 .. {len(t) - 1}"),
             ("layer", f"{t.layer[i]} of 0 .. {layers - 1}  {t.sub_volume[sub_volume]}"),
         ]
         row = result.rows[i]
-        if row.reason is not None:
+        if not row.looked_at:
+            lines += [("", "not looked at")]
+        elif row.reason is not None:
             lines += [
                 ("reason", f"{row.reason}{' (proved)' if row.proved else ''}"),
                 ("", in_words(row)),

@@ -260,7 +260,7 @@ class StagedScene:
 
     def _draw_targets(self, scn: mujoco.MjvScene, frame: Frame) -> None:
         position, normal = self.targets()
-        bad = np.array([row.reason is not None for row in self.result.rows])
+        bad = np.array([row.failure is not None for row in self.result.rows])
         radius = self.result.job.targets.thickness_mm * METRES_PER_MM / 2
         if frame.arrow:
             i = frame.target

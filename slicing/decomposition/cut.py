@@ -12,7 +12,7 @@ along the radius onto the outline, by a few millionths of it; the error of the f
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,10 +21,10 @@ from ..mesh.closest_point import least_over_triangles
 from ..mesh.shells import winding_numbers
 from ..mesh.solid import Bools, Floats, Ints, PartError
 from .outline import Outline
+from .turned_steps import is_turned_step
 
 AROUND = 1024  # sides of the cutter: its corners are 5e-6 of the radius outside
 SLIVER_MM, SLIVER_SIZE = 0.05, 2e-3  # a piece that stands out less (and less than that share of the radius) is none
-LEVELS, STEP = 200, 0.05  # looked at beyond an end: at most so many, and how far apart, of the radius
 BULGE = 0.05  # of the body's radius: a dome's, beyond the cones it is taken for
 SLIVER_SHARE = 1e-6  # of the part's volume: neither is a smaller one
 
@@ -93,6 +93,7 @@ class Cut:
         on_ends: what stands on ends and steps alone, left with the body.
         floating: what touches nothing, left with the body.
         slivers: what was too small to keep.
+        steps: what goes round the body like a thread, left with it.
     """
 
     pieces: list[CutPiece]
@@ -100,6 +101,7 @@ class Cut:
     on_ends: list[Left]
     floating: list[Left]
     slivers: list[Sliver]
+    steps: list[Sliver] = field(default_factory=list)
 
 
 def solid_of(vertices: Floats, faces: Ints, name: str) -> Any:
@@ -195,71 +197,24 @@ def clearance(noise_mm: float, radius_mm: float) -> float:
     return 4 * noise_mm + 1e-6 * radius_mm
 
 
-def carried_through(solid: Any, outline: Outline) -> Outline:
-    """The outline with its ends carried on through what surrounds them: an end flange that is not round.
-
-    Args:
-        solid: the part (manifold3d), z the axis.
-        outline: of the body as far as its surface is seen.
-
-    Returns:
-        The outline, its end cylinders carried on as far as there is material right round them.
-    """
-    vertices = arrays_of(solid)[0]
-    first, last = outline.sections[0], outline.sections[-1]
-    if first.is_cylinder:
-        low = -_surrounded(solid, first.radius_low, -outline.low, -vertices[:, 2], -1.0)
-        first = first.between(low, first.high)
-    if len(outline.sections) == 1:
-        last = first
-    if last.is_cylinder:
-        high = _surrounded(solid, last.radius_high, outline.high, vertices[:, 2], 1.0)
-        last = last.between(last.low, high)
-    return Outline((first, *outline.sections[1:-1], last) if len(outline.sections) > 1 else (last,))
-
-
-def _surrounded(solid: Any, radius: float, end: float, heights: Floats, way: float) -> float:
-    """How far up (way 1; down, with heights turned over, -1) from an end a cylinder lies in the solid right round."""
-    from manifold3d import CrossSection
-
-    far = float(heights.max())
-    if far - end <= 1e-3 * radius:
-        return end
-    ring = CrossSection.circle(1.02 * radius, 180) - CrossSection.circle(1.002 * radius, 180)
-
-    def surrounded(height: float) -> bool:
-        return bool((ring - solid.slice(way * height)).area() <= 0.01 * ring.area())
-
-    # equal steps, so that it does not depend on where the mesh has corners; just beside the end it may be bare
-    step = min(max(STEP * radius, (far - end) / LEVELS), 0.5 * (far - end))
-    last = end
-    while last + step < far and surrounded(last + step):
-        last += step
-    if last == end:
-        return end
-    bare = min(last + step, far)
-    if bare == far and surrounded(far - 1e-3 * step):
-        return far
-    while bare - last > 1e-5 * radius:
-        middle = 0.5 * (last + bare)
-        last, bare = (middle, bare) if surrounded(middle) else (last, middle)
-    return last
-
-
-def cut_off(solid: Any, outline: Outline, noise_mm: float) -> Cut:
+def cut_off(solid: Any, outline: Outline, noise_mm: float, steps_to_mm: float = math.inf) -> Cut:
     """Cut off what lies outside a body of revolution.
 
     Args:
         solid: the part (manifold3d).
         outline: of the body.
         noise_mm: rounding of the coordinates.
+        steps_to_mm: up to this radius what goes round the body like a thread is the body's.
 
     Returns:
         The pieces, in no particular order.
     """
     cutter = _cutter(outline, noise_mm)
     number, least = cutter.original_id(), SLIVER_SHARE * solid.volume()
-    kept, pieces, slivers = solid ^ cutter, [], []
+    kept = solid ^ cutter
+    pieces: list[CutPiece] = []
+    slivers: list[Sliver] = []
+    steps: list[Sliver] = []
     ends: list[Left] = []
     floating: list[Left] = []
     thin = min(SLIVER_MM, SLIVER_SIZE * outline.widest)
@@ -273,12 +228,15 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float) -> Cut:
         piece = _on_outline(vertices, faces, cut, outline)
         if len(piece.root) and _thin_on_cones(piece, height, outline):
             slivers.append(sliver)
+        elif len(piece.root) and _radius(vertices) <= steps_to_mm and is_turned_step(piece, outline):
+            kept += part
+            steps.append(sliver)
         elif len(piece.root):
             pieces.append(piece)
         else:
             kept += part
             (ends if len(cut) else floating).append(Left(float(part.volume()), _least_off(part, outline)))
-    return Cut(pieces, _on_outline(*arrays_of(kept, number), outline), ends, floating, slivers)
+    return Cut(pieces, _on_outline(*arrays_of(kept, number), outline), ends, floating, slivers, steps)
 
 
 def _least_off(part: Any, outline: Outline) -> float:
@@ -313,6 +271,10 @@ def _cutter(outline: Outline, noise_mm: float) -> Any:
         b = a + AROUND
         faces += [np.column_stack([a + i, a + j, b + j]), np.column_stack([a + i, b + j, b + i])]
     return solid_of(np.concatenate([*rings, ends]), np.concatenate(faces), "the body of revolution").as_original()
+
+
+def _radius(vertices: Floats) -> float:
+    return float(np.hypot(vertices[:, 0], vertices[:, 1]).max())
 
 
 def _standing_out(vertices: Floats, outline: Outline) -> float:

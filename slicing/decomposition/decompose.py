@@ -37,7 +37,7 @@ from ..surfaces.bodies import Body, ConicalBody, RevolvedBody, RoundBody
 from ..warning import Code, Warning
 from .axis import Axis, parallel_axis
 from .body_hint import LEAST_SIDES, BodyHint, hinted_axis, part_frame
-from .cut import Cut, CutPiece, arrays_of, carried_through, clearance, cut_off, solid_of
+from .cut import Cut, CutPiece, arrays_of, clearance, cut_off, solid_of
 from .doubts import (
     SMALL,
     Evidence,
@@ -51,10 +51,12 @@ from .doubts import (
     rings_of,
     rival_axis,
     small_body,
+    turned_steps,
     unlike_pieces,
     what_is_left,
 )
 from .outline import Outline, body_outline, without_collars
+from .outline_ends import carried_through
 from .turned_faces import HINTED_TURN, Band, FoundBand, PartFaces, find_bands
 
 SAME_HEIGHT = 1e-3  # of the part's extent: centroids at one height
@@ -151,7 +153,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     if hint.radius_mm is None:
         _require_seen(mesh, bare, outline, float(solid.volume()))
     try:
-        outline, cut, told = _cut(mesh, solid, outline, radius, alone)
+        outline, cut, told = _cut(mesh, solid, outline, hint.radius_mm, alone)
     except _BareBodyError as error:
         return _about_another(mesh, hint, axis, (skin, middle, error))
     extent = skin.extent
@@ -215,14 +217,16 @@ def _require_seen(mesh: Mesh, bare: Outline, outline: Outline, whole_mm3: float)
         )
 
 
-def _cut(mesh: Mesh, solid: Any, outline: Outline, radius: float, alone: bool) -> tuple[Outline, Cut, list[Warning]]:
-    """What stands on the body; where nothing does, the rings taken for its steps, or nothing if that will do."""
-    cut = cut_off(solid, outline, mesh.noise_mm)
+def _cut(
+    mesh: Mesh, solid: Any, outline: Outline, told_mm: float | None, alone: bool
+) -> tuple[Outline, Cut, list[Warning]]:
+    """What stands on the body; where nothing does, what was taken for its steps, or nothing if that will do."""
+    cut = cut_off(solid, outline, mesh.noise_mm, math.inf if told_mm is None else told_mm)
     if cut.pieces or alone:
-        return outline, cut, []
+        return outline, cut, turned_steps(mesh.name, cut)
     narrower = without_collars(outline)
-    if narrower.sections != outline.sections:
-        cut = cut_off(solid, narrower, mesh.noise_mm)
+    if cut.steps or narrower.sections != outline.sections:
+        cut = cut_off(solid, narrower, mesh.noise_mm, 0.0)
         if cut.pieces:
             line = (
                 f"{mesh.name}: nothing else stands on the round body, so its rings are taken for sub-volumes, however"
@@ -236,6 +240,8 @@ def _cut(mesh: Mesh, solid: Any, outline: Outline, radius: float, alone: bool) -
         if len(radii) > 1
         else ""
     )
+    largest = outline.dominant()
+    radius = told_mm or (outline.widest if largest is None else largest.middle_radius)
     raise _BareBodyError(
         f"{mesh.name}: nothing stands on its round body (radius {radius:.6g} mm); sub-volumes on the outside of"
         f" a cylinder are needed{steps}"

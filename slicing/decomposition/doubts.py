@@ -254,6 +254,22 @@ def what_is_left(name: str, cut: Cut) -> list[Warning]:
     return lines
 
 
+def turned_steps(name: str, cut: Cut) -> list[Warning]:
+    """A line about what goes round the body like a thread and was left with it."""
+    if not cut.steps:
+        return []
+    most, volume = max(s.height_mm for s in cut.steps), sum(s.volume_mm3 for s in cut.steps)
+    many = f"{len(cut.steps)} ridges go" if len(cut.steps) > 1 else "a ridge goes"
+    return [
+        Warning(
+            Code.BODY_STEP,
+            f"{name}: {many} right round the body, up to {most:.3g} mm high and wider than high, {volume:.4g} mm³"
+            f" together, as a thread or a turned step does: left with the body (with part.body.radius_mm"
+            " what is wider stands on it)",
+        )
+    ]
+
+
 def volume_of(piece: CutPiece) -> float:
     """Volume of a closed piece, mm³."""
     return enclosed_volume(piece.vertices, piece.faces, face_normals(piece.vertices, piece.faces))

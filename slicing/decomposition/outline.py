@@ -7,7 +7,7 @@ outside it stands on it:
     outline.radius_at(z), outline.sections                  # lowest first
 
 A section that sticks out farther than it is long is a flange: a ring that stands on the body, no step of it. Not so
-where it is as wide as the body beside it with a narrow groove between them: grooves are turned out of a bar.
+what grooves leave of a bar (`slicing.decomposition.lands`).
 """
 
 from __future__ import annotations
@@ -19,12 +19,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..mesh.solid import Floats, Ints
+from .lands import is_land
 from .turned_faces import HINTED_TURN, LEAST_COVERAGE, LEAST_TURN, Band, FoundBand
 
 SAME_POINT_MM, SAME_POINT = 1e-5, 1e-6  # points of an outline closer than this (and that share of r) are one
 SHORT_AND_HIGH = 0.999  # of its length: a ring that stands out this far is a flange
-LAND = 5e-3  # of its radius: a ridge that differs by less from the body beside it is what grooves left of a bar
-GROOVE = 2.0  # of its depth: a wider one is a narrower stretch of the body
 SHORT_GAP = 0.05  # of the radius: what is not seen there is no hidden step
 
 
@@ -288,30 +287,10 @@ def _without_flanges(sections: list[Band]) -> list[Band]:
 
 
 def _is_land(sections: Sequence[Band], hill: Hill) -> bool:
-    """What grooves leave of a bar: as wide as the body that is beside it beyond narrow grooves and other lands."""
+    """What grooves leave of a bar."""
     z = np.array([v for s in sections for v in (s.low, s.high)])
     r = np.array([v for s in sections for v in (s.radius_low, s.radius_high)])
-    top = np.flatnonzero((z >= hill.low) & (z <= hill.high) & (r >= hill.top * (1.0 - LAND)))
-    up, down = (z, r, int(top[-1])), (-z[::-1], r[::-1], len(r) - 1 - int(top[0]))
-    return any(_reaches_body(*way, hill.top) for way in (up, down))
-
-
-def _reaches_body(z: Floats, r: Floats, k: int, top: float) -> bool:
-    """Whether up from the k-th point of an outline narrow grooves lead to a stretch of one radius that is body."""
-    while True:
-        after = np.flatnonzero(r[k + 1 :] >= top * (1.0 - LAND))
-        if len(after) == 0:
-            return False
-        first = k + 1 + int(after[0])
-        depth = top - float(r[k : first + 1].min())
-        if z[first] - z[k] > GROOVE * depth or r[first] > top * (1.0 + LAND):
-            return False
-        last = first
-        while last + 1 < len(r) and abs(r[last + 1] - top) <= LAND * top:
-            last += 1
-        if z[last] - z[first] > depth:
-            return True
-        k = last
+    return is_land(z, r, np.flatnonzero((z >= hill.low) & (z <= hill.high)), hill.top)
 
 
 def without_collars(outline: Outline) -> Outline:

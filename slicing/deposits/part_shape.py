@@ -304,7 +304,7 @@ def _thinned_hull(vertices: Floats) -> Floats:
     """Few points whose hull covers all the given ones: extremes in many directions, grown by what they miss."""
     if len(vertices) <= FEW:
         return vertices
-    from scipy.spatial import ConvexHull
+    from manifold3d import Manifold
 
     centre = vertices.mean(axis=0)
     # thin slabs: directions are spread in the frame in which the points are as wide every way
@@ -312,8 +312,10 @@ def _thinned_hull(vertices: Floats) -> Floats:
     scale = turn / np.sqrt(np.maximum(spread, 1e-6))
     even = (vertices - centre) @ scale
     chosen = even[np.unique(np.argmax(even @ _directions(FEW).T, axis=0))]
-    planes = ConvexHull(chosen).equations  # normal . x + offset <= 0 inside
-    grown = chosen * max(1.0, float(((even @ planes[:, :3].T).max(axis=0) / -planes[:, 3]).max()))
+    hull = Manifold.hull_points(chosen).to_mesh64()
+    a, b, c = (np.asarray(hull.vert_properties)[hull.tri_verts[:, k], :3] for k in range(3))
+    normals = np.cross(b - a, c - a).T
+    grown = chosen * max(1.0, float(((even @ normals).max(axis=0) / (chosen @ normals).max(axis=0)).max()))
     return centre + grown @ np.linalg.inv(scale)
 
 

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from .file_3mf import read_3mf
 from .file_bounds import require_bounded
 from .file_glb import read_glb
 from .file_obj import read_obj
@@ -27,12 +26,20 @@ from .solid import UNITS_MM, Floats, Ints, Mesh, PartError, mesh_from_arrays, no
 
 # how a 3MF names the units that are allowed here
 STATED_UNITS = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "inch"}
+
+
+def _read_3mf(path: Path) -> Triangles:
+    from .file_3mf import read_3mf  # it brings the readers of XML with it
+
+    return read_3mf(path)
+
+
 READERS: dict[str, Callable[[Path], Triangles]] = {
     ".stl": read_stl,
     ".obj": read_obj,
     ".ply": read_ply,
     ".off": read_off,
-    ".3mf": read_3mf,
+    ".3mf": _read_3mf,
     ".glb": read_glb,
 }
 

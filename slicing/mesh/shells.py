@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from .closing import repaired
+from .components import components
 from .edge_table import Edges
 from .folds import unfolded
 from .self_crossings import Crossings, crossings
@@ -88,14 +89,9 @@ def _alone(mesh: Mesh, lines: list[str]) -> Mesh:
 
 def shell_labels(mesh: Mesh) -> tuple[Ints, int]:
     """Which shell each face (m,) belongs to, and how many there are; shells that touch at a vertex are two."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    m = len(mesh.faces)
     one, other = Edges.of(len(mesh.vertices), mesh.faces).pairs().T // 3
-    graph = coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(m, m))
-    count, label = connected_components(graph, directed=False)
-    return label.astype(np.int64), int(count)
+    count, label = components(len(mesh.faces), one, other)
+    return label, count
 
 
 def winding_numbers(points: Floats, triangles: Floats) -> Floats:

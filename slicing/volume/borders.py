@@ -24,6 +24,7 @@ import numpy as np
 from ..curves.loops import Curve
 from ..layers.layer import Layer
 from ..layers.outside_body import region_of
+from ..mesh.components import components
 from ..mesh.edge_table import edge_table
 from ..mesh.solid import Floats, Ints, Mesh
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Surface
@@ -132,9 +133,6 @@ def section_lengths(vertices: Floats, faces: Ints, surface: Surface) -> Floats:
     Returns:
         (k,) mm, one a loop.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     height = surface.distance(vertices)
     above = (height > 0.0)[faces]
     count = above.sum(axis=1)
@@ -148,8 +146,7 @@ def section_lengths(vertices: Floats, faces: Ints, surface: Surface) -> Floats:
     lower, higher = nodes // len(vertices), nodes % len(vertices)
     places = _crossings(vertices[lower], vertices[higher], height[lower], height[higher], surface)
     one, other = node[: len(rows)], node[len(rows) :]
-    graph = coo_array((np.ones(len(rows), dtype=bool), (one, other)), shape=(len(nodes), len(nodes)))
-    loops, label = connected_components(graph, directed=False)
+    loops, label = components(len(nodes), one, other)
     length = np.sqrt(((places[other] - places[one]) ** 2).sum(axis=1))
     return np.asarray(np.bincount(label[one], weights=length, minlength=loops), dtype=np.float64)
 

@@ -6,6 +6,7 @@ const COLUMNS = 600; // of a long line; each keeps its least and its greatest va
 const BANDS = 400; // travels shaded at most
 const W = 1000;
 const H = 100;
+const VERDICTS_MOST = 256; // a verdict is a byte
 const SVG = ["http:", "", "www.w3.org", "2000", "svg"].join("/"); // a namespace; pages hold no addresses
 
 /** Numbers as one reads them. */
@@ -34,9 +35,17 @@ export class Charts {
     this.all = [];
     let group = null;
     for (const chart of path.charts) {
+      for (const line of chart.lines) line.y ??= this._angle(line.angle);
       if (!group || group.name !== chart.group) group = this._group(root, chart.group);
       this.all.push(this._chart(group.box, chart, onScrub));
     }
+  }
+
+  /** One of the angles at every sample, deg. */
+  _angle(k) {
+    const { q, x } = this.path;
+    const n = q.length / x.length;
+    return Float64Array.from(x, (_, i) => (q[i * n + k] * 180) / Math.PI);
   }
 
   _group(root, name) {
@@ -133,12 +142,19 @@ export class Charts {
     return [drawn("path", { class: "line", style: colour, d: d.join("") })];
   }
 
-  /** Without a motion: a dot a target in its verdict's colour. */
+  /** Without a motion: a dot a target in its verdict's colour; of many one a place on the screen. */
   _dots(chart, line) {
     const byVerdict = new Map();
+    const taken = line.y.length > 2 * COLUMNS ? new Set() : null;
     for (let i = 0; i < line.y.length; i++) {
       if (!Number.isFinite(line.y[i])) continue;
       const v = this.verdict[this.path.target[i]];
+      if (taken) {
+        const column = Math.round((COLUMNS * this.x(this.path.x[i])) / W);
+        const place = (column * (H + 1) + Math.round(this.y(chart, line.y[i]))) * VERDICTS_MOST + v;
+        if (taken.has(place)) continue;
+        taken.add(place);
+      }
       if (!byVerdict.has(v)) byVerdict.set(v, []);
       byVerdict.get(v).push(`M${this.x(this.path.x[i]).toFixed(1)} ${this.y(chart, line.y[i]).toFixed(2)}h0`);
     }

@@ -7,7 +7,14 @@ const SIDES = 8;
 /** Targets as vectors, part frame, metres. */
 export class Targets {
   constructor(t) {
-    Object.assign(this, t);
+    this.position = t.position;
+    this.normal = t.normal;
+    this.thickness = t.thickness;
+    this.bead = t.bead;
+    this.layer = t.layer;
+    this.sub_volume = t.sub_volume;
+    this.verdict = t.verdict;
+    this.hanging = t.hanging; // absent where nothing lies over nothing
     this.count = t.thickness.length;
   }
 
@@ -39,25 +46,45 @@ export class Targets {
   }
 }
 
+const TUBE = 6 * SIDES; // indices between two rings
+const CAP = 3 * (SIDES - 2);
+const ROUND = Array.from({ length: SIDES }, (_, k) => (2 * Math.PI * k) / SIDES).map((a) => [Math.cos(a), Math.sin(a)]);
+
 function ring(vertices, at, centre, along, up, radius) {
   const side = unit(cross(along, up));
   const rise = cross(side, along);
+  // by its numbers: parts have tens of thousands of rings
   for (let k = 0; k < SIDES; k++) {
-    const angle = (2 * Math.PI * k) / SIDES;
-    const out = add(scale(side, Math.cos(angle)), scale(rise, Math.sin(angle)));
-    vertices.set([...add(centre, scale(out, radius)), ...out], 6 * (at + k));
+    const [c, s] = ROUND[k];
+    for (let axis = 0; axis < 3; axis++) {
+      const out = side[axis] * c + rise[axis] * s;
+      vertices[6 * (at + k) + axis] = centre[axis] + out * radius;
+      vertices[6 * (at + k) + 3 + axis] = out;
+    }
   }
 }
 
-function tubeFaces(faces, from, to) {
+/** Faces between two rings, from a place in `faces` on; the place after them. */
+function tubeFaces(faces, at, from, to) {
   for (let k = 0; k < SIDES; k++) {
     const l = (k + 1) % SIDES;
-    faces.push(from + k, from + l, to + l, from + k, to + l, to + k);
+    faces[at++] = from + k;
+    faces[at++] = from + l;
+    faces[at++] = to + l;
+    faces[at++] = from + k;
+    faces[at++] = to + l;
+    faces[at++] = to + k;
   }
+  return at;
 }
 
-function capFaces(faces, at) {
-  for (let k = 2; k < SIDES; k++) faces.push(at, at + k - 1, at + k);
+function capFaces(faces, at, from) {
+  for (let k = 2; k < SIDES; k++) {
+    faces[at++] = from;
+    faces[at++] = from + k - 1;
+    faces[at++] = from + k;
+  }
+  return at;
 }
 
 /**
@@ -66,30 +93,37 @@ function capFaces(faces, at) {
  */
 export function beadTubes(targets) {
   const vertices = new Float32Array(6 * SIDES * targets.count);
-  const faces = [];
   const upTo = new Uint32Array(targets.count);
+  const joined = Uint8Array.from({ length: targets.count + 1 }, (_, i) => targets.joined(i - 1)); // to the one before
+  let size = 0;
   for (let i = 0; i < targets.count; i++) {
     ring(vertices, i * SIDES, targets.middle(i), targets.along(i), targets.out(i), targets.thickness[i] / 2);
-    if (targets.joined(i - 1)) tubeFaces(faces, (i - 1) * SIDES, i * SIDES);
-    if (!targets.joined(i - 1) || !targets.joined(i)) capFaces(faces, i * SIDES);
-    upTo[i] = faces.length;
+    size += (joined[i] ? TUBE : 0) + (joined[i] && joined[i + 1] ? 0 : CAP);
+    upTo[i] = size;
   }
-  return { vertices, faces: new Uint32Array(faces), upTo, sides: SIDES };
+  const faces = new Uint32Array(size);
+  for (let i = 0; i < targets.count; i++) {
+    let at = i ? upTo[i - 1] : 0;
+    if (joined[i]) at = tubeFaces(faces, at, (i - 1) * SIDES, i * SIDES);
+    if (!joined[i] || !joined[i + 1]) capFaces(faces, at, i * SIDES);
+  }
+  return { vertices, faces, upTo, sides: SIDES };
 }
 
 /** A solid of revolution along a straight line: stations are [place 0 .. 1, radius]. */
 export function rod(from, to, stations) {
   const along = unit(sub(to, from));
   const vertices = new Float32Array(6 * SIDES * stations.length);
-  const faces = [];
+  const faces = new Uint32Array((stations.length - 1) * TUBE + 2 * CAP);
+  let laid = 0;
   stations.forEach(([place, radius], i) => {
     const centre = add(from, scale(sub(to, from), place));
     ring(vertices, i * SIDES, centre, along, across(along), radius);
-    if (i) tubeFaces(faces, (i - 1) * SIDES, i * SIDES);
+    if (i) laid = tubeFaces(faces, laid, (i - 1) * SIDES, i * SIDES);
   });
-  capFaces(faces, 0);
-  capFaces(faces, (stations.length - 1) * SIDES);
-  return { vertices, faces: new Uint32Array(faces) };
+  laid = capFaces(faces, laid, 0);
+  capFaces(faces, laid, (stations.length - 1) * SIDES);
+  return { vertices, faces };
 }
 
 /** An arrow. */

@@ -9,6 +9,7 @@ import { Charts, figure } from "./charts.js";
 import { Table } from "./table.js";
 import { Paint } from "./paint.js";
 
+/** An element of the page, which has it. @returns {any} */
 const find = (id) => document.getElementById(id);
 const PLAYED = 30; // s that the whole motion is played in
 
@@ -21,6 +22,9 @@ class Report {
     this.angles = doc.joints.length;
     this.first = this._firstSamples();
     this.bad = new Map(doc.infeasible.map((r) => [r.target, r]));
+    find("drawn").textContent = this.path.note;
+    find("unlisted").textContent = doc.unlisted
+      ? `The worst of each reason are listed; ${doc.unlisted.toLocaleString("en")} more are in the 3D view, the charts and the document of --json.` : "";
     this.cell.pose(this.anglesAt(this.first[doc.start], 0));
     this.charts = new Charts(find("charts"), this.path, this.targets.verdict, (x) => this.scrub(x));
     if (!doc.feasible) this.table = new Table(doc, this.targets, (i) => this.jump(i));
@@ -44,6 +48,14 @@ class Report {
     }
   }
 
+  /** What is wrong at a target; undefined where nothing is. */
+  _wrong(target) {
+    const verdict = this.targets.verdict[target];
+    if (this.bad.has(target) || !verdict) return this.bad.get(target);
+    const found = Number.isFinite(this.path.q[this.first[target] * this.angles]);
+    return { words: this.doc.verdict_words[this.doc.verdicts[verdict]], attempt: found, pair: [] };
+  }
+
   /** The first welding sample of every target. */
   _firstSamples() {
     const { target, arc } = this.path;
@@ -61,19 +73,21 @@ class Report {
     find("play").addEventListener("click", () => this.play(!this.playing));
     find("back").addEventListener("click", () => this.step(-1));
     find("on").addEventListener("click", () => this.step(1));
-    find("colour").addEventListener("change", (e) => this.recolour(e.target.value));
-    for (const input of document.getElementsByName("view")) {
+    find("colour").addEventListener("change", () => this.recolour(find("colour").value));
+    for (const input of /** @type {NodeListOf<HTMLInputElement>} */ (document.getElementsByName("view"))) {
       input.addEventListener("change", () => this.viewer?.reset(input.value));
     }
     for (const name of ["arm", "targets", "volume"]) {
-      find(`show-${name}`).addEventListener("change", (e) => {
+      const box = find(`show-${name}`);
+      box.addEventListener("change", () => {
         if (!this.viewer) return;
-        this.viewer.show[name] = e.target.checked;
+        this.viewer.show[name] = box.checked;
         this.viewer.redraw();
       });
     }
-    document.querySelectorAll(".jump[data-target]").forEach((b) =>
-      b.addEventListener("click", () => this.jump(Number(b.dataset.target), true, "least" in b.dataset)));
+    for (const b of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".jump[data-target]"))) {
+      b.addEventListener("click", () => this.jump(Number(b.dataset.target), true, "least" in b.dataset));
+    }
     document.querySelectorAll(".chip").forEach((b) => b.addEventListener("click", () => this._filter(b)));
     new ResizeObserver(() => this.viewer?.redraw()).observe(find("view"));
     addEventListener("beforeprint", () => this._still());
@@ -89,7 +103,7 @@ class Report {
 
   _filter(button) {
     const on = button.getAttribute("aria-pressed") !== "true";
-    document.querySelectorAll(".chip").forEach((b) => b.setAttribute("aria-pressed", b === button && on));
+    document.querySelectorAll(".chip").forEach((b) => b.setAttribute("aria-pressed", String(b === button && on)));
     this.table?.filter(on ? this.doc.verdicts.indexOf(button.dataset.reason) : null);
     this.table?.mark(this.viewer?.chosen ?? -1);
   }
@@ -139,7 +153,7 @@ class Report {
     if (viewer) {
       viewer.laid = welding || home ? target : target - 1;
       viewer.live = welding && next > i && Boolean(path.arc[next]) && this.targets.joined(target);
-      const row = this.bad.get(target);
+      const row = this._wrong(target);
       const red = path.timed ? this.red || [] : row?.pair || [];
       viewer.red = new Set(red.flatMap((name) => this.doc.scene.culprits[name] || []));
       viewer.chosen = path.timed ? -1 : target;
@@ -155,7 +169,7 @@ class Report {
     const { path, targets, doc } = this;
     const where = `${doc.sub_volumes[targets.sub_volume[target]]}, layer ${targets.layer[target]}`;
     if (!path.timed) {
-      const row = this.bad.get(target);
+      const row = this._wrong(target);
       const arm = row && !row.attempt ? " (no configuration: the arm is at home)" : row ? " (the arm at its best attempt)" : "";
       return `Target ${target}, ${where}: ${row ? row.words : "feasible"}${arm}`;
     }
@@ -235,8 +249,8 @@ function trouble(text) {
 
 try {
   // for the console and for tests
-  window.rbam = new Report(await decode(find("data").textContent));
-  document.documentElement.dataset.ready = Math.round(performance.now());
+  Object.assign(window, { rbam: new Report(await decode(find("data").textContent)) });
+  document.documentElement.dataset.ready = String(Math.round(performance.now()));
 } catch (error) {
   trouble(`This report could not be opened: ${error.message}. A current browser is needed.`);
   throw error;

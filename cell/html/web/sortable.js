@@ -10,7 +10,7 @@ export class Sortable {
     this.sort = { column, up: true };
     this.onChange = onChange;
     this.shown = SHOWN;
-    this.element = document.getElementById("table");
+    this.element = /** @type {HTMLTableElement} */ (document.getElementById("table"));
     this.more = document.getElementById("more");
     this.more.addEventListener("click", () => {
       this.shown += MORE;
@@ -63,7 +63,7 @@ export class Sortable {
   /** Mark the row for which chosen(row) is true, and bring it into the table's own window; the page stays where it is. */
   mark(chosen) {
     for (const row of this.element.tBodies[0].rows) row.classList.toggle("chosen", chosen(row));
-    const row = this.element.querySelector(".chosen");
+    const row = /** @type {HTMLElement | null} */ (this.element.querySelector(".chosen"));
     const box = this.element.parentElement;
     if (!row || box.matches(":hover")) return;
     const top = row.offsetTop - this.element.tHead.offsetHeight;

@@ -4,6 +4,7 @@ import { decode } from "./data.js";
 import { SweepMap } from "./sweep_map.js";
 import { PoseTable } from "./sweep_table.js";
 
+/** An element of the page, which has it. @returns {any} */
 const find = (id) => document.getElementById(id);
 const NAMES = { roll: "Roll", positioner: "Positioner", height_mm: "Height" };
 const PLACE = ["positioner_x_mm", "positioner_y_mm", "positioner_z_mm", "positioner_rz_deg"];
@@ -40,8 +41,8 @@ class Page {
     this.map = new SweepMap(find("map"), doc, (i) => this.choose(i));
     this.table = new PoseTable(doc, (i) => this.choose(i));
     this._selectors();
-    find("colour").addEventListener("change", (e) => {
-      this.map.recolour(e.target.value);
+    find("colour").addEventListener("change", () => {
+      this.map.recolour(find("colour").value);
       this._legend();
     });
     const best = doc.poses.findIndex((r) => r.rank === 1);
@@ -198,8 +199,8 @@ function trouble(words) {
 }
 
 try {
-  window.rbam = new Page(await decode(find("data").textContent));
-  document.documentElement.dataset.ready = Math.max(1, Math.round(performance.now()));
+  Object.assign(window, { rbam: new Page(await decode(find("data").textContent)) });
+  document.documentElement.dataset.ready = String(Math.max(1, Math.round(performance.now())));
 } catch (error) {
   trouble(`This page cannot be shown here: ${error.message}`);
   throw error;

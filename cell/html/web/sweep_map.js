@@ -242,7 +242,8 @@ export class SweepMap {
   }
 }
 
-function star(g, [x, y], radius, ink) {
+function star(g, centre, radius, ink) {
+  const [x, y] = centre;
   for (const [r, colour] of [[radius + 2, ink], [radius, "#ffec78"]]) {
     g.beginPath();
     for (let i = 0; i < 10; i++) {

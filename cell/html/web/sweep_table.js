@@ -33,7 +33,7 @@ export class PoseTable {
     this.doc = doc;
     this.onChoose = onChoose;
     this.chosen = -1;
-    this.only = document.getElementById("feasible-only");
+    this.only = /** @type {HTMLInputElement} */ (document.getElementById("feasible-only"));
     this.only.addEventListener("change", () => this.fill());
     this.table = new Sortable(columns(doc), 0, () => this.fill());
     this.fill();
@@ -46,7 +46,7 @@ export class PoseTable {
     const poses = this.doc.poses.map((_, i) => i).filter((i) => !this.only.checked || this.doc.poses[i].verdict === "feasible");
     return poses.sort((i, j) => {
       const [a, b] = [value(this.doc.poses[i]), value(this.doc.poses[j])];
-      if (a == null || b == null) return (a == null) - (b == null) || i - j;
+      if (a == null || b == null) return Number(a == null) - Number(b == null) || i - j;
       return (up ? 1 : -1) * (a < b ? -1 : a > b ? 1 : 0) || i - j;
     });
   }

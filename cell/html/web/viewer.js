@@ -10,6 +10,7 @@ const FOVY = (34 * Math.PI) / 180; // as pictures have it
 const RED = [0.88, 0.08, 0.06];
 const LIGHT = unit([0.35, 0.5, 1.0]); // towards the light
 // what is drawn while things move: pixels a CSS pixel (none: as at rest) and shadows; slow machines go down the list
+/** @type { { ratio?: number, shadow: boolean }[] } */
 const MOVING = [{ shadow: true }, { ratio: 1, shadow: true }, { ratio: 0.7, shadow: false }, { ratio: 0.5, shadow: false }];
 const SLOW = 40; // ms a frame
 const REST = 160; // ms without a change
@@ -17,10 +18,15 @@ const GHOST = 0.28;
 const SHADOWED = 0.16;
 
 export class Viewer {
+  /** A canvas, the page's document, the cell as it stands, and the targets. */
   constructor(canvas, doc, cell, targets) {
     const gl = canvas.getContext("webgl2", { antialias: false, alpha: true, stencil: true });
     if (!gl) throw new Error("no WebGL 2");
-    Object.assign(this, { canvas, gl, doc, cell, targets });
+    this.canvas = canvas;
+    this.gl = gl;
+    this.doc = doc;
+    this.cell = cell;
+    this.targets = targets;
     this.view = "part";
     this.show = { arm: true, targets: true, volume: true };
     this.laid = targets.count - 1; // last target reached
@@ -187,6 +193,7 @@ export class Viewer {
     return url;
   }
 
+  /** Draw once. @param { { ratio?: number, shadow: boolean } } effort */
   draw({ ratio, shadow } = { shadow: true }) {
     this._resize(ratio);
     this._paint(shadow);
@@ -252,8 +259,8 @@ export class Viewer {
     const out = sub(centre, this.eye());
     const depth = dot(out, forward);
     const tall = Math.tan(FOVY / 2);
-    return [[right, tall * this.aspect()], [cross(right, forward), tall]].every(
-      ([axis, slope]) => Math.abs(dot(out, axis)) <= Math.max(depth, 0) * slope + radius * Math.hypot(1, slope)) && depth > -radius;
+    const within = (axis, slope) => Math.abs(dot(out, axis)) <= Math.max(depth, 0) * slope + radius * Math.hypot(1, slope);
+    return depth > -radius && within(right, tall * this.aspect()) && within(cross(right, forward), tall);
   }
 
   _drawBeads() {

@@ -214,23 +214,32 @@ def _relative(
 ) -> Destination:
     """Where a relative motion goes."""
     end, word = points[-1], motion.word
-    if word in ("PTP_REL", "SPTP_REL"):
-        if any(name in end for name in CARTESIAN):
-            raise refuse(scope.where, f"{word} to a point is not known here; to axes it is")
+    if word in ("PTP_REL", "SPTP_REL") and not any(name in end for name in CARTESIAN):
         if state.joints is None:
             raise refuse(scope.where, f"{word} adds to where the axes are, which is not known")
         return Destination(joints=[x + math.radians(end.get(f"A{i + 1}", 0.0)) for i, x in enumerate(state.joints)])
-    if word in CIRCLES:
-        raise refuse(scope.where, f"{word} is not known here")
     if any(name[0] == "A" and len(name) > 1 for name in end):
         raise refuse(scope.where, f"{word} goes to axes; here it needs a step in X Y Z")
     held = position_now(state, scope)
     if held is None:
         raise refuse(scope.where, f"{word} adds to where the TCP is, which is not known")
-    step = [end.get(name, 0.0) for name in CARTESIAN]
+    if any(name in end for name in ("S", "T")):
+        raise refuse(scope.where, f"{word} with S or T is not known here")
+    pose = _stepped(held, end, motion, scope)
+    if word not in CIRCLES:
+        return Destination(pose=pose)
+    # both points of a circle count from where it begins
+    via = _stepped(held, points[0], motion, scope)
+    angle = NAN if motion.angle is None else math.radians(number(evaluate(motion.angle, scope), scope))
+    return Destination(pose=pose, via=[*via[:3], NAN, NAN, NAN], angle=angle)
+
+
+def _stepped(held: list[float], by: dict[str, float], motion: MotionStatement, scope: Scope) -> list[float]:
+    """X Y Z A B C, m and rad, of a pose and a step from it."""
+    step = [by.get(name, 0.0) for name in CARTESIAN]
     if motion.frame == "#TOOL":
         T = frame_of(np.array(held)) @ frame_of(np.array([*(1e-3 * x for x in step[:3]), *map(math.radians, step[3:])]))
-        return Destination(pose=[float(x) for x in pose_of(T)])
+        return [float(x) for x in pose_of(T)]
     if any(step[3:]):
-        raise refuse(scope.where, f"{word} with a turn about the base's axes is not known here; #TOOL is")
-    return Destination(pose=[*(x + 1e-3 * dx for x, dx in zip(held[:3], step[:3], strict=True)), *held[3:]])
+        raise refuse(scope.where, f"{motion.word} with a turn about the base's axes is not known here; #TOOL is")
+    return [*(x + 1e-3 * dx for x, dx in zip(held[:3], step[:3], strict=True)), *held[3:]]

@@ -22,6 +22,7 @@ from support.browser import Browser, wait_for
 from cell.case.read import load_case, with_changes
 from cell.case.sections import REASONS
 from cell.failure import AT_TARGET, ON_BEAD, Contact, Failure, Kind
+from cell.html import check_page, drawn_path
 from cell.html import series as html_series
 from cell.html import shapes as html_shapes
 from cell.html.check_page import html_report, packed
@@ -33,7 +34,7 @@ from cell.motion.motion import Motion
 from cell.remedy_search.search import Remedy
 from cell.shipped import DEFAULT_CASE
 from cell.verdict.check import Result, TargetVerdict, check
-from cell.verdict.severity import severity
+from cell.verdict.severity import severity, worst_first
 
 NASTY = "<script>alert(1)</script> & \"quotes\" '{{data}}'"
 
@@ -79,7 +80,10 @@ def document_of(page: str) -> dict[str, Any]:
 
 
 def lines_of(path: dict[str, Any], title: str) -> list[dict[str, Any]]:
-    return next(c["lines"] for c in path["charts"] if c["title"].startswith(title))
+    """A chart's lines; those of angles are drawn from the path's own."""
+    lines = next(c["lines"] for c in path["charts"] if c["title"].startswith(title))
+    q = np.rad2deg(path["q"].reshape(len(path["x"]), -1))
+    return [line if "y" in line else {**line, "y": q[:, line["angle"]]} for line in lines]
 
 
 # ---- the file
@@ -146,7 +150,7 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
     least = int(np.argmin(clearance))
     assert clearance[least] == pytest.approx(good.clearance.value * 1e3, abs=1e-3)
     named = [in_plain_words(good, name) for name in good.clearance.what]
-    assert path["pairs"][path["pair"][least]] == named
+    assert path["pairs"][int(path["pair"][least])] == named
     assert named[0] == "torch nozzle taper"
     assert named[1].startswith("layer ")
     assert named[1].endswith(" of SV1")
@@ -155,6 +159,12 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
     assert margin == pytest.approx(good.singularity.value, abs=1e-5)
     gravity = lines_of(path, "Deposition")[0]["y"]
     assert np.nanmax(gravity) == pytest.approx(np.rad2deg(good.gravity.max()), abs=0.01)
+
+
+def test_targets_over_nothing_are_marked(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "hanging" not in unpack(packed(good))["targets"]
+    monkeypatch.setattr(check_page, "targets_over_nothing", lambda job: {3: None, 7: None})
+    assert np.flatnonzero(unpack(packed(good))["targets"]["hanging"]).tolist() == [3, 7]
 
 
 def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Result, good_page: str) -> None:
@@ -214,17 +224,52 @@ def test_a_collision_is_said_in_words(hit: Result) -> None:
 
 def test_gathered_samples_keep_the_peaks_and_every_target(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
     fine = unpack(packed(good))["path"]
-    monkeypatch.setattr(html_series, "MOST", 300)
+    assert fine["note"] == ""
+    monkeypatch.setattr(drawn_path, "MOST", 300)
     coarse = unpack(packed(good))["path"]
     assert len(coarse["x"]) < 0.4 * len(fine["x"])
+    assert coarse["note"].startswith(f"{len(coarse['x']):,} steps stand for the {len(fine['x']):,} samples")
     assert set(coarse["target"][coarse["arc"] == 1]) == set(range(len(good.rows)))
     for title, peak in (("Joint speed", np.nanmax), ("wrist", np.nanmin), ("shoulder", np.nanmin)):
         for a, b in zip(lines_of(fine, title), lines_of(coarse, title), strict=True):
-            assert peak(a["y"]) == peak(b["y"])
+            assert peak(a["y"]) == pytest.approx(peak(b["y"]), abs=0.00501)
+
+
+def test_the_least_clearance_is_drawn_where_it_occurs(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drawn_path, "MOST", 300)
+    assert good.clearance is not None
+    # nearer than at any sample sent: between two of them
+    least = replace(good.clearance, value=0.0061, target=77, what=("torch_nozzle", "faceplate"))
+    path = unpack(packed(replace(good, clearance=least)))["path"]
+    shown = lines_of(path, "Nearest")[0]["y"]
+    at = int(np.argmin(shown))
+    assert shown[at] == pytest.approx(6.1, abs=0.0051)
+    assert path["target"][at] == 77
+    assert path["pairs"][int(path["pair"][at])] == ["torch nozzle", "faceplate"]
+    assert "the least of all where it occurs" in path["note"]
+
+
+def test_of_many_infeasible_targets_the_worst_of_each_reason_are_listed(
+    bad: Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = list(bad.rows)
+    monkeypatch.setattr(check_page, "MOST_LISTED", 20)
+    listed = check_page.listed_targets(bad)
+    assert len(listed) == 20 < bad.infeasible
+    for reason in {row.reason for row in rows} - {None}:
+        own = [i for i in worst_first(bad) if rows[i].reason == reason]
+        mine = [i for i in listed if rows[i].reason == reason]
+        assert len(mine) >= min(len(own), 5)
+        assert set(mine) == set(own[: len(mine)])
+    document = unpack(packed(bad))
+    assert document["unlisted"] == bad.infeasible - 20
+    assert [r["target"] for r in document["infeasible"]] == listed
+    monkeypatch.setattr(check_page, "MOST_LISTED", 10_000)
+    assert unpack(packed(bad))["unlisted"] == 0
 
 
 def many(good: Result, n: int) -> Result:
-    """The result with its targets and its motion stretched to n targets and 25 samples each."""
+    """The result with its targets and its motion stretched to n targets and ten samples each."""
     t, motion = good.job.targets, good.motion
     assert motion is not None
     old = np.arange(len(t))
@@ -239,11 +284,11 @@ def many(good: Result, n: int) -> Result:
         **{k: getattr(t, k)[near] for k in ("sub_volume_index", "layer", "path", "tangent", "normal", "thickness_mm")},
         position=between(t.position),
     )
-    m = 25 * n
+    m = 10 * n
     s = np.linspace(0, len(motion.t_s) - 1, m)
     q = np.stack([np.interp(s, np.arange(len(motion.q)), c) for c in motion.q.T], axis=1)
     index = np.rint(s).astype(np.int64)
-    new = np.minimum(np.arange(m) // 25, n - 1)
+    new = np.minimum(np.arange(m) // 10, n - 1)
     longer = Motion(
         np.interp(s, np.arange(len(motion.q)), motion.t_s) * n / len(t), q, motion.table[index],
         np.ones(m, dtype=np.int64), targets.path[new], targets.layer[new], new, motion.names,
@@ -255,8 +300,8 @@ def many(good: Result, n: int) -> Result:
 
 
 @pytest.mark.slow
-def test_ten_thousand_targets_stay_below_five_megabytes(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
-    result = many(good, 10_000)
+def test_fifty_thousand_targets_stay_below_five_megabytes(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = many(good, 50_000)
     # numbers that do not repeat, as worst case; and no minutes of collision detection
     noise = np.random.default_rng(0)
     found = html_series.Clearances.none
@@ -267,7 +312,7 @@ def test_ten_thousand_targets_stay_below_five_megabytes(good: Result, monkeypatc
     monkeypatch.setattr(html_series.Checker, "clearances", clearances)
     page = html_report(result)
     assert len(page.encode()) < 5e6
-    over = [Failure(Kind.JOINT_LIMIT, measure=float(v), axis="A5") for v in noise.uniform(0, 90, 10_000)]
+    over = [Failure(Kind.JOINT_LIMIT, measure=float(v), axis="A5") for v in noise.uniform(0, 90, 50_000)]
     rows = tuple(TargetVerdict(failure, None, good.rows[0].q) for failure in over)
     assert len(html_report(replace(result, rows=rows, motion=None)).encode()) < 5e6
 

@@ -228,8 +228,8 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(make_case, tmp_path, monk
     seen = []
     import cell.pose_sweep.sweep as module
 
-    real = module.pose_outcome
-    monkeypatch.setattr(module, "pose_outcome", lambda job, pose: seen.append(pose) or real(job, pose))
+    real = module.screen_all
+    monkeypatch.setattr(module, "screen_all", lambda job, poses: seen.extend(poses) or real(job, poses))
     assert sweep(case, POSES, workers=1, log=str(log)) == whole
     assert len(seen) == len(POSES) - 1
     assert len(log.read_text().splitlines()) == 1 + len(POSES)

@@ -19,6 +19,7 @@ import cell.programs.export as export_module
 import cell.programs.from_motion as from_motion_module
 from cell.case.read import with_changes
 from cell.cli.main import main
+from cell.motion.motion_file import write_motion
 from cell.programs.cell_controller import cell_controller, frames_of
 from cell.programs.export import export_program
 from cell.programs.from_motion import PointThinning, _farthest, program_of_motion
@@ -283,6 +284,24 @@ def test_the_command_writes_everything_or_nothing(tmp_path: Path, capsys: pytest
     report = json.loads((tmp_path / "r.json").read_text())
     assert report["schema"] == "rbam-motion-report/1"
     assert report["program"]["points"] == document["points"]["ptp"] + document["points"]["lin"]
+
+
+def test_a_motion_from_a_file_is_written_as_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    boss = boss_program()
+    case = boss_case(tmp_path, roll={"fixed_deg": 20.0})
+    write_motion(tmp_path / "boss.npz", boss.motion)
+    out = tmp_path / "krl"
+    out.mkdir()
+    (out / "boss_L007.src").write_text("DEF boss_L007 ( )\nEND\n")
+    assert main(["export", str(case), "--motion-in", str(tmp_path / "boss.npz"), "--krl", str(out)]) == 0
+    assert "left over from another program of this name, and not called: boss_L007.src" in capsys.readouterr().out
+    for name, text in boss.made.files.items():
+        assert (out / name).read_bytes() == text.encode()
+    late = replace(boss.motion, q=boss.motion.q + 0.02 * np.eye(6)[0])
+    write_motion(tmp_path / "off.npz", late)
+    assert main(["export", str(case), "--motion-in", str(tmp_path / "off.npz"), "--krl", str(tmp_path / "no")]) == 1
+    assert not (tmp_path / "no").exists()
+    assert "off.npz: infeasible: no program of it; rbam check --motion-in says why" in capsys.readouterr().err
 
 
 def test_an_infeasible_case_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -193,6 +193,19 @@ def test_relative_motions_after_axes_ask_for_the_arm(tmp_path: Path) -> None:
     np.testing.assert_allclose(moves.pose[2], moves.pose[1])
 
 
+def test_relative_points_count_from_where_the_motion_begins(tmp_path: Path) -> None:
+    body = "PTP_REL {X 10,Z -5}\nCIRC_REL {X 5,Y 5},{X 10,E1 3} C_DIS\nCIRC_REL {Z 1},{Z 2} #TOOL\n"
+    moves = run(tmp_path, FRAMES + LIN.replace("B 0", "B 90") + body).moves
+    start = moves.pose[0]
+    np.testing.assert_allclose(moves.pose[1] - start, [0.01, 0, -0.005, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(moves.pose[2] - moves.pose[1], [0.01, 0, 0, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(moves.via[2, :3] - moves.pose[1, :3], [0.005, 0.005, 0], atol=1e-12)
+    # B 90 turns the tool's z to the base's x
+    np.testing.assert_allclose(moves.pose[3, :3] - moves.pose[2, :3], [0.002, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(moves.via[3, :3] - moves.pose[2, :3], [0.001, 0, 0], atol=1e-12)
+    assert moves.kind.tolist() == [MoveKind.LINEAR, MoveKind.AXES, MoveKind.CIRCULAR, MoveKind.CIRCULAR]
+
+
 def test_speeds(tmp_path: Path) -> None:
     body = (
         "$VEL={CP 0.5,ORI1 100,ORI2 50}\n$ACC.CP=1.5\nBAS(#VEL_PTP,40)\n$VEL_AXIS[3]=20\n$OV_PRO=50\n"

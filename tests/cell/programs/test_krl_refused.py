@@ -78,6 +78,8 @@ def refused(folder: Path, body: str) -> str:
         ("WAIT SEC -1\n" + PTP, 2, "WAIT SEC"),
         (FRAMES + "$ORI_TYPE=#JOINT\n" + LIN, 5, "$ORI_TYPE is #JOINT"),
         (FRAMES + LIN + "LIN_REL {A 5}\n", 5, "turn about the base"),
+        (FRAMES + LIN + "PTP_REL {X 5,A 5}\n", 5, "turn about the base"),
+        (FRAMES + LIN + "PTP_REL {X 5,S 2}\n", 5, "with S or T"),
         (FRAMES + LIN + "CIRC {X 1},{X 2}\n", 5, "auxiliary point"),
         (FRAMES + LIN + "CIRC {X 110,Y 10,Z 50},{X 120}, CA 90\nLIN {X 1}\n", 6, "gives no Y Z A B C"),
         (FRAMES + LIN + "$TOOL={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN {X 1}\n", 6, "gives no Y Z A B C"),

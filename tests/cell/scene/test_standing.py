@@ -27,6 +27,7 @@ def of_code(job, code):
         ([-30, 40], [0, 0, 0], "30.0 mm below"),
         ([0, 40], [0, 0, 7], "7.0 mm above"),
         ([5, 40], [0, 0, 0], "5.0 mm above"),
+        ([0, 40], [200, 0, 0], "it is beside what"),
     ],
 )
 def test_a_body_in_or_above_its_support_is_said(z_mm, position_mm, said, make_case):

@@ -1,0 +1,319 @@
+"""Where the wire would run through metal between nozzle and bead: a layer that juts out over the bead, or the support.
+
+    job.wires_in_metal                        # {target: Failure}
+    Metal.of(case, shape, targets).met(wires) # which piece each wire runs through, and over which length
+
+At a target the wire lies along the deposition direction, whatever the arm does. It may touch the part, since its end
+stands in the bead; what it may not do is to run through metal that is there already. A wire is taken to do so where its
+whole cross-section does: along a wall that a bead is laid at it may graze. A sub-volume's own lower layers lie below
+all of its beads, and are not looked at. Part frame, mm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import mujoco
+import numpy as np
+from scipy.spatial import ConvexHull, cKDTree
+
+from ik.chain import Floats
+from slicing import PartShape, Targets
+
+from ..arrays import Ints
+from ..case.sections import Case
+from ..failure import Contact, Failure, Kind
+from ..scene.scene import Scene
+from ..units import METRES_PER_MM
+
+STEP_MM = 1.0  # along a bead, between wires that are looked at
+BEAD_SLACK_MM = 0.5  # above a bead's own thickness, from where on metal counts: curved layers are chords
+AROUND = 8  # lines on a wire's skin that stand for its cross-section, beside its axis
+LARGE = 4.0  # times the usual size, from which on a piece is held against all wires
+CHUNK = 4096  # wires looked at in one go
+NOTE = "the wire runs through it between nozzle and bead, whatever the arm does"
+
+
+@dataclass(frozen=True, eq=False)
+class Wires:
+    """Wires in the part frame.
+
+    Attributes:
+        tip: their ends, (n, 3).
+        out: unit directions from there to the nozzle, (n, 3).
+        free: length from the tip on that stands in the bead, (n,).
+        length: out to the nozzle.
+        radius: of the wire.
+        deposit: number of the deposit that is laid, (n,): those before it are there.
+        sub_volume: index of the sub-volume that is laid, (n,).
+    """
+
+    tip: Floats
+    out: Floats
+    free: Floats
+    length: float
+    radius: float
+    deposit: Ints
+    sub_volume: Ints
+
+    def rows(self, index: Ints) -> Wires:
+        """Some of the wires."""
+        of = (self.tip[index], self.out[index], self.free[index])
+        return Wires(*of, self.length, self.radius, self.deposit[index], self.sub_volume[index])
+
+    def skin(self, k: int) -> Wires:
+        """Lines on the skin of one of the wires."""
+        across = np.linalg.svd(self.out[k][None])[2][1:]
+        turn = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)
+        off = self.radius * (np.cos(turn)[:, None] * across[0] + np.sin(turn)[:, None] * across[1])
+        one = self.rows(np.full(AROUND, k))
+        return replace(one, tip=one.tip + off)
+
+    @cached_property
+    def boxes(self) -> tuple[Floats, Floats]:
+        """Least and greatest coordinates of what counts of every wire, (n, 3) each."""
+        ends = np.stack([self.tip + self.free[:, None] * self.out, self.tip + self.length * self.out])
+        return ends.min(axis=0) - self.radius, ends.max(axis=0) + self.radius
+
+
+@dataclass(frozen=True, eq=False)
+class Metal:
+    """What is there of a part while it is built, as convex pieces.
+
+    Attributes:
+        names: of the pieces.
+        points: their corners, (k, 3) each.
+        deposit: number of the deposit each belongs to, (m,); -1: there from the start.
+        sub_volume: index of the sub-volume each belongs to, (m,); -1: of none whose layers lie below one another.
+    """
+
+    names: tuple[str, ...]
+    points: tuple[Floats, ...]
+    deposit: Ints
+    sub_volume: Ints
+
+    @classmethod
+    def of(cls, case: Case, shape: PartShape, targets: Targets) -> Metal:
+        """A part and what it stands on.
+
+        Args:
+            case: says what it stands on.
+            shape: the part.
+            targets: on its beads.
+        """
+        pieces = dict(shape.hulls)
+        support = case.support
+        if support is not None:
+            turn = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
+            ring = support.radius_mm * np.column_stack([np.cos(turn), np.sin(turn)]) - case.part.position_mm[:2]
+            top = -case.part.position_mm[2]
+            heights = np.repeat([top - support.height_mm, top], len(ring))
+            pieces["support"] = np.column_stack([np.tile(ring, (2, 1)), heights])
+        words = [name.split("/") for name in pieces]
+        number = [int(w[1]) if w[0] == "deposit" else -1 for w in words]
+        layered = case.part.toolpath is None  # another slicer's layers may lie anyhow
+        own = {name: k for k, name in enumerate(targets.sub_volume)} if layered else {}
+        owner = [own.get(w[2], -1) if w[0] == "deposit" else -1 for w in words]
+        return cls(tuple(pieces), tuple(pieces.values()), np.array(number), np.array(owner))
+
+    @cached_property
+    def boxes(self) -> tuple[Floats, Floats]:
+        """Least and greatest coordinates of every piece, (m, 3) each."""
+        low, high = np.array([[p.min(axis=0), p.max(axis=0)] for p in self.points]).swapaxes(0, 1)
+        return low, high
+
+    def met(self, wires: Wires) -> tuple[Ints, Floats]:
+        """What every wire runs through.
+
+        Args:
+            wires: the wires.
+
+        Returns:
+            Numbers of the pieces, (n,), -1: none; and over which length, (n,), mm.
+        """
+        found, length = np.full(len(wires.tip), -1, dtype=np.int64), np.zeros(len(wires.tip))
+        planes: dict[int, Floats] = {}
+        for own in np.unique(wires.sub_volume).tolist():
+            others = np.flatnonzero((self.sub_volume < 0) | (self.sub_volume != own))
+            search = _Nearby.of(*(box[others] for box in self.boxes))
+            mine = np.flatnonzero(wires.sub_volume == own)
+            for first in range(0, len(mine), CHUNK):
+                index = mine[first : first + CHUNK]
+                some = wires.rows(index)
+                which, at = search.pairs(some)
+                there = self.deposit[others[at]] < some.deposit[which]
+                found[index], length[index] = self._run_through(some, which[there], others[at[there]], planes)
+        return found, length
+
+    def _run_through(self, wires: Wires, which: Ints, piece: Ints, planes: dict[int, Floats]) -> tuple[Ints, Floats]:
+        """The piece that every wire runs through, and over which length, of those that come into question."""
+        found, length = np.full(len(wires.tip), -1, dtype=np.int64), np.zeros(len(wires.tip))
+        begins = np.full(len(wires.tip), np.inf)
+        for m in np.unique(piece).tolist():
+            if m not in planes:
+                planes[m] = np.asarray(ConvexHull(self.points[m]).equations)
+            k = which[piece == m]
+            begin, end = _within(planes[m], wires.rows(k))
+            nearer = (begin < end) & (begin < begins[k])
+            k, begin, end = k[nearer], begin[nearer], end[nearer]
+            found[k], length[k], begins[k] = m, end - begin, begin
+        for k in np.flatnonzero(found >= 0).tolist():
+            skin = wires.skin(k)
+            met = np.zeros(len(skin.tip), dtype=bool)
+            for m in piece[which == k].tolist():
+                begin, end = _within(planes[m], skin)
+                met |= begin < end
+            if not met.all():
+                found[k], length[k] = -1, 0.0
+        return found, length
+
+
+@dataclass(frozen=True, eq=False)
+class _Nearby:
+    """Pieces' boxes, in which those near a wire are looked up.
+
+    Attributes:
+        low: least coordinates of every piece, (m, 3).
+        high: greatest.
+        large: numbers of the large pieces, which are held against every wire.
+        small: of all others.
+        size: half the diagonal of the largest of these.
+        tree: their middles.
+    """
+
+    low: Floats
+    high: Floats
+    large: Ints
+    small: Ints
+    size: float
+    tree: cKDTree
+
+    @classmethod
+    def of(cls, low: Floats, high: Floats) -> _Nearby:
+        """Of some boxes."""
+        half = 0.5 * np.linalg.norm(high - low, axis=1)
+        is_small = half <= LARGE * np.median(half) if len(half) else np.zeros(0, dtype=bool)
+        small = np.flatnonzero(is_small)
+        middles = 0.5 * (low + high)[small]
+        return cls(low, high, np.flatnonzero(~is_small), small, float(half[small].max(initial=0.0)), cKDTree(middles))
+
+    def pairs(self, wires: Wires) -> tuple[Ints, Ints]:
+        """Wires and pieces of which the boxes meet and some of the piece's stands high enough along the wire."""
+        every = np.arange(len(wires.tip))
+        middle = wires.tip + 0.5 * wires.length * wires.out
+        near = self.tree.query_ball_point(middle, 0.5 * wires.length + wires.radius + self.size)
+        which = [np.repeat(every, [len(some) for some in near])]
+        piece = [self.small[np.array([k for some in near for k in some], dtype=np.int64)]]
+        for m in self.large.tolist():
+            which.append(every)
+            piece.append(np.full(len(every), m))
+        return self._meeting(wires, np.concatenate(which), np.concatenate(piece))
+
+    def _meeting(self, wires: Wires, which: Ints, piece: Ints) -> tuple[Ints, Ints]:
+        low, high = wires.boxes
+        meet = ((low[which] <= self.high[piece]) & (high[which] >= self.low[piece])).all(axis=1)
+        which, piece = which[meet], piece[meet]
+        middle, half = 0.5 * (self.low + self.high)[piece], 0.5 * (self.high - self.low)[piece]
+        out = wires.out[which]
+        rises = ((middle - wires.tip[which]) * out + half * np.abs(out)).sum(axis=1) >= wires.free[which]
+        return which[rises], piece[rises]
+
+
+def _within(planes: Floats, wires: Wires) -> tuple[Floats, Floats]:
+    """Between which lengths wires' axes are in a convex piece, (n,) each; begin >= end: nowhere."""
+    rises, above = wires.out @ planes[:, :3].T, wires.tip @ planes[:, :3].T + planes[:, 3]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = -above / rises
+    beside = (rises == 0) & (above > 0)
+    low = np.where(rises < 0, at, np.where(beside, np.inf, -np.inf)).max(axis=1)
+    high = np.where(rises > 0, at, np.inf).min(axis=1)
+    return np.maximum(low, wires.free), np.minimum(high, wires.length)
+
+
+def wire_size(scene: Scene) -> tuple[float, float] | None:
+    """How far the wire reaches back from the TCP, and its radius, mm; None where no wire is modelled.
+
+    Args:
+        scene: the composed cell.
+    """
+    model, wires = scene.model, np.flatnonzero(scene.wire_geom & scene.contact_bits.any(axis=0))
+    if not len(wires):
+        return None
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    place, z = data.site_xpos[scene.sites["tcp"]], data.site_xmat[scene.sites["tcp"]].reshape(3, 3)[:, 2]
+    length, radius = 0.0, 0.0
+    for geom in wires.tolist():
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        along = np.abs(turn.T @ z) @ model.geom_aabb[geom, 3:]
+        centre = data.geom_xpos[geom] + turn @ model.geom_aabb[geom, :3]
+        length = max(length, float((place - centre) @ z + along))
+        radius = max(radius, float(np.sort(model.geom_aabb[geom, 3:])[0]))
+    return length / METRES_PER_MM, radius / METRES_PER_MM
+
+
+def wires_in_metal(scene: Scene, shape: PartShape, targets: Targets, deposit: Ints) -> dict[int, Failure]:
+    """Targets at which, or on the way to or from which, the wire would run through metal that is there already.
+
+    Args:
+        scene: the composed cell.
+        shape: the part.
+        targets: on its beads.
+        deposit: number of the deposit that each target belongs to, (n,).
+    """
+    size = wire_size(scene)
+    if size is None or not len(targets):
+        return {}
+    target, tip, out = _along(targets)
+    wires = wires_at(targets, deposit, size, target, (tip, out))
+    metal = Metal.of(scene.case, shape, targets)
+    met, length = metal.met(wires)
+    hit = np.flatnonzero(met >= 0)
+    hit = hit[np.argsort(length[hit], kind="stable")]  # of several at a target the worst counts
+    worst = dict(zip(target[hit].tolist(), hit.tolist(), strict=True))
+    wire = scene.case.tool.wire[0]
+    return {i: wire_failure(wire, metal.names[met[k]], float(length[k])) for i, k in sorted(worst.items())}
+
+
+def wires_at(
+    targets: Targets, deposit: Ints, size: tuple[float, float], target: Ints, pose: tuple[Floats, Floats]
+) -> Wires:
+    """Wires while targets are welded.
+
+    Args:
+        targets: on the beads.
+        deposit: number of the deposit that each target belongs to, (n,).
+        size: from :func:`wire_size`.
+        target: the target that each wire is at, (m,).
+        pose: tips and unit directions to the nozzle, (m, 3) each, part frame, mm.
+    """
+    free = targets.thickness_mm[target] + BEAD_SLACK_MM
+    return Wires(*pose, free, *size, deposit[target], targets.sub_volume_index[target])
+
+
+def wire_failure(wire: str, piece: str, length: float) -> Failure:
+    """A wire that runs through a piece of the part or its support.
+
+    Args:
+        wire: name of the wire's shape.
+        piece: name of the piece.
+        length: of the wire in it, mm.
+    """
+    contact = Contact(pair=(wire, piece), note=NOTE)
+    return Failure(Kind.COLLISION, measure=-round(length, 3), limit=0.0, contact=contact, proved=True)
+
+
+def _along(t: Targets) -> tuple[Ints, Floats, Floats]:
+    """Points along the beads no further apart than ``STEP_MM``: the nearest target, the place, the direction out."""
+    n = len(t.path)
+    step = np.linalg.norm(np.diff(t.position, axis=0), axis=1)
+    count = np.where(np.diff(t.path) == 0, np.maximum(np.ceil(step / STEP_MM), 1), 1).astype(np.int64)
+    count = np.append(count, 1)
+    row = np.repeat(np.arange(n), count)
+    f = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)) / count[row]
+    after = np.minimum(row + 1, n - 1)
+    mix = f[:, None]
+    out = (1 - mix) * t.normal[row] + mix * t.normal[after]
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    return np.where(f > 0.5, after, row), (1 - mix) * t.position[row] + mix * t.position[after], out

@@ -1,0 +1,66 @@
+"""Where the arm comes from to each chunk of a part, said before any chunk is planned.
+
+    known, q_before = beginnings(context, chunks)
+
+The part's first bead is planned. From its end on, the arm is followed from chunk to chunk: at the last target before
+each, in the free configuration that is nearest to where it was before. So neighbours begin in one configuration, as
+they would if each were planned after the other. Radians and metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ..planning.bead_search import BeadPlan
+from ..planning.configurations import evaluate
+from ..planning.context import Context
+from ..planning.edge_check import UNKNOWN_SPEED
+from ..planning.part_plan import plan_bead
+from .chunking import Chunk
+
+LOOKED_AT = 8  # configurations at a time
+
+
+def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[BeadPlan, list[Floats | None]]:
+    """The first bead, and where the arm comes from to each chunk.
+
+    Args:
+        context: what the part is planned with.
+        chunks: of the part, in order; two at least.
+
+    Returns:
+        The plan of the first bead, and for each chunk a configuration, (j,), rad; None where none is known.
+    """
+    first, start = chunks[0], context.span.start
+    stop = first.firsts[1] if len(first.firsts) > 1 else first.stop
+    known = plan_bead(context, first.firsts[0], stop, start)
+    q = known.stretches[-1].q_targets[-1] if known.stretches else start
+    found: list[Floats | None] = [start]
+    for chunk in chunks[1:]:
+        q = _nearest(context, chunk.firsts[0] - 1, q)
+        found.append(q)
+    return known, found
+
+
+def _nearest(context: Context, i: int, q_before: Floats | None) -> Floats | None:
+    """The free configuration of a target that is reached first; where none is free, whence it would have been."""
+    placed = context.placed.rows([i])
+    nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step, context.limits)
+    some = np.isfinite(nodes.cost)
+    q, cost = nodes.q[some], nodes.cost[some]
+    if q_before is not None:
+        speed = context.solver.chain.max_speed
+        cost = cost + (np.abs(q - q_before) / np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)).max(axis=1)
+    q = q[np.argsort(cost, kind="stable")]
+    for k in range(0, len(q), LOOKED_AT):
+        tried = q[k : k + LOOKED_AT]
+        axes = context.placed.axes(tried, np.full(len(tried), i))
+        seen = context.screen.clearances(axes, np.full(len(tried), context.stage[i]))
+        free = np.flatnonzero(seen.distance >= context.settings.clearance)
+        if len(free):
+            return np.asarray(tried[free[0]])
+    return q_before

@@ -1,0 +1,162 @@
+"""The plan of a part whose chunks are planned side by side.
+
+    plan = plan_in_chunks(Shared(job, context), Chunking(), progress)
+
+Three steps, each the same whoever is at work. The chunks are planned, each from a beginning that was said before (see
+``cell.part_chunks.beginnings``). The chunks are joined: from the end of each to the beginning of the next, and on until
+a bead ends as it was planned. Travels are searched with few attempts up to here; where nothing but travels stops the
+part, those that were not found are searched with all attempts, in order, until one is not found for good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ..failure import Failure
+from ..job.job import Job
+from ..planning.bead_search import BeadPlan
+from ..planning.context import Context
+from ..planning.edge_check import Stretch
+from ..planning.part_plan import BeadRun, PartPlan, hurried, plan_beads, plan_part, stuck_at
+from ..planning.travel import Way
+from ..processes import Tick, crew
+from ..progress import Progress, counted
+from .beginnings import beginnings
+from .chunking import Chunk
+from .joins import JoinedBead, joint_of, same_end, unwound
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """What every chunk needs.
+
+    Attributes:
+        job: the part.
+        context: what it is planned with.
+    """
+
+    job: Job
+    context: Context
+
+    @classmethod
+    def of(cls, job: Job, context: Context) -> Shared:
+        """Without what only reports ask for: it is sent to other processes."""
+        return cls(replace(job, sliced=(), beads=()), context)
+
+
+def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress | None = None) -> PartPlan:
+    """Plan a part chunk by chunk, side by side where there are workers.
+
+    Args:
+        shared: the part and what it is planned with.
+        chunks: from :class:`cell.part_chunks.chunking.Chunking`.
+        progress: told how far it is.
+
+    Returns:
+        The plan; of a part in one chunk, what ``plan_part`` gives.
+    """
+    context = shared.context
+    if len(chunks) == 1:
+        return plan_part(context, shared.job.targets.path, progress)
+    with counted(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
+        known, q_before = beginnings(context, chunks)
+        share = 1 / len(chunks)
+        runs = [
+            BeadRun(chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share)
+            for chunk, q in zip(chunks, q_before, strict=True)
+        ]
+        plans = crew().run(_planned, shared, runs, count)
+    return _Joining(shared, plans).plan()
+
+
+def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PartPlan:
+    return plan_beads(shared.context, run, tick)
+
+
+def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBead:
+    return joint_of(hurried(shared.context), *ends)
+
+
+class _Joining:
+    """Chunks made one plan."""
+
+    def __init__(self, shared: Shared, plans: Sequence[PartPlan]) -> None:
+        self.shared, self.context = shared, shared.context
+        self.beads: list[BeadPlan] = []
+        self.travels: dict[int, Way] = {}  # by the first target of the bead that they lead to
+        self.stuck: dict[int, Failure] = {}
+        self.joins: list[int] = []  # the first bead of each chunk after the first that is to be led to
+        for plan in plans:
+            if plan.stretches and any(bead.stretches for bead in self.beads):
+                plan = unwound(self.context, self._before(len(self.beads)), plan)
+            begins = next((k for k, bead in enumerate(plan.beads) if bead.stretches), None)
+            if begins is not None and plan.beads[begins].whole and any(bead.stretches for bead in self.beads):
+                self.joins.append(len(self.beads) + begins)
+            self.travels.update(_travels_of(plan))
+            self.beads += plan.beads
+            self.stuck.update(plan.stuck)
+
+    def plan(self) -> PartPlan:
+        """The plan of the part."""
+        befores = {k: self._before(k) for k in self.joins}
+        ends = [(befores[k], self.beads[k]) for k in self.joins]
+        found = crew().run(_joined, self.shared, ends)
+        quick = hurried(self.context)
+        for k, joint in zip(self.joins, found, strict=True):
+            # one that led on from another end is found once more
+            self._follow(k, quick, joint if self._before(k) is befores[k] else None)
+        if all(bead.whole for bead in self.beads):
+            self._search_on()
+        travels = tuple(self.travels[bead.first] for bead in self.beads if bead.first in self.travels)
+        return PartPlan(tuple(self.beads), travels, dict(sorted(self.stuck.items())))
+
+    def _search_on(self) -> None:
+        """Search travels that were not found with all attempts, as long as the part may be whole."""
+        self.joins = []  # from here on a chunk is led to like any other bead
+        for k, bead in enumerate(self.beads):
+            if bead.first in self.stuck:
+                self._follow(k, self.context, None)
+                if bead.first in self.stuck:
+                    break
+
+    def _before(self, k: int) -> Stretch:
+        """What is welded last before a bead."""
+        return next(bead.stretches[-1] for bead in reversed(self.beads[:k]) if bead.stretches)
+
+    def _follow(self, k: int, context: Context, joint: JoinedBead | None) -> None:
+        """Lead to a bead, and on to those after it until one ends as it was planned, or with the chunk."""
+        begun = k
+        while k < len(self.beads) and (k == begun or k not in self.joins):
+            bead = self.beads[k]
+            if not bead.whole:
+                if bead.stretches:
+                    return  # what comes after it was led to from there
+                k += 1
+                continue
+            last = self._before(k)
+            joint = joint or joint_of(context, last, bead)
+            self.stuck.pop(bead.first, None)
+            self.travels.pop(bead.first, None)
+            if isinstance(joint.way, Failure):
+                self.stuck[bead.first] = stuck_at(joint.way, last, bead.first)
+            else:
+                self.travels[bead.first] = joint.way
+            new = joint.bead or bead
+            self.beads[k] = new
+            if same_end(new, bead):
+                return
+            joint = None
+            k += 1
+
+
+def _travels_of(plan: PartPlan) -> dict[int, Way]:
+    """The travels of a plan by the first target of the bead that they lead to."""
+    travels = iter(plan.travels)
+    out: dict[int, Way] = {}
+    begun = False
+    for bead in plan.beads:
+        if begun and bead.whole and bead.first not in plan.stuck:
+            out[bead.first] = next(travels)
+        begun = begun or bool(bead.stretches)
+    return out

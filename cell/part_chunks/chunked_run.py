@@ -1,0 +1,144 @@
+"""A plan that holds, run in time and checked as it is run, chunk by chunk.
+
+    run = run_in_chunks(shared, chunks, plan, home)
+    run.motion, run.failures, run.clearance
+
+Rows are put in where beads need them, corners are rounded, rows get their times, and what comes least is looked for. A
+part in one chunk is looked at as a whole. Radians, metres, seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..failure import Failure
+from ..motion.deposition_speed import too_slow
+from ..motion.motion import Motion
+from ..planning.assemble import RunBeads, TimedBeads, assemble, corners, timed
+from ..planning.densify import refined
+from ..planning.home import HomeWays
+from ..planning.part_plan import PartPlan
+from ..processes import Tick, crew
+from ..progress import Progress, counted
+from .chunked_plan import Shared
+from .chunking import Chunk
+from .least import Least, least_clearance, least_margin, least_of, least_sigma, nearest_sample, samples_of
+
+
+@dataclass(frozen=True, eq=False)
+class PartRun:
+    """What became of a plan when it was run.
+
+    Attributes:
+        motion: all of it.
+        failures: what is wrong with it, by target.
+        clearance: least clearance, m: on the way where nothing is wrong, else at the samples.
+        singularity: least margin as a multiple of its limit, with its kind.
+        sigma: smallest singular value of the scaled Jacobian.
+    """
+
+    motion: Motion
+    failures: dict[int, Failure]
+    clearance: Least | None
+    singularity: Least | None
+    sigma: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class _ChunkRun:
+    """The same of a chunk; failures apart by what they were found by."""
+
+    rows: TimedBeads
+    spoilt: dict[int, Failure]
+    rounded: dict[int, Failure]
+    at_samples: Least | None
+    on_the_way: Least | None
+    singularity: Least | None
+    sigma: float | None
+
+
+def run_in_chunks(
+    shared: Shared, chunks: Sequence[Chunk], plan: PartPlan, home: HomeWays | None, progress: Progress | None = None
+) -> PartRun:
+    """Run a plan, its chunks side by side where there are workers.
+
+    Args:
+        shared: the part and what it was planned with.
+        chunks: of the part.
+        plan: in which every bead is whole and every travel found.
+        home: the ways from home and back.
+        progress: told how far it is, where there are several chunks.
+
+    Returns:
+        What became of it.
+    """
+    job, context = shared.job, shared.context
+    runs = _runs(chunks, plan, home)
+    known = _nearest_known(runs)
+    with counted(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
+        found = crew().run(_run, shared, [(run, known) for run in runs], count)
+    from_home = home is not None and (home.out is not None or home.back is not None)
+    motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
+    failures: dict[int, Failure] = {}
+    for one in found:
+        failures.update(one.spoilt)
+    for one in found:
+        failures.update(one.rounded)
+    if motion.pace is not None:
+        failures.update(too_slow(motion.pace, job.case.process.least_speed_share))
+    near = [one.at_samples if failures else one.on_the_way for one in found]
+    sigmas = [one.sigma for one in found if one.sigma is not None]
+    return PartRun(
+        motion=motion,
+        failures=failures,
+        clearance=min((least for least in near if least is not None), key=lambda least: least.value, default=None),
+        singularity=least_of(context, (one.singularity for one in found)),
+        sigma=min(sigmas, default=None),
+    )
+
+
+def _run(shared: Shared, item: tuple[RunBeads, float], tick: Tick) -> _ChunkRun:
+    """Run one chunk."""
+    (run, known), context = item, shared.context
+    stretches, spoilt = refined(context, run.stretches)
+    run = RunBeads(tuple(stretches), run.travels, run.before, run.home)
+    rounded = corners(shared.job, context, run)
+    rows = timed(shared.job, run)
+    samples = samples_of(context, run)
+    lost = samples is None or bool(spoilt) or bool(rounded)
+    found = _ChunkRun(
+        rows=rows,
+        spoilt=spoilt,
+        rounded=rounded,
+        at_samples=nearest_sample(context, samples),
+        on_the_way=None if lost or samples is None else least_clearance(context, samples, known),
+        singularity=least_margin(context, stretches),
+        sigma=least_sigma(context, stretches),
+    )
+    tick()
+    return found
+
+
+def _runs(chunks: Sequence[Chunk], plan: PartPlan, home: HomeWays | None) -> list[RunBeads]:
+    """The beads of each chunk with the travels to them, and the ways from home and back at the ends."""
+    stretches = plan.stretches
+    firsts = np.array([stretch.first for stretch in stretches])
+    cuts = np.searchsorted(firsts, [chunk.firsts[0] for chunk in chunks]).tolist()
+    runs: list[RunBeads] = []
+    for a, b in zip(cuts, [*cuts[1:], len(stretches)], strict=True):
+        ways = None
+        if home is not None:
+            ways = HomeWays(home.out if a == 0 else None, home.back if b == len(stretches) else None)
+        before = (stretches[a - 1].first, stretches[a - 1].stop - 1) if a else None
+        runs.append(RunBeads(tuple(stretches[a:b]), plan.travels[max(a - 1, 0) : b - 1], before, ways))
+    return runs
+
+
+def _nearest_known(runs: Sequence[RunBeads]) -> float:
+    """The least clearance at any sample: that of a chunk need not be looked for where it is more, m."""
+    found = [s.clearances.distance.min() for run in runs for s in run.stretches]
+    found += [way[1].distance.min() for run in runs for way in run.travels]
+    return float(min(found, default=np.inf))

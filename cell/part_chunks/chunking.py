@@ -1,0 +1,72 @@
+"""Where a large part is cut into chunks of whole beads: by a rule that knows the part and nothing else.
+
+chunks = Chunking().chunks(job.targets, context.span)
+chunks[0].firsts, chunks[0].stop
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slicing import Targets
+
+from ..planning.context import Span
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Beads that are planned one after the other.
+
+    Attributes:
+        firsts: first target of each.
+        stop: one past the last target of the last.
+    """
+
+    firsts: tuple[int, ...]
+    stop: int
+
+
+@dataclass(frozen=True)
+class Chunking:
+    """How a part is cut.
+
+    Attributes:
+        whole: targets below which a part is one chunk.
+        least: targets that a chunk has at least: it ends with the layer, or with a bead once it has twice as many.
+    """
+
+    whole: int = 1500
+    least: int = 750
+
+    def chunks(self, targets: Targets, span: Span) -> tuple[Chunk, ...]:
+        """The chunks of a span of targets, in order.
+
+        Args:
+            targets: of the whole part.
+            span: what of it is planned.
+
+        Returns:
+            One at least; the last takes over what would be too short for one of its own.
+        """
+        mine = slice(span.first, span.stop)
+        begins = np.diff(targets.path[mine], prepend=-1) != 0
+        layer = np.stack([targets.sub_volume_index[mine], targets.layer[mine]])
+        new_layer = (np.diff(layer, axis=1, prepend=-1) != 0).any(axis=0)
+        firsts = np.flatnonzero(begins)
+        count = span.stop - span.first
+        cuts = [0]
+        for i in firsts[1:].tolist() if count >= self.whole else ():
+            since = i - cuts[-1]
+            enough = self.least if new_layer[i] else 2 * self.least
+            if since >= enough and count - i >= self.least:
+                cuts.append(i)
+        ends = [*cuts[1:], count]
+        return tuple(
+            Chunk(tuple((span.first + firsts[(firsts >= a) & (firsts < b)]).tolist()), span.first + b)
+            for a, b in zip(cuts, ends, strict=True)
+        )
+
+
+USUAL = Chunking()

@@ -1,0 +1,110 @@
+"""From the end of one chunk to the beginning of the next.
+
+    plan = unwound(context, last, plan)             # the next chunk, in the turns that joints have come to
+    joint = joint_of(context, last, bead)
+    joint.bead, joint.way
+
+A chunk whose configurations are those of the arm but for whole turns of joints is turned as a whole. Its first bead
+stays as it was planned where a travel leads to it; where none is found, it is planned again after the one before.
+Radians and metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ..failure import Failure
+from ..planning.bead_search import BeadPlan
+from ..planning.context import Context
+from ..planning.edge_check import Stretch
+from ..planning.part_plan import PartPlan, plan_bead, that_can_leave, travel_to
+from ..planning.travel import Way
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedBead:
+    """How a bead follows on what was welded before.
+
+    Attributes:
+        bead: as it is run; None where that is as it was planned.
+        way: the travel to it, or why there is none.
+    """
+
+    bead: BeadPlan | None
+    way: Way | Failure
+
+
+def unwound(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
+    """A chunk turned by the whole turns that the arm's joints are off its beginning, where the limits allow it.
+
+    Args:
+        context: what it was planned with.
+        last: what is welded before.
+        plan: of the chunk; some of it can be run through.
+
+    Returns:
+        The chunk, every configuration of it where it was but for whole turns.
+    """
+    chain, n = context.solver.chain, context.solver.chain.n
+    q = np.concatenate([stretch.q for stretch in plan.stretches] + [way[0][:, :n] for way in plan.travels])
+    turn = 2 * np.pi * np.round((last.q_targets[-1] - plan.stretches[0].q_targets[0]) / (2 * np.pi))
+    turn[(q.min(axis=0) + turn < chain.lower) | (q.max(axis=0) + turn > chain.upper)] = 0.0
+    return _turned(plan, turn) if turn.any() else plan
+
+
+def _turned(plan: PartPlan, turn: Floats) -> PartPlan:
+    """A plan with joints turned by whole turns, (j,), rad."""
+
+    def stretch(s: Stretch) -> Stretch:
+        return replace(s, q_targets=s.q_targets + turn, q=s.q + turn)
+
+    def way(found: Way) -> Way:
+        rows = found[0].copy()
+        rows[:, : len(turn)] += turn
+        return rows, found[1]
+
+    beads = tuple(replace(bead, stretches=tuple(map(stretch, bead.stretches))) for bead in plan.beads)
+    return PartPlan(beads, tuple(map(way, plan.travels)), plan.stuck)
+
+
+def joint_of(context: Context, last: Stretch, bead: BeadPlan) -> JoinedBead:
+    """Lead from what was welded last to a bead that is whole.
+
+    Args:
+        context: what the bead was planned with.
+        last: what was welded last.
+        bead: planned from another beginning.
+
+    Returns:
+        The joint.
+    """
+    found, way = travel_to(context, last, bead)
+    if isinstance(way, Failure):
+        again = _after(context, last, bead)
+        if not again.whole or same_beginning(again, bead):
+            return JoinedBead(None, way)
+        found, other = travel_to(context, last, again)
+        if isinstance(other, Failure):
+            return JoinedBead(None, way)
+        way = other
+    return JoinedBead(None if same_beginning(found, bead) and same_end(found, bead) else found, way)
+
+
+def _after(context: Context, last: Stretch, bead: BeadPlan) -> BeadPlan:
+    """A bead planned after what was welded last."""
+    again = plan_bead(context, bead.first, bead.stop, last.q_targets[-1])
+    return that_can_leave(context, again)[0] if again.whole and bead.stop < context.span.stop else again
+
+
+def same_beginning(one: BeadPlan, other: BeadPlan) -> bool:
+    """Whether two plans of a bead begin in one configuration."""
+    return bool((one.stretches[0].q_targets[0] == other.stretches[0].q_targets[0]).all())
+
+
+def same_end(one: BeadPlan, other: BeadPlan) -> bool:
+    """Whether two plans of a bead end in one configuration: what comes after the one can come after the other."""
+    return bool((one.stretches[-1].q_targets[-1] == other.stretches[-1].q_targets[-1]).all())

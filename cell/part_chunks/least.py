@@ -1,0 +1,142 @@
+"""What comes least along what is followed: clearance and singularity margin, with where.
+
+    least_clearance(samples_of(context, run), context)       # of samples, and of the way between them
+    least_margin(context, stretches), least_sigma(context, stretches)
+
+Radians and metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.singularity import KINDS, smallest_singular_value
+
+from ..arrays import Ints
+from ..collision.between_samples import least_on_the_way
+from ..collision.clearances import Clearances
+from ..planning.assemble import RunBeads
+from ..planning.context import Context
+from ..planning.edge_check import Stretch
+from ..planning.travel import Way
+
+
+@dataclass(frozen=True)
+class Least:
+    """A least value and where it occurs."""
+
+    value: float
+    target: int
+    what: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class RunSamples:
+    """RunSamples of beads and of the ways to them.
+
+    Attributes:
+        axes: configurations, (m, j), rad.
+        clearances: of them.
+        stage: deposits laid at each, (m,).
+        target: that each leads to, (m,); of the way home the one that it comes from.
+        run: bead or way that each belongs to, (m,).
+    """
+
+    axes: Floats
+    clearances: Clearances
+    stage: Ints
+    target: Ints
+    run: Ints
+
+
+def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
+    """All samples of what is run: the beads, the travels to them, the ways from home and back.
+
+    Args:
+        context: what it was planned with.
+        run: what is run.
+
+    Returns:
+        The samples; None where there are none.
+    """
+    runs: list[tuple[Floats, Clearances, Ints, Ints]] = [
+        (s.axes, s.clearances, context.stage[s.edge], s.edge) for s in run.stretches
+    ]
+
+    def add(way: Way, stage: int, target: int) -> None:
+        runs.append((way[0], way[1], np.full(len(way[0]), stage), np.full(len(way[0]), target)))
+
+    for _, last, after, way in run.led_to:
+        add(way, int(context.laid[last]), after.first)
+    if run.home is not None and run.stretches:
+        final = run.stretches[-1].stop - 1
+        if run.home.out is not None:
+            add(run.home.out, context.begun, run.stretches[0].first)
+        if run.home.back is not None:
+            add(run.home.back, int(context.laid[final]), final)
+    if not runs:
+        return None
+    axes, stage, target = (np.concatenate([run[i] for run in runs]) for i in (0, 2, 3))
+    apart = np.repeat(np.arange(len(runs)), [len(run[0]) for run in runs])
+    return RunSamples(axes, Clearances.joined([run[1] for run in runs]), stage, target, apart)
+
+
+def nearest_sample(context: Context, samples: RunSamples | None) -> Least | None:
+    """The nearest that anything comes at samples."""
+    if samples is None:
+        return None
+    at = int(np.argmin(samples.clearances.distance))
+    return _named(context, samples, at, samples.clearances.rows(np.array([at])))
+
+
+def least_clearance(context: Context, samples: RunSamples, known: float) -> Least | None:
+    """The nearest that anything comes, between samples too.
+
+    Args:
+        context: what the samples were planned with.
+        samples: from :func:`samples_of`.
+        known: a distance that is come to somewhere, m.
+    """
+    s = samples
+    at, nearest = least_on_the_way(context.checker, context.radius, s.axes, s.stage, s.clearances, s.run, known=known)
+    return _named(context, samples, at, nearest)
+
+
+def _named(context: Context, samples: RunSamples, at: int, nearest: Clearances) -> Least | None:
+    if not np.isfinite(nearest.distance[0]):
+        return None
+    pair = tuple(context.checker.scene.geom_name(int(g)) for g in nearest.pair[0])
+    return Least(float(nearest.distance[0]), int(samples.target[at]), pair)
+
+
+def least_margin(context: Context, stretches: Sequence[Stretch]) -> Least | None:
+    """The least singularity margin as a multiple of its limit, with its kind."""
+    if not stretches:
+        return None
+    limits = context.limits.values(context.solver.geometry is not None)
+    margin = np.concatenate([s.margin for s in stretches])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(limits > 0, margin / limits, np.inf)
+    k, kind = np.unravel_index(int(np.argmin(share)), share.shape)
+    if not np.isfinite(share[k, kind]):
+        return None
+    return Least(float(margin[k, kind]), int(np.concatenate([s.edge for s in stretches])[k]), (KINDS[kind],))
+
+
+def least_sigma(context: Context, stretches: Sequence[Stretch]) -> float | None:
+    """The smallest singular value of the scaled Jacobian at the targets."""
+    if not stretches:
+        return None
+    q = np.concatenate([s.q_targets for s in stretches])
+    return float(smallest_singular_value(context.solver.chain, q).min())
+
+
+def least_of(context: Context, margins: Iterable[Least | None]) -> Least | None:
+    """Of several least margins the one that is least as a multiple of its limit."""
+    limits = context.limits.values(context.solver.geometry is not None)
+    found = [least for least in margins if least is not None]
+    return min(found, key=lambda least: least.value / limits[KINDS.index(least.what[0])]) if found else None

@@ -1,0 +1,209 @@
+"""A part that cannot be built: what is still looked at once that is known, and how much of it.
+
+    judge = LossJudge(context)
+    bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not looked at
+    judge.left(target)                                         # configurations that may still be asked by then
+
+Work is counted in configurations that collision detection is asked about, so that a verdict does not hang on the machine.
+Beads that come out whole cost what they cost in a part that can be built. All else has a budget: FLOOR, and PER_TARGET for
+each target of the part, spent evenly along it. What the budget allows is judged as if there were none. Beyond it a bead is
+lost as soon as one of its targets is proved out of reach, or is free at no roll; a few others are judged with it, and the
+rest is left open: neither feasible nor infeasible.
+
+Metres and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.reachability_proof import certify
+
+from ..arrays import Ints
+from .bead_search import BeadPlan, BeadSearch, Missing
+from .configurations import evaluate
+from .context import FINER, Context
+from .edge_check import SearchedBead
+from .free_rolls import free_rolls
+from .station_search import HIT, Ends, StationSearch
+
+FLOOR = 20_000  # configurations asked about what cannot be welded, whatever the size of the part
+PER_TARGET = 4  # and for each of its targets
+BRANCHES = 8  # configurations of a target at a roll
+PROBES = 3  # targets judged by themselves before a bead is searched in full
+BLOCK = 256  # targets evaluated together
+
+
+class LossJudge:
+    """Plans the beads of a part, and keeps count of what is asked about those that are lost."""
+
+    def __init__(self, context: Context, first: int, share: float = 1.0) -> None:
+        """Begin a part, or a chunk of one.
+
+        Args:
+            context: what the search needs.
+            first: its first target.
+            share: of what a whole part may cost whatever its size.
+        """
+        self.floor = FLOOR * share
+        self.context, self.every = context, context.settings.every_target
+        self.first = first
+        self.spent = 0
+        self.lost = False
+        self._suspect: int | None = None  # a target that was found lost: others near it are looked at first
+
+    def left(self, target: int) -> float:
+        """Configurations that may still be asked once the targets before this one are dealt with."""
+        return np.inf if self.every else self.floor + PER_TARGET * (target - self.first) - self.spent
+
+    def affords(self, first: int, stop: int) -> bool:
+        """Whether the budget allows to search a bead in full."""
+        return full_work(self.context, stop - first) <= self.left(stop)
+
+    def charge(self, before: int) -> None:
+        """Count what has been asked since the context's counter stood at ``before``, in vain."""
+        self.spent += self.context.asked - before
+        self.lost = True
+
+    def plan(
+        self, first: int, stop: int, q_before: Floats | None, in_full: Callable[[float | None], BeadPlan]
+    ) -> BeadPlan:
+        """Plan a bead.
+
+        Args:
+            first: its first target.
+            stop: one past its last.
+            q_before: where the arm comes from, (j,), rad, or None.
+            in_full: searches it in full; given what it may ask once the bead is known to be lost, None without a limit.
+
+        Returns:
+            The plan.
+        """
+        before = self.context.asked
+        if self.every:
+            return in_full(None)
+        bead = (
+            in_full(self.left(stop)) if self.affords(first, stop) else self._sparingly(first, stop, q_before, in_full)
+        )
+        if not bead.whole:
+            self.charge(before)
+            self._suspect = next(iter(bead.missing), self._suspect)
+        return bead
+
+    def _sparingly(
+        self, first: int, stop: int, q_before: Floats | None, in_full: Callable[[float | None], BeadPlan]
+    ) -> BeadPlan:
+        """A bead that is dear to search in vain."""
+        before = self.context.asked
+        suspects = [] if self._suspect is None else [self._nearest(first, stop)]
+        if self.lost:  # what is out of reach is known without a search
+            missing = unreachable(self.context, range(first, stop))
+            missing.update(self._judged(suspects, first, stop, before) if not missing else {})
+            if missing or self.left(stop) < 0:
+                missing.update(self._judged(_spread(first, stop), first, stop, before, missing))
+                return lost_bead(first, stop, missing)
+        bead = SearchedBead.of(self.context, first, stop)
+        if StationSearch.suits(bead):
+            search = StationSearch(bead, self.context.settings.roll_step, Ends(q_before))
+            stretch = search.run()
+            if stretch is not None:
+                return BeadPlan(first, stop, (stretch,), {}, {})
+            suspects += [first + int(i) for i in _most_hit(search)]
+        missing = unreachable(self.context, range(first, stop))
+        if not missing and not self.lost:
+            some = list(dict.fromkeys(suspects))[:PROBES]
+            missing = {i: m for i in some if (m := judged(self.context, i)) is not None}
+            if not missing:
+                return in_full(self.left(stop))
+        order = [*suspects, *_spread(first, stop)]
+        missing.update(self._judged(order, first, stop, before, missing))
+        return lost_bead(first, stop, missing)
+
+    def _judged(
+        self, order: Iterable[int], first: int, stop: int, before: int, known: dict[int, Missing] | None = None
+    ) -> dict[int, Missing]:
+        """Targets that are lost, of those that the budget allows to look at one after the other."""
+        out: dict[int, Missing] = {}
+        for i in dict.fromkeys(order):
+            if self.context.asked - before > self.left(stop):
+                break
+            missing = None if i in (known or {}) else judged(self.context, i)
+            if missing is not None:
+                out[i] = missing
+        return out
+
+    def _nearest(self, first: int, stop: int) -> int:
+        """The target of a bead that is nearest to the last one that was lost."""
+        position = self.context.placed.bead.position
+        off = position[first:stop] - position[self._suspect]
+        return first + int(np.argmin(np.einsum("ti,ti->t", off, off)))
+
+
+def full_work(context: Context, targets: int) -> int:
+    """Configurations of some targets at all rolls that a search in full may look at."""
+    rolls = context.window.samples(context.settings.roll_step / FINER)
+    return targets * len(rolls) * BRANCHES
+
+
+def lost_bead(first: int, stop: int, missing: dict[int, Missing]) -> BeadPlan:
+    """A bead of which some targets are missing and nothing else was looked at."""
+    rest = frozenset(range(first, stop)) - missing.keys()
+    return BeadPlan(first, stop, (), {}, dict(sorted(missing.items())), rest)
+
+
+def unreachable(context: Context, targets: Iterable[int]) -> dict[int, Missing]:
+    """Targets that no configuration reaches inside limits and margins at any allowed roll, proved, with why."""
+    solver, every = context.solver, np.array(list(targets), dtype=np.int64)
+    if solver.form is None:
+        return {}
+    Ts = context.placed.rows(every).Ts_base_target
+    bad = every[certify(solver.chain, Ts, context.window, context.limits, solver.form).unreachable]
+    out: dict[int, Missing] = {}
+    for k in range(0, len(bad), BLOCK):
+        some = bad[k : k + BLOCK]
+        nodes = evaluate(solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits)
+        for n, i in enumerate(some.tolist()):
+            failure, attempt = nodes.why_not(n)
+            out[i] = Missing(replace(failure, proved=True), attempt)
+    return out
+
+
+def judged(context: Context, target: int) -> Missing | None:
+    """Why a target has no configuration at any roll, by itself: None where one is found free.
+
+    Args:
+        context: the arm and the cell.
+        target: which.
+
+    Returns:
+        What is wrong with it as a search of its bead says it; rolls between the samples are looked at as well.
+    """
+    bead = SearchedBead.of(context, target, target + 1)
+    step = context.settings.roll_step
+    nodes = evaluate(context.solver, bead.placed, context.window, step, context.limits)
+    missing = BeadSearch(bead, nodes).run(None).missing.get(target)
+    if missing is None or missing.failure.proved or context.window.is_fixed:
+        return missing
+    between = missing.failure.between
+    also = {} if between is None or between.collision is not None else {target: float(np.deg2rad(between.roll_deg))}
+    return None if free_rolls(context, [target], step / FINER, also)[target] else missing
+
+
+def _most_hit(search: StationSearch) -> Ints:
+    """Stations of a search in vain, as targets of the bead, those first at which most was found to collide."""
+    hits = (search.known == HIT).sum(axis=(1, 2))
+    return search.at[np.argsort(-hits, kind="stable")]
+
+
+def _spread(first: int, stop: int) -> Iterator[int]:
+    """Targets of a bead, so that those named up to any moment are spread over it."""
+    n = max(stop - first - 1, 1)
+    bits = n.bit_length()
+    for k in range(1 << bits):
+        at = int(f"{k:0{bits}b}"[::-1], 2)
+        if at < stop - first:
+            yield first + at

@@ -1,0 +1,364 @@
+"""Work shared out among processes, with results that do not depend on how many there are.
+
+    with working(jobs=2):
+        found = crew().run(function, shared, items, tick)     # [function(shared, item, tick) for item in items]
+
+A function that is run computes its result from what is shared and from its item alone, so that who computes it changes
+nothing. Results come in the order of the items, and of several errors that of the first item. Outside of
+:func:`working` all is done in this process.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from typing import Any, TypeVar
+
+from .errors import InputError
+
+S = TypeVar("S")
+I = TypeVar("I")  # noqa: E741
+R = TypeVar("R")
+Tick = Callable[[], None]
+
+END_S = 5.0  # that a worker with nothing to do may take to end
+
+
+class WorkerTraceback(Exception):
+    """Where an error of a worker process came up: the cause of the error as it is raised here.
+
+    Attributes:
+        place: file and line.
+    """
+
+    def __init__(self, text: str, place: str) -> None:
+        """Keep a traceback's text."""
+        super().__init__(f"in a worker process:\n{text}")
+        self.place = place
+
+
+@dataclass(eq=False)
+class _Worker:
+    """A process, and what it has.
+
+    Attributes:
+        process: the process.
+        pipe: to it and from it.
+        shared: number of what was shared with it last.
+    """
+
+    process: BaseProcess
+    pipe: Connection
+    shared: int = 0
+
+
+class Crew:
+    """Workers that are started when there is something to share out."""
+
+    def __init__(self, jobs: int) -> None:
+        """Start nothing yet.
+
+        Args:
+            jobs: processes to share work out among; with 1 it is done in this one.
+        """
+        self.jobs = jobs
+        self.busiest = 0.0  # s of processor time: of each round that of the worker that had most to do, together
+        self._workers: list[_Worker] = []
+        self._shared: object = None
+        self._number = 0
+        self._packed: bytes | None = None
+
+    def run(
+        self, function: Callable[[S, I, Tick], R], shared: S, items: Sequence[I], tick: Tick | None = None
+    ) -> list[R]:
+        """Call a function for every item.
+
+        Args:
+            function: of a module, so that a worker finds it; calls its third argument whenever a step of it is done.
+            shared: what all items need; sent once to every worker.
+            items: one a call, handed out in their order.
+            tick: called for every step of any of them.
+
+        Returns:
+            The results, in the order of the items.
+
+        Raises:
+            Exception: what the function raised for the first of the items for which it raised anything.
+            InputError: a worker was killed.
+        """
+        tick = tick or _nothing
+        count = min(self.jobs, len(items))
+        if count <= 1:
+            return [function(shared, item, tick) for item in items]
+        self._share(shared)
+        self._start(count)
+        return _Round(self, function, items, tick).results()
+
+    def close(self, *, at_once: bool) -> None:
+        """End the workers.
+
+        Args:
+            at_once: whatever they are at.
+        """
+        for worker in self._workers:
+            if at_once:
+                worker.process.terminate()
+            else:
+                try:
+                    worker.pipe.send_bytes(_packed(None))
+                except OSError:
+                    worker.process.terminate()
+        for worker in self._workers:
+            worker.process.join(END_S)
+            if worker.process.is_alive():
+                worker.process.kill()
+                worker.process.join()
+            worker.pipe.close()
+        self._workers.clear()
+        self._shared = self._packed = None
+
+    def send(self, worker: _Worker, index: int, function: Callable[..., Any], item: object) -> None:
+        """Have a worker call a function; first what is shared, where it does not have it yet."""
+        try:
+            if worker.shared != self._number:
+                assert self._packed is not None
+                worker.pipe.send_bytes(self._packed)
+                worker.shared = self._number
+            worker.pipe.send_bytes(_packed((index, function, item)))
+        except OSError:
+            raise _gone(worker) from None
+
+    def receive(self, worker: _Worker) -> tuple[str, Any]:
+        """What a worker has to say."""
+        try:
+            what, value = pickle.loads(worker.pipe.recv_bytes())
+        except (EOFError, OSError):
+            raise _gone(worker) from None
+        return what, value
+
+    def _share(self, shared: object) -> None:
+        if self._packed is None or shared is not self._shared:
+            self._shared, self._packed = shared, _packed(("shared", shared))
+            self._number += 1
+
+    def _start(self, count: int) -> None:
+        context = get_context("spawn")  # the same on every system, and no thread of the parent is copied half-way
+        while len(self._workers) < count:
+            here, there = context.Pipe()
+            process = context.Process(target=_work, args=(there,), daemon=True)
+            with uninterrupted():
+                process.start()
+            there.close()  # so that the pipe ends with the worker
+            self._workers.append(_Worker(process, here))
+
+    def workers(self) -> list[_Worker]:
+        """Those there are."""
+        return self._workers
+
+
+class _Round:
+    """Items handed out one by one until all are back."""
+
+    def __init__(self, crew: Crew, function: Callable[..., Any], items: Sequence[Any], tick: Tick) -> None:
+        self.crew, self.function, self.items, self.tick = crew, function, items, tick
+        self.found: list[Any] = [None] * len(items)
+        self.left = iter(range(len(items)))
+        self.spent: dict[Connection, float] = {}
+        self.busy: dict[Connection, tuple[_Worker, int]] = {}
+        self.error: tuple[int, BaseException] | None = None
+
+    def results(self) -> list[Any]:
+        """All results; or the error of the first item that has one: items before it have been handed out by then."""
+        for worker in self.crew.workers():
+            self._hand_out(worker)
+        while self.busy:
+            for pipe in wait(list(self.busy)):
+                assert isinstance(pipe, Connection)
+                self._hear(*self.busy[pipe])
+        if self.error is not None:
+            raise self.error[1]
+        self.crew.busiest += max(self.spent.values())
+        return self.found
+
+    def _hand_out(self, worker: _Worker) -> None:
+        index = None if self.error is not None else next(self.left, None)
+        if index is not None:
+            self.crew.send(worker, index, self.function, self.items[index])
+            self.busy[worker.pipe] = worker, index
+
+    def _hear(self, worker: _Worker, index: int) -> None:
+        what, value = self.crew.receive(worker)
+        if what == "tick":
+            self.tick()
+            return
+        del self.busy[worker.pipe]
+        if what == "failed":
+            error, text, place = value
+            error.__cause__ = WorkerTraceback(text, place)
+            if self.error is None or index < self.error[0]:
+                self.error = index, error
+        else:
+            self.found[index], seconds = value
+            _others.seconds += seconds
+            self.spent[worker.pipe] = self.spent.get(worker.pipe, 0.0) + seconds
+        self._hand_out(worker)
+
+
+def _gone(worker: _Worker) -> Exception:
+    """What to say of a worker that is no longer there."""
+    worker.process.join(END_S)
+    code = worker.process.exitcode
+    if code is not None and code == -getattr(signal, "SIGKILL", 0):
+        return InputError("a worker process was killed (too little memory?): no verdict; --jobs 1 needs least")
+    return RuntimeError(f"a worker process is gone (exit code {code})")
+
+
+def _packed(message: object) -> bytes:
+    return pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+
+
+def _nothing() -> None:
+    """Nobody wants to know."""
+
+
+# ---- who is at work
+
+
+@dataclass
+class _Others:
+    """Processor time that workers have used for this process, s."""
+
+    seconds: float = 0.0
+
+
+_others = _Others()
+_crew: ContextVar[Crew | None] = ContextVar("crew", default=None)
+
+
+def crew() -> Crew:
+    """Who does the work here."""
+    return _crew.get() or Crew(1)
+
+
+@contextmanager
+def working(jobs: int) -> Iterator[Crew]:
+    """Share work out among processes, which end with the block and with their parent.
+
+    Args:
+        jobs: how many; with 1 whoever is at work already goes on.
+
+    Yields:
+        The workers.
+    """
+    if jobs <= 1:
+        yield crew()
+        return
+    mine = Crew(jobs)
+    token = _crew.set(mine)
+    try:
+        yield mine
+    except BaseException:
+        mine.close(at_once=True)
+        raise
+    else:
+        mine.close(at_once=False)
+    finally:
+        _crew.reset(token)
+
+
+def processor_time() -> float:
+    """Processor time of this process and of the work that others have done for it, s."""
+    return time.process_time() + _others.seconds
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+# ---- in a worker
+
+
+def _work(pipe: Connection) -> None:
+    """Of a worker process: do what comes until nothing more does."""
+    begin_worker()
+    shared: object = None
+
+    def tick() -> None:
+        pipe.send_bytes(_packed(("tick", None)))
+
+    while True:
+        try:
+            message = pickle.loads(pipe.recv_bytes())
+        except EOFError:
+            return
+        if message is None:
+            return
+        if message[0] == "shared":
+            shared = message[1]
+            continue
+        _, function, item = message
+        del message
+        pipe.send_bytes(_answer(function, shared, item, tick))
+
+
+def _answer(function: Callable[..., Any], shared: object, item: object, tick: Tick) -> bytes:
+    """What a call gives, or what it raises, to be sent."""
+    begun = time.process_time()
+    try:
+        found = function(shared, item, tick)
+        return _packed(("done", (found, time.process_time() - begun)))
+    except Exception as error:  # noqa: BLE001 (it is raised again where the work was asked for)
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        folder = os.path.basename(os.path.dirname(last.filename))
+        place = f"{folder}/{os.path.basename(last.filename)}:{last.lineno}"
+        return _packed(("failed", (_sendable(error), "".join(traceback.format_exception(error)), place)))
+
+
+def _sendable(error: Exception) -> Exception:
+    """An error as it can be sent; what cannot be is told in words."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:  # noqa: BLE001 (whatever an error's own code does)
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error
+
+
+def begin_worker() -> None:
+    """Of a worker process: leave Ctrl-C to the parent, and do not outlive it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    if parent is None:
+        return
+
+    def follow() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Hold Ctrl-C back: processes started meanwhile never see it, for it is their parent that ends them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,0 +1,132 @@
+"""A wire that would run through metal between nozzle and bead is a collision, whatever the arm does."""
+
+import numpy as np
+import pytest
+import trimesh
+import yaml
+from scipy.spatial import ConvexHull
+
+from cell.case.read import load_case
+from cell.job.job import prepare
+from cell.job.wire_in_metal import AROUND, Metal, Wires, wire_size
+from cell.motion.motion_file import read_motion, write_motion
+from cell.verdict.check import check
+from cell.verification.motion_check import check_motion
+
+RADIUS, STICK_OUT = 0.6, 40.0
+LOWEST, ROOF = 18.0, (46.0, 50.0)  # mm from the axis: where the block begins, from where to where the roof is
+
+
+def box(low, high):
+    made = trimesh.creation.box(np.subtract(high, low))
+    made.apply_translation(np.add(low, high) / 2)
+    return made
+
+
+def write(folder, name, roof=True, stick_out=STICK_OUT, reach=14.0):
+    """A block on a hub under the roof of one that is built already: a post with a plate that juts out to z = reach."""
+    post = [box((16, -12, 50), (50, 12, 56)), box((ROOF[0], -12, reach), (ROOF[1], 12, 56))]
+    trimesh.boolean.union(post, engine="manifold").export(folder / f"{name}_roof.stl")
+    box((16, -6, 20), (24, 6, 28)).export(folder / "low.stl")
+    case = {
+        "part": {"sub_volumes": [f"{name}_roof.stl", "low.stl"], "take": ["SV2"], "body": {"radius_mm": 20}},
+        "slicing": {"strategy": "planar", "h_layer_mm": 2, "h_min_mm": 1, "h_max_mm": 3},
+        "support": {"radius_mm": 20, "height_mm": 150},
+        "table": {"E1_deg": 0, "E2_deg": 90},
+        "tool": {"dimensions": {"stick_out_mm": stick_out}},
+    }
+    case["part"]["body"]["z_mm"] = [0, 80]
+    if roof:
+        case["part"]["built"] = ["SV1"]
+    path = folder / f"{name}.case.yaml"
+    path.write_text(yaml.safe_dump(case), encoding="utf-8")
+    return prepare(load_case(path))
+
+
+@pytest.fixture(scope="module")
+def under_a_roof(tmp_path_factory):
+    return write(tmp_path_factory.mktemp("roof"), "roof")
+
+
+def test_a_wire_through_a_roof_is_a_collision_at_every_target(under_a_roof):
+    found = under_a_roof.wires_in_metal
+    assert sorted(found) == list(range(len(under_a_roof.targets)))
+    for failure in found.values():
+        assert failure.reason == "collision"
+        assert failure.proved
+        assert failure.pair[0] == "torch_wire"
+        assert failure.pair[1].startswith("built/SV1/")
+        assert -2.5 < failure.measure < -1.5  # a layer of the roof is 2 mm thick
+
+
+def test_the_check_and_the_check_of_a_motion_say_so(under_a_roof, tmp_path):
+    job = under_a_roof
+    result = check(job, 0.0, 90.0)
+    assert not result.feasible
+    assert result.reasons["collision"] == len(job.targets)
+    # but for the wire all is well: the nozzle is beyond the roof
+    blind = write(tmp_path, "blind")
+    blind.__dict__["wires_in_metal"] = {}
+    motion = check(blind, 0.0, 90.0).motion
+    assert motion is not None
+    write_motion(tmp_path / "m.csv", motion)
+    again = check_motion(job, read_motion(tmp_path / "m.csv", job))
+    assert {(f.reason, f.failure.pair[0]) for f in again.findings} == {("collision", "torch_wire")}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"roof": False}, {"stick_out": 12.0}, {"reach": 34.0}],
+    ids=["no roof", "a wire that ends below it", "a roof that ends beside it"],
+)
+def test_a_wire_that_meets_nothing_is_free(change, tmp_path):
+    assert write(tmp_path, "free", **change).wires_in_metal == {}
+
+
+def test_a_roof_over_some_of_the_targets_stops_those_alone(tmp_path):
+    job = write(tmp_path, "half", reach=29.0)  # with half a bead it begins at 26.4 mm; the corners are at 20 and 28
+    assert set(job.wires_in_metal) == set(np.flatnonzero(job.targets.position[:, 2] > 27.0).tolist())
+
+
+def test_a_wire_is_as_long_and_thick_as_it_is_modelled(under_a_roof):
+    length, radius = wire_size(under_a_roof.scene)
+    assert length == pytest.approx(STICK_OUT + 4.0)  # it begins within the nozzle
+    assert radius == pytest.approx(RADIUS)
+
+
+def inside(points, planes):
+    return (points @ planes[:, :3].T + planes[:, 3]).max(axis=-1) <= 0.0
+
+
+def test_what_wires_run_through_is_what_dense_points_on_them_say():
+    rng = np.random.default_rng(4)
+    n, length, free = 60, 30.0, 2.0
+    pieces = [rng.normal(size=(12, 3)) * rng.uniform(1, 8, 3) + rng.uniform(-30, 30, 3) for _ in range(40)]
+    pieces += [rng.normal(size=(12, 3)) * (60, 60, 0.4) + (0, 0, 20)]  # a sheet across all of it
+    deposit, owner = rng.integers(-1, 6, len(pieces)), rng.integers(-1, 3, len(pieces))
+    metal = Metal(tuple(map(str, range(len(pieces)))), tuple(pieces), deposit, owner)
+    out = rng.normal(size=(n, 3))
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    tip = rng.uniform(-30, 30, (n, 3))
+    wires = Wires(tip, out, np.full(n, free), length, RADIUS, rng.integers(0, 6, n), rng.integers(0, 3, n))
+    found, over = metal.met(wires)
+    planes = [ConvexHull(piece).equations for piece in pieces]
+    along = np.arange(free, length, 0.1)
+    through = np.zeros(n, dtype=bool)
+    for k in range(n):
+        there = [m for m in range(len(pieces)) if deposit[m] < wires.deposit[k] and owner[m] != wires.sub_volume[k]]
+        there += [m for m in range(len(pieces)) if owner[m] < 0 and deposit[m] < wires.deposit[k]]
+        first = np.cross(out[k], [0.3, 0.5, 0.8])
+        first /= np.linalg.norm(first)
+        second = np.cross(out[k], first)
+        turn = np.linspace(0, 2 * np.pi, 2 * AROUND, endpoint=False)[:, None]
+        skin = tip[k] + np.concatenate([[[0, 0, 0]], RADIUS * (np.cos(turn) * first + np.sin(turn) * second)])
+        points = skin[:, None] + along[:, None] * out[k]
+        hit = [inside(points, planes[m]) for m in there]
+        through[k] = np.any(hit, axis=(0, 2)).all() if hit else False
+        if found[k] >= 0:
+            assert found[k] in there
+            assert over[k] == pytest.approx(0.1 * inside(points[0], planes[found[k]]).sum(), abs=0.21)
+    assert 3 <= through.sum() < n - 3
+    assert (through == (found >= 0)).mean() > 0.97  # lines at other angles about the wire
+    assert not (through & (found < 0)).any()

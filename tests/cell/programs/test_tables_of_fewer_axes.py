@@ -1,0 +1,69 @@
+"""Programs for a table of one axis, and for a part that stands still."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.arm_models import table
+from support.boss_motion import boss_case, result_of
+
+from cell.programs.export import Exported, export_program
+from cell.programs.orientation import frame_of
+from cell.programs.robodk_script import robodk_script
+from cell.verdict.check import Result
+
+BENCH = """<mujoco><compiler angle="degree"/><worldbody><geom name="slab" type="box" size="0.2 0.2 0.15"
+pos="0 0 0.15"/><frame pos="0 0 0.3" euler="0 0 20"><site name="table" euler="0 0 50"/></frame></worldbody></mujoco>"""
+AT_ZERO = {"E1_deg": 0, "E2_deg": 0}
+
+
+def exported(folder: Path, model: str, joints: list[str], **sections: Any) -> tuple[Result, Exported]:
+    (folder / "table.xml").write_text(model, encoding="utf-8")
+    positioner = {"model": "table.xml", "joints": joints, "position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90]}
+    result = result_of(boss_case(folder, positioner=positioner, **{"table": AT_ZERO, **sections}))
+    assert result.motion is not None, "the part can be built at this table"
+    made = export_program(result.job, result.motion)
+    assert made.fault is None
+    assert made.result is not None
+    assert made.result.feasible
+    return result, made
+
+
+@pytest.mark.parametrize(("missing", "kept", "active"), [("tilt", "E2", 2), ("turn", "E1", 1)])
+def test_an_axis_that_the_table_has_not_stands_in_no_point(tmp_path, missing, kept, active):
+    _, made = exported(tmp_path, table(**{missing: None}), [kept])
+    text = "".join(made.files.values())
+    other = {"E1": "E2", "E2": "E1"}[kept]
+    assert f",{kept} " in text
+    assert f"{other} " not in text
+    assert f"$ACT_EX_AX = {active}\r\n" in text
+    assert ("$VEL_EXTAX[2]" in text) == (active == 2)
+    assert "EK(" in text
+    script = robodk_script(made.written.program, "BOSS")
+    steps = ast.literal_eval("[" + script.partition("STEPS = [")[2].partition("\n]")[0] + "]")
+    assert {len(step[7]) for step in steps if step[0] != "event"} == {1}
+
+
+def test_a_part_that_stands_still_has_a_base_that_no_axis_moves(tmp_path):
+    result, made = exported(tmp_path, BENCH, [])
+    text = "".join(made.files.values())
+    for word in ("E1 ", "E2 ", "EK", "$ACT_EX_AX", "$VEL_EXTAX", "$ASYNC_AXIS"):
+        assert word not in text
+    base = made.written.program.bases[0]
+    np.testing.assert_allclose(base.T, result.job.scene.T_base_part(0.0, 0.0), atol=1e-9)
+    # the points are the part's: the first of a bead is its first target
+    moves, motion = made.written.program.moves, result.motion
+    assert motion is not None
+    welded = int(np.flatnonzero(motion.arc)[0])
+    T = frame_of(moves.pose[made.written.row.tolist().index(welded)])
+    np.testing.assert_allclose(T[:3, 3] * 1e3, result.job.targets.position[0], atol=2e-3)
+
+
+def test_a_base_by_number_stands_still_as_well(tmp_path):
+    _, made = exported(tmp_path, BENCH, [], controller={"base": 3})
+    assert "$BASE = BASE_DATA[3]" in "".join(made.files.values())
+    assert not made.written.program.bases[0].coupled

@@ -1,0 +1,73 @@
+"""Functions fit a screen and take few parameters; what is larger has its reason here."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+from support.paths import ROOT
+
+LINES, PARAMETERS = 60, 6  # of a function, its docstring aside
+ROOTS = ("cell", "ik", "slicing", "models", "bench")
+
+LONGER = {
+    "cell/cli/arguments.py:build_parser": "one option after the other",
+    "cell/report/check_document.py:report_document": "one key of the contract after the other",
+    "cell/scene/workpiece.py:add_part": "one body after the other, as MJCF lists them",
+    "cell/scene/world.py:surroundings": "one light, texture and plane after the other, as MJCF lists them",
+    "models/kr70_r2100/build_visuals.py:parts": "one solid of the arm after the other",
+}
+MORE_PARAMETERS = {
+    "cell/collision/between_samples.py:least_on_the_way": "samples with what is known of them, and of the rest",
+    "cell/collision/between_samples.py:unproven_steps": "samples with what is known of them, and what is to be proved",
+    "cell/collision/blended_corners.py:cut_corners": "samples with what is known of them, and what is to be proved",
+    "cell/planning/blended_check.py:_met": "samples with what is known of them, and what is to be proved",
+    "cell/coordination/table_schedule.py:_solved": "the terms of one least-squares problem",
+    "cell/planning/edge_tracking.py:track_edges": "edges as columns, and what they are held against",
+    "cell/planning/lockouts.py:_blame": "a trial with all that it varies",
+    "cell/planning/part_plan.py:_search": "where a bead may begin and end, and how finely it is searched",
+    "cell/view/film.py:film": "options of a film, all with defaults",
+    "cell/view/layer_picture.py:_composed": "options of a picture",
+    "cell/view/layer_picture.py:slice_picture": "options of a picture, all with defaults",
+    "ik/bead_path.py:best_runs": "nodes as columns, and what a way through them may do; public",
+    "ik/dls.py:_descend": "targets as columns, and how far is descended",
+    "ik/dls.py:solve": "options of a search, all with defaults; public",
+    "ik/reachability_proof.py:certify": "options of a proof, all with defaults; public",
+    "models/kr70_r2100/build_visuals.py:disc": "the measures of one solid",
+    "models/parts/solids.py:plate": "the measures of one solid",
+    "slicing/curves/ellipse_arcs.py:_origins": "the terms of one formula, as columns",
+    "slicing/curves/ellipse_arcs.py:_unwrap_slivers": "the terms of one formula, as columns",
+    "slicing/curves/ellipse_arcs.py:sample_arcs": "arcs as columns",
+    "slicing/curves/revolved.py:_whole": "faces as columns",
+    "slicing/curves/slabs.py:_chords": "faces as columns",
+    "slicing/paper/adhesion.py:_integral": "the terms of one formula",
+    "slicing/strategies/nonuniform.py:_at_height": "a cut with all that it varies",
+}
+
+
+def functions() -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
+    for root in ROOTS:
+        for path in sorted((ROOT / root).rglob("*.py")):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                    yield f"{Path(path).relative_to(ROOT).as_posix()}:{node.name}", node
+
+
+def length(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    assert node.end_lineno is not None
+    doc = ast.get_docstring(node, clean=False)
+    return node.end_lineno - node.lineno + 1 - (doc.count("\n") + 1 if doc else 0)
+
+
+def parameters(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    given = node.args.posonlyargs + node.args.args + node.args.kwonlyargs
+    return sum(one.arg not in ("self", "cls") for one in given)
+
+
+def test_functions_fit_a_screen_or_say_why_not() -> None:
+    assert {name for name, node in functions() if length(node) > LINES} == set(LONGER)
+
+
+def test_functions_take_few_parameters_or_say_why_not() -> None:
+    assert {name for name, node in functions() if parameters(node) > PARAMETERS} == set(MORE_PARAMETERS)
