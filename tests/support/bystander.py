@@ -28,7 +28,9 @@ class Bystander:
         self.motion, self.targets = motion, targets
         self.model = mujoco.MjModel.from_xml_string(standalone_xml(result.job.scene))
         self.data = mujoco.MjData(self.model)
-        self.joints = [self.model.joint(name) for name in (*motion.names, "E1", "E2")]
+        there = [self.model.joint(k).name for k in range(self.model.njnt)]
+        axes = [name if name in there else f"unused/{name}" for name in ("E1", "E2")]
+        self.joints = [self.model.joint(name) for name in (*motion.names, *axes)]
         self.qpos = [joint.qposadr[0] for joint in self.joints]
         self.dofs = [joint.dofadr[0] for joint in self.joints[:-2]]
         self.J = np.zeros((6, self.model.nv))
@@ -41,6 +43,8 @@ class Bystander:
         self.out_mm = result.job.case.process.retract_mm
         own = result.job.case.positioner.max_speed_deg_s
         self.turns_deg_s = self.model.numeric("positioner_max_speed_deg_s").data if own is None else np.array(own)
+        if len(self.turns_deg_s) < 2:  # of the one axis that there is
+            self.turns_deg_s = np.where([name in there for name in axes], self.turns_deg_s[0], np.inf)
         # where no acceleration is known, full speed is taken to be reached in half a second
         named = [self.model.numeric(k).name for k in range(self.model.nnumeric)]
         known = "positioner_max_accel_deg_s2"
@@ -64,7 +68,9 @@ class Bystander:
         # what was laid is known from all rows before
         begun = np.maximum.accumulate(np.where(m.arc == 1, self.layer[m.target], -1))
         q = (1 - f) * axes[row] + f * axes[row + 1]
+        endless = np.array([not self.model.jnt_limited[joint.id] for joint in self.joints])
         low, high = np.array([joint.range for joint in self.joints]).T
+        low, high = np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
         found = [
             f"row {row[k]}: outside its range" for k in np.flatnonzero(((q < low - 1e-7) | (q > high + 1e-7)).any(1))
         ]

@@ -189,15 +189,13 @@ def test_neighbours_that_lock_the_torch_out_in_any_order(tmp_path: Path) -> None
     assert not result.feasible
     assert result.motion is None
     # the first of them stands, and is what locks the other out
-    lost = [row for row in result.rows if row.reason is not None]
-    assert {row.reason for row in lost} == {"collision"}
+    lost = {i: failure for i, failure in result.failures.items() if failure.reason == "collision"}
+    assert set(lost) == set(result.failures)
     t = result.job.targets
     built = t.sub_volume[int(t.sub_volume_index[0])]
-    assert all(t.sub_volume[int(t.sub_volume_index[row.index])] != built for row in lost)
-    locked = [row for row in lost if row.failure is not None and row.failure.locked_by]
-    assert locked
-    assert {layer.sub_volume for row in locked for layer in row.failure.locked_by} == {built}
-    assert not any(row.proved for row in lost)
+    assert all(t.sub_volume[int(t.sub_volume_index[i])] != built for i in lost)
+    assert {layer.sub_volume for failure in lost.values() for layer in failure.locked_by} == {built}
+    assert not any(row.proved for row in result.rows)
     # so it is the other way round, and each by itself is built
     for k, z in enumerate((34, 46)):
         folder = tmp_path / str(k)
@@ -210,4 +208,4 @@ def test_neighbours_that_lock_the_torch_out_in_any_order(tmp_path: Path) -> None
     again = check_as_asked(prepare(three_case(tmp_path, part=both, **{**own, "table": other})))
     assert not again.feasible
     u = again.job.targets
-    assert {u.sub_volume[int(u.sub_volume_index[r.index])] for r in again.rows if r.reason} == {built}
+    assert {u.sub_volume[int(u.sub_volume_index[i])] for i in again.failures} == {built}
