@@ -159,6 +159,11 @@ def build_parser() -> argparse.ArgumentParser:
     sweep.add_argument("--e1", metavar="LO:HI:STEP", help="tilts, deg (default: the axis' range by 45)")
     sweep.add_argument("--e2", metavar="LO:HI:STEP", help="turns, deg (default: the axis' range by 45)")
     sweep.add_argument(
+        "--table",
+        choices=TABLE_MODES,
+        help="instead of the case's; a sweep maps poses that serve a whole run: fixed and best alone go with it",
+    )
+    sweep.add_argument(
         "--roll",
         dest="rolls",
         action="append",

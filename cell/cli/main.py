@@ -215,8 +215,8 @@ def _check(args: argparse.Namespace) -> int:
 
 def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Remedy]:
     """Search and say what would help an infeasible case; Ctrl-C ends the search, and the verdict stands."""
-    if result.feasible or asked is False or result.moved is not None:
-        return []  # changes are searched at one pose of the table
+    if result.feasible or asked is False:
+        return []
     from ..remedy_search.search import remedies
     from ..report.remedy_lines import remedy_lines
 
@@ -353,10 +353,11 @@ def _sweep(args: argparse.Namespace) -> int:
     from ..case.read import with_changes
     from ..pose_sweep.grid import grid
     from ..pose_sweep.ranking import sweep_document
-    from ..pose_sweep.sweep import sweep
+    from ..pose_sweep.sweep import require_one_pose, sweep
     from ..report.sweep_lines import sweep_lines
 
     case = _load(args)
+    require_one_pose(case)
     _outputs(args, case, "json", "out", "csv", "picture", "html")
     rolls = list(dict.fromkeys(args.rolls or ()))
     if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one

@@ -32,6 +32,7 @@ from .change import Change
 from .changes import Start, seam_changes, single_changes, table_pose_change
 from .screening import Screening, between
 from .seam_changes import counterparts, seam_places
+from .table_modes import mode_trials
 from .target_groups import Group, groups
 
 MOST_GROUPS = 4  # searched; the largest
@@ -92,18 +93,59 @@ def remedies(result: Result, progress: Progress | None = None, seconds: float = 
         First what helps the part as a whole, then each group's smallest change; each as soon as it is known.
     """
     found = groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
-    if not found or result.moved is not None:
-        return  # changes are searched at one pose of the table: of one that moves they would say nothing
+    if not found:
+        return
+    if result.moved is not None:
+        # single changes are searched at one pose of the table: of one that moves they would say nothing
+        yield _other_mode(result, progress, time.process_time() + seconds) or _nothing_moving(result)
+        return
     whole = np.sort(np.concatenate([group.targets for group in found]))
     parts = found[:MOST_GROUPS] if len(found) > 1 else []
     with counted(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as count:
         search = _RemedySearch(result, parts, count, time.process_time() + seconds)
         reason = found[0].reason if len(found) == 1 else None
         best = search.run(whole, reason, SHOWN, CHECKS_WHOLE)
+        if not any(remedy.checked == "part" for remedy in best):
+            moving = _other_mode(result, None, search.deadline)
+            best = best if moving is None else [moving, *(remedy for remedy in best if remedy.change)]
         yield from best
         known = {remedy.change["key"] for remedy in best if remedy.change and remedy.checked == "part"}
         for group in parts:
             yield from _unless_known(search.run(group.targets, group.reason, 1, CHECKS_GROUP), best, bool(known))
+
+
+def _other_mode(result: Result, progress: Progress | None, deadline: float) -> Remedy | None:
+    """Another way for the table to move with which the whole part is feasible; None where none was found in time."""
+    trials = list(mode_trials(result))
+    with counted(progress, "what would help", len(trials)) as count:
+        for trial in trials:
+            if time.process_time() + result.seconds > deadline:
+                return None
+            holds = trial.holds()
+            count()
+            if holds:
+                change = {"key": trial.key, "from": trial.was, "to": trial.to}
+                sentence = f"{trial.words} (checked: whole part feasible)"
+                return Remedy(_infeasible(result), _one_reason(result), change, "part", 0, sentence, trial.effort)
+    return None
+
+
+def _nothing_moving(result: Result) -> Remedy:
+    keys = ", ".join(
+        dict.fromkeys(f"{trial.key} {trial.to}" if trial.to else trial.key for trial in mode_trials(result))
+    )
+    sentence = f"no other way for the table to move found that mends the whole part; tried: {keys or 'none'}"
+    bad = _infeasible(result)
+    return Remedy(bad, _one_reason(result), None, None, len(bad), sentence)
+
+
+def _infeasible(result: Result) -> Ints:
+    return np.array([i for i, row in enumerate(result.rows) if row.reason is not None], dtype=np.int64)
+
+
+def _one_reason(result: Result) -> str | None:
+    reasons = {row.reason for row in result.rows if row.reason is not None}
+    return reasons.pop() if len(reasons) == 1 else None
 
 
 def _unless_known(own: list[Remedy], best: list[Remedy], mended: bool) -> Iterator[Remedy]:

@@ -25,12 +25,14 @@ from ..failure import Failure, Kind
 from ..job.job import Job
 from ..job.table_winding import freedom_of, upright_of
 from ..motion.motion import Motion
+from ..motion.motion_file import ReadMotion
 from ..planning.configurations import evaluate
 from ..planning.context import Context
 from ..processes import processor_time
 from ..progress import Progress, stage
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
+from ..verification.blended_motion import table_corner_collisions
 from ..verification.collisions import stages, table_collisions
 from .check import Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
 
@@ -201,7 +203,9 @@ def _not_proved(row: TargetVerdict) -> TargetVerdict:
 def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list[TargetVerdict]:
     """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
     every = np.arange(len(motion.t_s))
-    for met in table_collisions(job, rows_of(job, motion), stages(job, motion, every)):
+    way, laid = rows_of(job, motion), stages(job, motion, every)
+    rounded = table_corner_collisions(job, ReadMotion(motion, every + 1, ()), way, way, laid)
+    for met in (*table_collisions(job, way, laid), *rounded):
         i = int(motion.target[met.to_row])
         if rows[i].reason is None:
             rows[i] = failed(met.failure, i, rows[i].q)
