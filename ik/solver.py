@@ -29,6 +29,8 @@ DLS_KEPT = 8  # distinct solutions kept of a pose, not counting whole turns
 MOST_STANDINGS = 12  # of one configuration, that all combinations of turns are listed for
 WINDOW = 1.25 * np.pi  # half of what a joint of several turns stands in where there are more
 TWIN = 1e-4  # rad; solutions closer than this are one
+NEXT = 0.1  # rad that a joint is off a guess of which the closed form says the configuration
+ALONE = 4.0  # times as far off has any other configuration to be
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +132,38 @@ class Solver:
             reach_excess=closed_form.reach_excess(self.form, Ts_base_tcp),
             exhaustive=self.form.off is None,
         )
+
+    def next_to(self, Ts_base_tcp: Floats, guess: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """The configurations that guesses lead to, one for each pose.
+
+        The closed form's, where one of them is next to the guess and no other is: it costs a fraction of the steps of
+        damped least squares, which the others are left to.
+
+        Args:
+            Ts_base_tcp: (m, 4, 4), m, base frame.
+            guess: (m, n), rad.
+
+        Returns:
+            (m, n) rad, inside the limits, and whether the pose is reached there, (m,).
+        """
+        if self.form is None or self.form.off is not None or not len(guess):
+            found = dls.track_one(self.chain, Ts_base_tcp, guess, RollWindow.fixed(0.0))
+            return found.q, found.ok
+        raw = closed_form.solve(self.form, Ts_base_tcp)
+        move = wrap(raw - guess[:, None])
+        off = np.abs(move).max(axis=-1)
+        off[np.isnan(off)] = np.inf
+        row, best = np.arange(len(off)), np.argmin(off, axis=1)
+        least = off[row, best]
+        off[row, best] = np.inf
+        q = guess + np.where(np.isfinite(least)[:, None], move[row, best], 0.0)
+        ok = (least <= NEXT) & (off.min(axis=1) > ALONE * least)
+        ok &= ((q >= self.chain.lower) & (q <= self.chain.upper)).all(axis=1)
+        left = np.flatnonzero(~ok)
+        if len(left):
+            found = dls.track_one(self.chain, Ts_base_tcp[left], guess[left], RollWindow.fixed(0.0))
+            q[left], ok[left] = found.q, found.ok
+        return q, ok
 
     def _by_least_squares(self, Ts: Floats) -> Candidates:
         found = dls.solve(self.chain, Ts, RollWindow.fixed(0.0), seeds=self.seeds)

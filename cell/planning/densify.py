@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from ik import dls
 from ik.chain import Floats
-from ik.roll import RollWindow, apply_roll, roll_of, wrap
+from ik.roll import apply_roll, roll_of, wrap
 from ik.singularity import margins
 
 from ..arrays import Ints
@@ -137,18 +136,18 @@ def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, I
     Ts = apply_roll(frames(position, normal, reference), rolls[0] + wrap(rolls[1] - rolls[0]) / 2)
     table = (stretch.table[step] + stretch.table[step + 1]) / 2
     Ts = placed.carried(Ts, table)
-    found = dls.track_one(chain, Ts, (stretch.q[step] + stretch.q[step + 1]) / 2, RollWindow.fixed(0.0))
+    q, ok = context.solver.next_to(Ts, (stretch.q[step] + stretch.q[step + 1]) / 2)
     more = replace(
         stretch,
         edge=edge,
         fraction=fraction,
-        q=found.q,
+        q=q,
         position=position,
         table=table,
-        clearances=context.checker.clearances(np.concatenate([found.q, table], axis=1), context.stage[edge]),
-        margin=margins(chain, context.solver.geometry, found.q),
+        clearances=context.checker.clearances(np.concatenate([q, table], axis=1), context.stage[edge]),
+        margin=margins(chain, context.solver.geometry, q),
     )
-    return more, np.unique(edge[~found.ok])
+    return more, np.unique(edge[~ok])
 
 
 def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:

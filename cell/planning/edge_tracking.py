@@ -5,7 +5,7 @@
     track.broken                     # {edge: Failure} of those that cannot be followed
 
 Poses are interpolated in space, not joints: the position along the bead's chord, the wire's direction along the great
-circle, the roll evenly; damped least squares brings the arm onto every one of them from the joint-linear guess.
+circle, the roll evenly; the arm is brought onto every one of them from the joint-linear guess.
 Metres and radians.
 """
 
@@ -157,15 +157,14 @@ def track_edges(
     guess = q[edge, 0] + t[:, None] * (q[edge, 1] - q[edge, 0])
     inner = (t > 0) & (t < 1)
     out = guess.copy()
-    found = dls.track_one(solver.chain, Ts[inner], guess[inner], RollWindow.fixed(0.0))
-    out[inner] = found.q
+    out[inner], ok = solver.next_to(Ts[inner], guess[inner])
     margin = margins(solver.chain, solver.geometry, out)
     broken = np.zeros(len(start), dtype=bool)
     least = limits.values(solver.geometry is not None)
     # the ends have been judged as targets
     thin = inner & (margin < least).any(axis=1)
     broken[edge[thin]] = True
-    lost = np.flatnonzero(inner)[~found.ok]
+    lost = np.flatnonzero(inner)[~ok]
     broken[edge[lost]] = True
     same = edge[1:] == edge[:-1]
     far = same & (np.abs(out[1:] - out[:-1]).max(axis=1) > JUMP)

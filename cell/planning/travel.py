@@ -16,10 +16,9 @@ from itertools import product
 
 import numpy as np
 
-from ik import dls
 from ik.chain import Floats
 from ik.joint_turns import SLACK
-from ik.roll import RollWindow, apply_roll
+from ik.roll import apply_roll
 
 from ..collision.between_samples import unproven_steps
 from ..collision.clearances import Clearances
@@ -279,12 +278,12 @@ def _legs(context: Context, ends: list[tuple[Stretch, int]], distance: float) ->
         T[:, :3, 3] += out * context.placed.normal[i]
         Ts.append(T)
         qs.append(np.repeat(stretch.q_targets[at][None], count, axis=0))
-    found = dls.track_one(context.solver.chain, np.concatenate(Ts), np.concatenate(qs), RollWindow.fixed(0.0))
+    found, ok = context.solver.next_to(np.concatenate(Ts), np.concatenate(qs))
     legs: list[_Leg] = []
     for k, (stretch, at) in enumerate(ends):
         mine = slice(k * count, (k + 1) * count)
-        q = np.concatenate([stretch.q_targets[at][None], found.q[mine]])
-        whole = found.ok[mine].all() and np.abs(np.diff(q, axis=0)).max() <= JUMP
+        q = np.concatenate([stretch.q_targets[at][None], found[mine]])
+        whole = ok[mine].all() and np.abs(np.diff(q, axis=0)).max() <= JUMP
         leg = _Leg(q) if whole else _stopped(context, stretch, at, distance)
         i = stretch.first if at == 0 else stretch.stop - 1
         legs.append(replace(leg, q=context.placed.axes(leg.q, np.full(len(leg.q), i))))
