@@ -38,13 +38,14 @@ STAGES = (
     ("cell.job.job", "_laid_here", "slicing"),
     ("cell.job.job", "toolpath_shape", "slicing"),
     ("cell.job.job", "compose", "scene"),
-    ("cell.verdict.check", "plan_part", "planning"),
+    ("cell.verdict.check", "plan_in_chunks", "planning"),
     ("cell.verdict.check", "with_lockouts", "planning"),
     ("cell.verdict.check", "with_home", "planning"),
-    ("cell.verdict.check", "refined", "after"),
-    ("cell.verdict.check", "corners", "after"),
-    ("cell.verdict.check", "assemble", "after"),
-    ("cell.verdict.check", "_least_clearance", "clearance"),
+    ("cell.part_chunks.chunked_run", "refined", "after"),
+    ("cell.part_chunks.chunked_run", "corners", "after"),
+    ("cell.part_chunks.chunked_run", "timed", "after"),
+    ("cell.part_chunks.chunked_run", "assemble", "after"),
+    ("cell.part_chunks.chunked_run", "least_clearance", "clearance"),
 )
 
 
@@ -154,9 +155,9 @@ HEAD = ["part", "fill", "roll", "twin", "targets", "verdict", "check", "wall", *
 HEAD += ["json, MB"]
 
 
-def measured(part: str, targets: int, fill: str, roll: str, twin: str, *, help_too: bool, longest_s: float) -> Any:
+def measured(asked: tuple[str, int, str, str, str], *, help_too: bool, longest_s: float) -> Any:
     """The same in a process of its own; None where it takes too long."""
-    ask = json.dumps([part, targets, fill, roll, twin, help_too])
+    ask = json.dumps([*asked, help_too])
     command = [sys.executable, str(HERE / "parts.py"), "--one", ask]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=longest_s)
@@ -200,7 +201,7 @@ def main() -> None:
                     for twin in args.twins:
                         name = [part, fill, roll, twin]
                         asked = (part, targets, fill, roll, twin)
-                        found = measured(*asked, help_too=not args.no_help, longest_s=args.longest)
+                        found = measured(asked, help_too=not args.no_help, longest_s=args.longest)
                         if found is None:
                             print(f"{' '.join(name)}, {targets:,}: more than {args.longest:g} s", flush=True)
                             continue

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
 AWAY = 1e4  # m
+STEPS = 5_000  # that are bounded together: each takes some 4 kB meanwhile
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
 MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
@@ -141,7 +142,8 @@ class Checker:
         if self._swept is None:
             arm = replace(self.scene, arm_qpos=self.scene.arm_qpos[:n])
             self._swept = MotionBounds(arm, radius) if axes == n else CoupledBounds(arm, radius)
-        return self._swept.bound(a, b)
+        bounds = [self._swept.bound(a[i : i + STEPS], b[i : i + STEPS]) for i in range(0, max(len(a), 1), STEPS)]
+        return np.concatenate(bounds)
 
     def clearances(self, q: Floats, stage: Ints) -> Clearances:
         """The nearest pair of every configuration.

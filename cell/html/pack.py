@@ -72,7 +72,7 @@ class Pack:
         changes = (changes << 1) ^ (changes >> 63)  # 0, -1, 1, -2, .. as 0, 1, 2, 3, ..
         planes = max((int(changes.max(initial=0)).bit_length() + 7) // 8, 1)
         data = b"".join(((changes >> 8 * p) & 255).astype(np.uint8).tobytes() for p in range(planes))
-        place = {"at": self._add(data), "n": array.size, "type": STEPS, "per": per_unit}
+        place: dict[str, Any] = {"at": self._add(data), "n": array.size, "type": STEPS, "per": per_unit}
         place |= {"columns": len(columns), "planes": planes, "order": order}
         if unknown.any():
             edge = np.diff(unknown.ravel().astype(np.int8), prepend=0, append=0)

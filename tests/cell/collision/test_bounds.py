@@ -1,5 +1,6 @@
 """The bounds that proofs rest on, against dense sampling: of the arm's radii, of steps, and of rounded corners."""
 
+import tracemalloc
 from dataclasses import replace
 
 import mujoco
@@ -9,6 +10,7 @@ import pytest
 from cell.case.read import load_case
 from cell.collision.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way, unproven_steps
 from cell.collision.blended_corners import BlendedPath, cut_corners
+from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.reach_radii import radii, table_radii
@@ -116,6 +118,23 @@ def test_no_point_of_the_arm_gets_further_on_a_step_than_the_bound_of_it(scene):
             # of the clearances at both ends either is lowered by no more than the way from there
             both = np.linalg.norm(at - at[0], axis=2) + np.linalg.norm(at - at[-1], axis=2)
             assert both.max() <= swept.bound(q[None], (q + step)[None])[0] * (1 + 1e-9)
+
+
+def test_many_steps_are_bounded_as_one_by_one_and_in_little_memory(scene):
+    rng = np.random.default_rng(4)
+    a = rng.uniform(scene.chain.lower, scene.chain.upper, (40_000, scene.chain.n))
+    b = a + rng.normal(size=a.shape) * 0.02
+    checker = Checker(scene, (0.0, 0.0), 0.02)
+    radius = radii(scene)
+    assert len(checker.way(radius, a[:0], b[:0])) == 0
+    tracemalloc.start()
+    found = checker.way(radius, a, b)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 60e6
+    few = [0, 1, 4_999, 5_000, 5_001, 39_999]
+    whole = MotionBounds(scene, radius).bound(a[few], b[few])
+    np.testing.assert_allclose(found[few], whole, rtol=1e-12)
 
 
 def test_two_parts_of_the_arm_get_no_nearer_to_each_other_than_the_bound_of_both(scene):
