@@ -73,6 +73,7 @@ class Crew:
             jobs: processes to share work out among; with 1 it is done in this one.
         """
         self.jobs = jobs
+        self.busiest = 0.0  # s of processor time: of each round that of the worker that had most to do, together
         self._workers: list[_Worker] = []
         self._shared: object = None
         self._number = 0
@@ -173,6 +174,7 @@ class _Round:
         self.crew, self.function, self.items, self.tick = crew, function, items, tick
         self.found: list[Any] = [None] * len(items)
         self.left = iter(range(len(items)))
+        self.spent: dict[Connection, float] = {}
         self.busy: dict[Connection, tuple[_Worker, int]] = {}
         self.error: tuple[int, BaseException] | None = None
 
@@ -186,6 +188,7 @@ class _Round:
                 self._hear(*self.busy[pipe])
         if self.error is not None:
             raise self.error[1]
+        self.crew.busiest += max(self.spent.values())
         return self.found
 
     def _hand_out(self, worker: _Worker) -> None:
@@ -208,6 +211,7 @@ class _Round:
         else:
             self.found[index], seconds = value
             _others.seconds += seconds
+            self.spent[worker.pipe] = self.spent.get(worker.pipe, 0.0) + seconds
         self._hand_out(worker)
 
 

@@ -13,12 +13,12 @@ ROOTS = ("cell", "ik", "slicing", "models", "bench")
 
 LONGER = {
     "cell/cli/arguments.py:build_parser": "one option after the other",
-    "cell/report/check_document.py:report_document": "one key of the contract after the other",
     "cell/scene/workpiece.py:add_part": "one body after the other, as MJCF lists them",
     "cell/scene/world.py:surroundings": "one light, texture and plane after the other, as MJCF lists them",
     "models/kr70_r2100/build_visuals.py:parts": "one solid of the arm after the other",
 }
 MORE_PARAMETERS = {
+    "cell/collision/between_samples.py:least_on_the_way": "samples with what is known of them, and of the rest",
     "cell/collision/between_samples.py:unproven_steps": "samples with what is known of them, and what is to be proved",
     "cell/collision/blended_corners.py:cut_corners": "samples with what is known of them, and what is to be proved",
     "cell/planning/blended_check.py:_met": "samples with what is known of them, and what is to be proved",

@@ -89,6 +89,11 @@ def build_parser() -> argparse.ArgumentParser:
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
     check.add_argument("--html", metavar="F.html", help="write a report to look at and to send: one file, no network")
     check.add_argument(
+        "--all",
+        action="store_true",
+        help="look at every target of a part that is lost, however long that takes (checks.every_target)",
+    )
+    check.add_argument(
         "--all-reasons",
         action="store_true",
         help="of the worst infeasible targets (-v: all), how many candidates each reason excludes",
@@ -110,8 +115,11 @@ def build_parser() -> argparse.ArgumentParser:
         help="check this robot program (KRL), run as the controller would, instead of searching a motion",
     )
 
+    _jobs_argument(check)
+
     export = command("export", "write the checked motion as a robot program", EXPORT_TEXT)
     _case_arguments(export)
+    _jobs_argument(export)
     export.add_argument(
         "--motion-in", metavar="F.csv|F.npz", help="of this motion, checked, instead of one that is searched"
     )
@@ -156,6 +164,11 @@ def build_parser() -> argparse.ArgumentParser:
     sweep.add_argument("--e1", metavar="LO:HI:STEP", help="tilts, deg (default: the axis' range by 45)")
     sweep.add_argument("--e2", metavar="LO:HI:STEP", help="turns, deg (default: the axis' range by 45)")
     sweep.add_argument(
+        "--table",
+        choices=TABLE_MODES,
+        help="instead of the case's; a sweep maps poses that serve a whole run: fixed and best alone go with it",
+    )
+    sweep.add_argument(
         "--roll",
         dest="rolls",
         action="append",
@@ -183,6 +196,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     replay = command("replay", "show the checked motion: window, browser, picture or film", REPLAY_TEXT)
     _case_arguments(replay)
+    _jobs_argument(replay)
     _replay_arguments(replay)
 
     scene = command(
@@ -205,9 +219,16 @@ all along. Every infeasible target has a reason:
   singular      a margin is too small                 collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
   speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
+A part that cannot be built costs no more than half again what one costs that can: once it is lost, 20,000
+configurations and 4 for each of its targets are asked about in vain, spread evenly over it. Targets that
+this leaves out are told, and counted, as not looked at; --all looks at every one.
+
 Where the case is infeasible, the smallest change that helps is searched and checked. It may be one of the roll, E1,
 E2, the place of the positioner, the support's height or the part's place, the stick-out, the
 deposition speed, or the seams of closed beads.
+
+Parts of 1,500 targets and more are checked in chunks of whole layers, on all cores unless --jobs says otherwise. The
+verdict and the motion are the same with any number of processes, each of which takes some 200 MB.
 
 --program reads a KRL program, ours or anybody's, runs it as the controller would and holds it against
 the same; findings carry file and line.
@@ -302,6 +323,15 @@ def _replay_arguments(replay: argparse.ArgumentParser) -> None:
     replay.add_argument("--target", type=int, metavar="I", help="target the picture shows the arm at")
     replay.add_argument("--host", metavar="ADDRESS", help="interface of --web (default 127.0.0.1, this machine alone)")
     replay.add_argument("--port", type=int, metavar="N", help="port of --web (default: the first free from 8080)")
+
+
+def _jobs_argument(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="processes that a large part is checked in (default: one a core); the verdict does not depend on it",
+    )
 
 
 def _case_arguments(parser: argparse.ArgumentParser) -> None:

@@ -21,12 +21,14 @@ from typing import IO, TYPE_CHECKING, Any
 from ..atomic_files import STDOUT, check_outputs, discard_unfinished, write_bytes, write_csv, write_text
 from ..errors import InputError
 from ..printable import printable
+from ..processes import WorkerTraceback
 from ..streams import standard_streams
 from ..termination import Terminated, terminable
 from .arguments import BAD_INPUT, build_parser
 from .bar import Bars
 from .console import put_json as _put_json
 from .console import say as _say
+from .jobs import jobs_of
 from .speech import is_quiet, is_verbose, speaking
 
 if TYPE_CHECKING:
@@ -93,6 +95,8 @@ def _program_error(error: Exception, argv: Sequence[str]) -> int:
     where = traceback.extract_tb(error.__traceback__)[-1]
     what = printable(f"{type(error).__name__}: {error}")[:300]
     place = f"{os.path.basename(os.path.dirname(where.filename))}/{os.path.basename(where.filename)}:{where.lineno}"
+    if isinstance(error.__cause__, WorkerTraceback):
+        place = error.__cause__.place
     how = "the traceback above" if asked else f"what {TRACEBACK}=1 or --verbose prints"
     return _told(
         PROGRAM_ERROR, f"no verdict: an error of the program itself ({what}; at {place}); please report it with {how}"
@@ -172,13 +176,16 @@ def _check(args: argparse.Namespace) -> int:
         from ..motion.motion_file import check_suffix
 
         check_suffix(args.motion)
+    jobs = jobs_of(args)
     case = _load(args)
+    if args.all:
+        case = _with_every_target(case)
     _outputs(args, case, "json", "motion", "html")
     from ..job.job import prepare
     from ..report.check_report import report_lines
     from ..verdict.as_asked import check_as_asked
 
-    result = check_as_asked(prepare(case), Bars(sys.stderr))
+    result = check_as_asked(prepare(case), Bars(sys.stderr), jobs=jobs)
     if args.motion:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")
@@ -208,10 +215,16 @@ def _check(args: argparse.Namespace) -> int:
     return FEASIBLE if result.feasible else INFEASIBLE
 
 
+def _with_every_target(case: Case) -> Case:
+    from ..case.read import with_changes
+
+    return with_changes(case, checks=case.checks.model_copy(update={"every_target": True}))
+
+
 def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Remedy]:
     """Search and say what would help an infeasible case; Ctrl-C ends the search, and the verdict stands."""
-    if result.feasible or asked is False or result.moved is not None:
-        return []  # changes are searched at one pose of the table
+    if result.feasible or asked is False:
+        return []
     from ..remedy_search.search import remedies
     from ..report.remedy_lines import remedy_lines
 
@@ -233,7 +246,15 @@ def _check_given(args: argparse.Namespace) -> int:
         raise InputError("--program: does not go with --motion-in; check one after the other")
     kind = "--motion-in, which checks a motion" if args.motion_in else "--program, which checks a program"
     html = args.html if args.motion_in else None
-    for name, value in (("--motion", args.motion), ("--html", html), ("--e1", args.e1), ("--e2", args.e2)):
+    given = {
+        "--all": args.all or None,
+        "--motion": args.motion,
+        "--html": html,
+        "--e1": args.e1,
+        "--e2": args.e2,
+        "--jobs": args.jobs,
+    }
+    for name, value in given.items():
         if value is not None:
             raise InputError(f"{name}: does not go with {kind} as it is")
     case = _load(args)
@@ -347,10 +368,11 @@ def _sweep(args: argparse.Namespace) -> int:
     from ..case.read import with_changes
     from ..pose_sweep.grid import grid
     from ..pose_sweep.ranking import sweep_document
-    from ..pose_sweep.sweep import sweep
+    from ..pose_sweep.sweep import require_one_pose, sweep
     from ..report.sweep_lines import sweep_lines
 
     case = _load(args)
+    require_one_pose(case)
     _outputs(args, case, "json", "out", "csv", "picture", "html")
     rolls = list(dict.fromkeys(args.rolls or ()))
     if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one

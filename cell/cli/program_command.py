@@ -19,6 +19,7 @@ from ..case.files import case_files
 from ..errors import InputError
 from .bar import Bars
 from .console import put_json, say
+from .jobs import jobs_of
 from .speech import is_quiet
 
 if TYPE_CHECKING:
@@ -46,12 +47,15 @@ def export(args: argparse.Namespace, case: Case) -> int:
     """
     if not (args.krl or args.csv or args.robodk):
         raise InputError("export: nothing asked for; give --krl DIR, --csv F.csv or --robodk F.py")
+    jobs = jobs_of(args)
+    if args.motion_in and args.jobs is not None:
+        raise InputError("--jobs: does not go with --motion-in, for which no motion is searched")
     folder = None if args.krl is None else _folder(args.krl)
     read = [*case_files(case), *([args.motion_in] if args.motion_in else [])]
     check_outputs({"--csv": args.csv, "--robodk": args.robodk}, read)
     from ..programs.export import export_program
 
-    job, motion = _checked_motion(args.motion_in, case)
+    job, motion = _checked_motion(args.motion_in, case, jobs)
     if motion is None:
         what, how = (args.motion_in, " --motion-in") if args.motion_in else (case.path, "")
         sys.stderr.write(f"rbam: {what}: infeasible: no program of it; rbam check{how} says why\n")
@@ -67,14 +71,14 @@ def export(args: argparse.Namespace, case: Case) -> int:
     return DONE
 
 
-def _checked_motion(path: str | None, case: Case) -> tuple[Job, Motion | None]:
+def _checked_motion(path: str | None, case: Case, jobs: int) -> tuple[Job, Motion | None]:
     """The motion that is searched, or a file's, and whose it is: layers in the order of building; None: infeasible."""
     from ..job.job import prepare
 
     if path is None:
         from ..verdict.as_asked import check_as_asked
 
-        result = check_as_asked(prepare(case), Bars(sys.stderr))
+        result = check_as_asked(prepare(case), Bars(sys.stderr), jobs=jobs)
         return result.job, result.motion
     from ..motion.file_order import read_in_order
     from ..motion.motion_file import check_suffix

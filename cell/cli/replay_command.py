@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from .bar import Bars
+from .jobs import jobs_of
 from .speech import is_quiet
 
 if TYPE_CHECKING:
@@ -69,6 +70,8 @@ def _motion_alone(args: argparse.Namespace) -> None:
     for option in ("--e1", "--e2", "--sweep", "--pose"):
         if getattr(args, option.removeprefix("--")) is not None:
             raise InputError(f"{option}: does not go with {given}, which holds its own table angles")
+    if args.jobs is not None:
+        raise InputError(f"--jobs: does not go with {given}, for which no motion is searched")
     if args.motion is not None:
         check_suffix(args.motion)
 
@@ -108,11 +111,12 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
     from ..job.job import prepare
     from ..verdict.as_asked import check_as_asked
 
+    jobs = jobs_of(args)
     job = prepare(case)
     if args.program is not None:
         return _checked_program(args, job)
     if args.motion is None:
-        return check_as_asked(job, Bars(sys.stderr))
+        return check_as_asked(job, Bars(sys.stderr), jobs=jobs)
     from ..motion.file_order import read_in_order
     from ..verification.motion_check import check_motion
     from ..view.shown_motion import played

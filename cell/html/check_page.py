@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..job.job import Job
+from ..job.unsupported import targets_over_nothing
 from ..progress import stage
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
@@ -92,6 +94,7 @@ def packed(result: Result) -> str:
             "bead": pack.steps(t.path),
             "sub_volume": pack.steps(t.sub_volume_index),
             "verdict": pack.put([verdicts.index(row.reason or "feasible") for row in result.rows], "u1"),
+            **_over_nothing(pack, job),
             **_of_the_table(pack, result),
         },
         "sub_volumes": list(t.sub_volume),
@@ -102,6 +105,12 @@ def packed(result: Result) -> str:
         "path": path_json(pack, result),
     }
     return pack.text(document)
+
+
+def _over_nothing(pack: Pack, job: Job) -> dict[str, Any]:
+    """Which targets lie over nothing; empty where none do."""
+    over = targets_over_nothing(job)
+    return {"hanging": pack.put([i in over for i in range(len(job.targets))], "u1")} if over else {}
 
 
 def listed_targets(result: Result) -> list[int]:

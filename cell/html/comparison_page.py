@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from html import escape
 from typing import Any
 
-from ..compare.compare import CRITERIA, title_of
+from ..compare.compare import CRITERIA, FIGURES, title_of
 from .page import page, template
 
 BARS = (("NL", "layers NL", "fewer is better"), ("A_mm2", "adhesion A, mm²", "more is better"),
@@ -96,6 +96,10 @@ def _table(sub: dict[str, Any], strategies: list[str]) -> str:
             cells.append(f"<td>{text}</td>")
         title = escape(words.replace("mm2", "mm²"))
         rows.append(f'<tr><th scope="row">{title}</th>{"".join(cells)}</tr>')
+    for words, key, form in FIGURES:
+        values = [sub[key].get(s) for s in strategies]
+        cells = ["<td>–</td>" if value is None else f"<td>{form.format(value)}</td>" for value in values]
+        rows.append(f'<tr><th scope="row">{escape(words)}</th>{"".join(cells)}</tr>')
     return (
         f'<div class="wide"><table><thead><tr><th></th>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
     )

@@ -89,6 +89,7 @@ class Job:
         evidence: what the body of a part in one mesh was known by.
         order: in which layers are built, where it is another one than sub-volume after sub-volume; None where it is
             not.
+        given: beads that it was prepared with instead of the case's own part.
     """
 
     case: Case
@@ -101,6 +102,7 @@ class Job:
     T_part_input: Floats = field(default_factory=lambda: np.eye(4))
     evidence: Evidence | None = None
     order: BuildOrder | None = None
+    given: Toolpath | None = None
 
     @cached_property
     def solver(self) -> Solver:
@@ -363,7 +365,7 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     targets, split = for_moving_table(case, scene, targets)
     warnings = (*said, *scene.warnings, *split)
     job = Job(case, path.sliced, shape, targets, scene, warnings, path.laid, part.T_part_input, part.evidence, order)
-    job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)))
+    job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)), given=toolpath)
     _ = job.drives  # what is wrong with them is to be said before any search
     return job
 

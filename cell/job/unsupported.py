@@ -1,6 +1,7 @@
 """What of a job is laid over nothing, and what is laid past the horizontal.
 
     unsupported_targets(job)                  # {target: Failure}, by the case's limit checks.overhang_mm
+    targets_over_nothing(job)                 # {target: Overhang}, whether the case sets a limit or not
     past_horizontal(job.case, gravity)        # a warning where the case sets no limit
 
 Where a layer lies over nothing: `slicing.beads.overhang`.
@@ -11,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ik.chain import Floats
-from slicing import Code, Warning
+from slicing import Code, Overhang, Warning
 
 from ..case.sections import Case
 from ..failure import Failure, Hanging, Kind
@@ -43,10 +44,25 @@ def unsupported_targets(job: Job) -> dict[int, Failure]:
     Args:
         job: from ``cell.job.job.prepare``.
     """
-    limit, t = job.case.checks.overhang_mm, job.targets
-    found: dict[int, Failure] = {}
+    limit = job.case.checks.overhang_mm
     if limit is None:
         return {}
+    found: dict[int, Failure] = {}
+    for i, layer in targets_over_nothing(job).items():
+        document = layer.to_dict()
+        hanging = Hanging(document["area_mm2"], document["begins_mm2"], tuple(document["place_mm"]))
+        found[i] = Failure(Kind.OVERHANG, document["out_mm"], limit, cause=hanging, proved=True)
+    return found
+
+
+def targets_over_nothing(job: Job) -> dict[int, Overhang]:
+    """Targets that lie over nothing, with what of their layer does.
+
+    Args:
+        job: from ``cell.job.job.prepare``.
+    """
+    t = job.targets
+    found: dict[int, Overhang] = {}
     for k, one in enumerate(job.beads):
         for layer in one.overhangs:
             if layer.place_mm is None or layer.area_mm2 <= 0.0:
@@ -55,8 +71,5 @@ def unsupported_targets(job: Job) -> dict[int, Failure]:
             over = rows[layer.holds(t.position[rows])]
             if not len(over) and len(rows):  # no target there: the nearest one stands for it
                 over = rows[[int(np.argmin(((t.position[rows] - layer.place_mm) ** 2).sum(axis=1)))]]
-            document = layer.to_dict()
-            hanging = Hanging(document["area_mm2"], document["begins_mm2"], tuple(document["place_mm"]))
-            failure = Failure(Kind.OVERHANG, document["out_mm"], limit, cause=hanging, proved=True)
-            found.update((i, failure) for i in over.tolist())
+            found.update((i, layer) for i in over.tolist())
     return found

@@ -24,7 +24,7 @@ from ..processes import Tick, crew
 from ..progress import Progress, counted
 from .beginnings import beginnings
 from .chunking import Chunk
-from .joins import Joint, joint_of, same_end
+from .joins import JoinedBead, joint_of, same_end, unwound
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +61,25 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
         return plan_part(context, shared.job.targets.path, progress)
     with counted(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
         known, q_before = beginnings(context, chunks)
-        runs = [BeadRun(chunk.firsts, chunk.stop, q, known, True) for chunk, q in zip(chunks, q_before, strict=True)]
-        runs[1:] = [replace(run, known=None) for run in runs[1:]]
+        share = 1 / len(chunks)
+        runs = [
+            BeadRun(chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share)
+            for chunk, q in zip(chunks, q_before, strict=True)
+        ]
         plans = crew().run(_planned, shared, runs, count)
+    return join_chunks(shared, plans)
+
+
+def join_chunks(shared: Shared, plans: Sequence[PartPlan]) -> PartPlan:
+    """Make plans of chunks the plan of the part.
+
+    Args:
+        shared: the part and what it is planned with.
+        plans: of its chunks, in order.
+
+    Returns:
+        The plan.
+    """
     return _Joining(shared, plans).plan()
 
 
@@ -71,7 +87,7 @@ def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PartPlan:
     return plan_beads(shared.context, run, tick)
 
 
-def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> Joint:
+def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBead:
     return joint_of(hurried(shared.context), *ends)
 
 
@@ -85,6 +101,8 @@ class _Joining:
         self.stuck: dict[int, Failure] = {}
         self.joins: list[int] = []  # the first bead of each chunk after the first that is to be led to
         for plan in plans:
+            if plan.stretches and any(bead.stretches for bead in self.beads):
+                plan = unwound(self.context, self._before(len(self.beads)), plan)
             begins = next((k for k, bead in enumerate(plan.beads) if bead.stretches), None)
             if begins is not None and plan.beads[begins].whole and any(bead.stretches for bead in self.beads):
                 self.joins.append(len(self.beads) + begins)
@@ -119,7 +137,7 @@ class _Joining:
         """What is welded last before a bead."""
         return next(bead.stretches[-1] for bead in reversed(self.beads[:k]) if bead.stretches)
 
-    def _follow(self, k: int, context: Context, joint: Joint | None) -> None:
+    def _follow(self, k: int, context: Context, joint: JoinedBead | None) -> None:
         """Lead to a bead, and on to those after it until one ends as it was planned, or with the chunk."""
         begun = k
         while k < len(self.beads) and (k == begun or k not in self.joins):

@@ -1,32 +1,33 @@
-"""From the end of one chunk to the beginning of the next, as if the next had been planned after it.
+"""From the end of one chunk to the beginning of the next.
 
+    plan = unwound(context, last, plan)             # the next chunk, in the turns that joints have come to
     joint = joint_of(context, last, bead)
     joint.bead, joint.way
 
-The bead stays as it was planned where a travel leads to it. Where its beginning is far from where the arm is, as in
-another configuration, or where no travel is found, it is planned again after the one before, and what is nearer, or
-reached, is taken. Radians and metres.
+A chunk whose configurations are those of the arm but for whole turns of joints is turned as a whole. Its first bead
+stays as it was planned where a travel leads to it; where none is found, it is planned again after the one before, to
+begin elsewhere.
+Radians and metres.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from ik.chain import Floats
 
 from ..failure import Failure
 from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
-from ..planning.edge_check import UNKNOWN_SPEED, Stretch
-from ..planning.part_plan import plan_bead, that_can_leave, travel_to
+from ..planning.edge_check import Stretch
+from ..planning.part_plan import PartPlan, travel_to
 from ..planning.travel import Way
-
-FAR = np.pi / 2  # that a joint turns on the way to a bead, from which on another beginning is looked for
-NEARER = 0.1  # s that it has to save
 
 
 @dataclass(frozen=True, eq=False)
-class Joint:
+class JoinedBead:
     """How a bead follows on what was welded before.
 
     Attributes:
@@ -38,7 +39,40 @@ class Joint:
     way: Way | Failure
 
 
-def joint_of(context: Context, last: Stretch, bead: BeadPlan) -> Joint:
+def unwound(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
+    """A chunk turned by the whole turns that the arm's joints are off its beginning, where the limits allow it.
+
+    Args:
+        context: what it was planned with.
+        last: what is welded before.
+        plan: of the chunk; some of it can be run through.
+
+    Returns:
+        The chunk, every configuration of it where it was but for whole turns.
+    """
+    chain, n = context.solver.chain, context.solver.chain.n
+    q = np.concatenate([stretch.q for stretch in plan.stretches] + [way[0][:, :n] for way in plan.travels])
+    turn = 2 * np.pi * np.round((last.q_targets[-1] - plan.stretches[0].q_targets[0]) / (2 * np.pi))
+    turn[(q.min(axis=0) + turn < chain.lower) | (q.max(axis=0) + turn > chain.upper)] = 0.0
+    return _turned(plan, turn) if turn.any() else plan
+
+
+def _turned(plan: PartPlan, turn: Floats) -> PartPlan:
+    """A plan with joints turned by whole turns, (j,), rad."""
+
+    def stretch(s: Stretch) -> Stretch:
+        return replace(s, q_targets=s.q_targets + turn, q=s.q + turn)
+
+    def way(found: Way) -> Way:
+        rows = found[0].copy()
+        rows[:, : len(turn)] += turn
+        return rows, found[1]
+
+    beads = tuple(replace(bead, stretches=tuple(map(stretch, bead.stretches))) for bead in plan.beads)
+    return PartPlan(beads, tuple(map(way, plan.travels)), plan.stuck)
+
+
+def joint_of(context: Context, last: Stretch, bead: BeadPlan) -> JoinedBead:
     """Lead from what was welded last to a bead that is whole.
 
     Args:
@@ -49,36 +83,9 @@ def joint_of(context: Context, last: Stretch, bead: BeadPlan) -> Joint:
     Returns:
         The joint.
     """
-    again: BeadPlan | None = None
-    planned = bead
-    if np.abs(bead.stretches[0].q_targets[0] - last.q_targets[-1]).max() > FAR:
-        again = _after(context, last, bead)
-        if again.whole and _seconds(context, last, again) < _seconds(context, last, bead) - NEARER:
-            planned = again
-    found, way = travel_to(context, last, planned)
-    if isinstance(way, Failure):
-        again = again or _after(context, last, bead)
-        other = bead if planned is again else again
-        if other.whole:
-            found_, way_ = travel_to(context, last, other)
-            if not isinstance(way_, Failure):
-                found, way = found_, way_
-    if isinstance(way, Failure):
-        return Joint(None, way)
-    return Joint(None if same_beginning(found, bead) and same_end(found, bead) else found, way)
-
-
-def _after(context: Context, last: Stretch, bead: BeadPlan) -> BeadPlan:
-    """A bead planned after what was welded last."""
-    again = plan_bead(context, bead.first, bead.stop, last.q_targets[-1])
-    return that_can_leave(context, again)[0] if again.whole and bead.stop < context.span.stop else again
-
-
-def _seconds(context: Context, last: Stretch, bead: BeadPlan) -> float:
-    """Time of the slowest joint to the beginning of a bead, s."""
-    speed = context.solver.chain.max_speed
-    move = np.abs(bead.stretches[0].q_targets[0] - last.q_targets[-1])
-    return float((move / np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)).max())
+    found, way = travel_to(context, last, bead)
+    stays = isinstance(way, Failure) or (same_beginning(found, bead) and same_end(found, bead))
+    return JoinedBead(None if stays else found, way)
 
 
 def same_beginning(one: BeadPlan, other: BeadPlan) -> bool:

@@ -35,8 +35,8 @@ class Least:
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """Samples of beads and of the ways to them.
+class RunSamples:
+    """RunSamples of beads and of the ways to them.
 
     Attributes:
         axes: configurations, (m, j), rad.
@@ -53,7 +53,7 @@ class Samples:
     run: Ints
 
 
-def samples_of(context: Context, run: RunBeads) -> Samples | None:
+def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
     """All samples of what is run: the beads, the travels to them, the ways from home and back.
 
     Args:
@@ -82,10 +82,10 @@ def samples_of(context: Context, run: RunBeads) -> Samples | None:
         return None
     axes, stage, target = (np.concatenate([run[i] for run in runs]) for i in (0, 2, 3))
     apart = np.repeat(np.arange(len(runs)), [len(run[0]) for run in runs])
-    return Samples(axes, Clearances.joined([run[1] for run in runs]), stage, target, apart)
+    return RunSamples(axes, Clearances.joined([run[1] for run in runs]), stage, target, apart)
 
 
-def nearest_sample(context: Context, samples: Samples | None) -> Least | None:
+def nearest_sample(context: Context, samples: RunSamples | None) -> Least | None:
     """The nearest that anything comes at samples."""
     if samples is None:
         return None
@@ -93,7 +93,7 @@ def nearest_sample(context: Context, samples: Samples | None) -> Least | None:
     return _named(context, samples, at, samples.clearances.rows(np.array([at])))
 
 
-def least_clearance(context: Context, samples: Samples, known: float) -> Least | None:
+def least_clearance(context: Context, samples: RunSamples, known: float) -> Least | None:
     """The nearest that anything comes, between samples too.
 
     Args:
@@ -106,7 +106,7 @@ def least_clearance(context: Context, samples: Samples, known: float) -> Least |
     return _named(context, samples, at, nearest)
 
 
-def _named(context: Context, samples: Samples, at: int, nearest: Clearances) -> Least | None:
+def _named(context: Context, samples: RunSamples, at: int, nearest: Clearances) -> Least | None:
     if not np.isfinite(nearest.distance[0]):
         return None
     pair = tuple(context.checker.scene.geom_name(int(g)) for g in nearest.pair[0])

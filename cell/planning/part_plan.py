@@ -84,6 +84,7 @@ class BeadRun:
         q_before: where the arm comes from, (j,), rad, or None.
         known: the first of them, where it is planned already.
         hurried: whether travels are searched with few attempts from the beginning.
+        share: of what the whole part may cost where it is lost.
     """
 
     firsts: tuple[int, ...]
@@ -91,6 +92,7 @@ class BeadRun:
     q_before: Floats | None
     known: BeadPlan | None = None
     hurried: bool = False
+    share: float = 1.0
 
 
 def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> PartPlan:
@@ -109,7 +111,7 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
     stuck: dict[int, Failure] = {}
     last: Stretch | None = None
     quick = hurried(context)
-    judge = LossJudge(context, run.firsts[0])
+    judge = LossJudge(context, run.firsts[0], run.share)
     for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
         bead = run.known
         if bead is None or bead.first != first:
@@ -193,9 +195,7 @@ def _cannot_leave(travel: Failure) -> bool:
     return effort is not None and effort.shut_in == "leaving" and effort.attempts is None
 
 
-def plan_bead(
-    context: Context, first: int, stop: int, q_before: Floats | None, most: float | None = None
-) -> BeadPlan:
+def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, most: float | None = None) -> BeadPlan:
     """Plan one bead.
 
     Args:

@@ -194,6 +194,23 @@ def _measures(result: Result) -> dict[str, Any]:
     return found
 
 
+def require_one_pose(case: Case) -> None:
+    """Refuse a table that has more than one pose in a run: a map says of single poses whether they serve the part.
+
+    Args:
+        case: to be swept.
+
+    Raises:
+        InputError: its table indexes or moves along; one line.
+    """
+    mode = case.table.mode
+    if mode in ("indexed", "coordinated"):
+        raise InputError(
+            f"{case.path}: table.mode: a sweep maps poses that serve a whole run, and this table is {mode}: its poses"
+            " are found by rbam check; --table fixed maps single poses, with part.take those of one sub-volume"
+        )
+
+
 def sweep(
     case: Case,
     poses: Sequence[Pose | tuple[float, float]],
@@ -217,8 +234,10 @@ def sweep(
         One row a pose, in the order of the poses.
 
     Raises:
-        InputError: the log belongs to another case, or a worker was killed; what was done is in the log.
+        InputError: the table has more than one pose in a run; the log belongs to another case, or a worker was
+            killed; what was done is in the log.
     """
+    require_one_pose(case)
     asked = [Pose(*pose) for pose in poses]
     mark = fingerprint(case)
     with Log(log, mark) as book:

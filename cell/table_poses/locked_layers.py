@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -71,8 +72,7 @@ class _Neighbours:
             targets = np.flatnonzero((t.sub_volume_index == self.own) & (t.layer == m))
             if not len(targets):
                 continue
-            all_there = self._checker(m, None)
-            blocked = self._blocked(all_there, targets)
+            blocked = self._blocked(targets, m)
             if not blocked:
                 continue
             for a in range(needs.shape[1]):
@@ -82,16 +82,38 @@ class _Neighbours:
                 for q in blocked:
                     needs[m, a] = min(needs[m, a], self._first_in_the_way(alone, q, len(self.job.deposits[a])))
 
-    def _blocked(self, checker: Checker, targets: Ints) -> list[Floats]:
+    def _blocked(self, targets: Ints, m: int) -> list[Floats]:
         """Of targets that are free without others and not with all of them: a few configurations that are free so."""
         found = []
-        for q in self._configurations(targets):
-            if not len(q) or self._free(checker, q[:CHEAP], self.most):
+        some = [q for q in self._configurations(targets) if len(q)]
+        if not some:
+            return []
+        # nearly all are free in the cheapest one
+        first = self._among_all.clearances(np.array([q[0] for q in some]), np.full(len(some), m))
+        for q in (some[k] for k in np.flatnonzero(first.distance < self.clearance).tolist()):
+            if self._free(self._among_all, q[:CHEAP], m):
                 continue
-            alone = q[checker.clearances(q, np.zeros(len(q), dtype=np.int64)).distance >= self.clearance]
-            if len(alone) and not self._free(checker, alone, self.most):
+            alone = q[self._alone.clearances(q, np.full(len(q), m)).distance >= self.clearance]
+            if len(alone) and not self._free(self._among_all, alone, m):
                 found.append(alone[:FEW])
         return found
+
+    @cached_property
+    def _among_all(self) -> Checker:
+        """Collision detection with all of the others, and as many of the own layers as a stage says."""
+        return self._own_growing(others=-1)
+
+    @cached_property
+    def _alone(self) -> Checker:
+        """The same with none of the others."""
+        return self._own_growing(others=10 * self.most)
+
+    def _own_growing(self, others: int) -> Checker:
+        geom = self.job.scene.deposit_of_geom
+        deposit = np.maximum(geom, 0)
+        number = np.where(self.sub_volume[deposit] == self.own, self.layer[deposit], others)
+        number = np.where(geom < 0, geom, number)
+        return Checker(replace(self.job.scene, deposit_of_geom=number), self.pose, self.clearance)
 
     def _configurations(self, targets: Ints) -> list[Floats]:
         """Configurations of targets inside limits and margins, the cheapest first."""
@@ -104,14 +126,14 @@ class _Neighbours:
             found.append(nodes.q[k][allowed][np.argsort(nodes.cost[k][allowed], kind="stable")])
         return found
 
-    def _checker(self, m: int, other: int | None) -> Checker:
-        """Collision detection with the layers below m, and as many of another sub-volume or of all as a stage says."""
+    def _checker(self, m: int, other: int) -> Checker:
+        """Collision detection with the layers below m, and as many of another sub-volume as a stage says."""
         scene = self.job.scene
         geom = scene.deposit_of_geom
         deposit = np.maximum(geom, 0)
         sub_volume, layer = self.sub_volume[deposit], self.layer[deposit]
         absent = 10 * self.most
-        number = np.where(other is None or sub_volume == other, layer, absent)
+        number = np.where(sub_volume == other, layer, absent)
         number = np.where(sub_volume == self.own, np.where(layer < m, -1, absent), number)
         number = np.where(geom < 0, -1, number)
         return Checker(replace(scene, deposit_of_geom=number), self.pose, self.clearance)

@@ -7,23 +7,30 @@ result.feasible, result.asked
 from __future__ import annotations
 
 from ..job.job import Job
+from ..processes import working
 from ..progress import Progress
 from .check import Result, check
 
 
-def check_as_asked(job: Job, progress: Progress | None = None) -> Result:
+def check_as_asked(job: Job, progress: Progress | None = None, *, jobs: int = 1) -> Result:
     """Check a job with the table as its case has it.
 
     Args:
         job: from ``cell.job.job.prepare``.
         progress: told how far it is.
+        jobs: processes that a large part is shared out among; the verdict does not depend on it.
 
     Returns:
         The verdict.
 
     Raises:
-        InputError: the positioner has no such angles, or cannot move like that; one line.
+        InputError: the positioner has no such angles, or cannot move like that, or a worker was killed; one line.
     """
+    with working(jobs):
+        return _checked(job, progress)
+
+
+def _checked(job: Job, progress: Progress | None) -> Result:
     table = job.case.table
     if table.mode == "fixed":
         return check(job, table.E1_deg, table.E2_deg, progress)

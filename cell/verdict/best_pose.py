@@ -6,13 +6,13 @@ result.asked, result.feasible
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
 
 from ..job.job import Job
 from ..job.table_groups import TableGroup
+from ..processes import processor_time
 from ..progress import Progress
 from ..table_poses.suited_poses import suited_poses, upright_poses
 from .check import Result, check
@@ -32,7 +32,7 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
         The verdict at the first pose that holds, of those that suit the part best; else at the one of those checked
         that loses fewest targets, with nothing proved.
     """
-    begun = time.process_time()
+    begun = processor_time()
     whole = TableGroup("", (0, 0), 0, len(job.targets))
     poses = [one.pose for one in suited_poses(job, whole)]
     if not poses:
@@ -47,4 +47,4 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
         if found.feasible:
             break
     assert best is not None
-    return replace(best, rows=tuple(map(unproved, best.rows)), mode="best", seconds=time.process_time() - begun)
+    return replace(best, rows=tuple(map(unproved, best.rows)), mode="best", seconds=processor_time() - begun)

@@ -45,7 +45,6 @@ from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..units import METRES_PER_MM
 
-
 NOT_LOOKED_AT = "not_looked_at"  # in place of a reason
 
 
@@ -74,7 +73,7 @@ class TargetVerdict:
 
     @property
     def verdict(self) -> str:
-        """"feasible", "infeasible", or ``NOT_LOOKED_AT``."""
+        """One word: feasible, infeasible, or ``NOT_LOOKED_AT``."""
         if not self.looked_at:
             return NOT_LOOKED_AT
         return "feasible" if self.failure is None else "infeasible"

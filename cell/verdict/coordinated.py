@@ -11,7 +11,6 @@ the angle off up is said to be proved. Radians and metres.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -26,11 +25,14 @@ from ..failure import Failure, Kind
 from ..job.job import Job
 from ..job.table_winding import freedom_of, upright_of
 from ..motion.motion import Motion
+from ..motion.motion_file import ReadMotion
 from ..planning.configurations import evaluate
 from ..planning.context import Context
+from ..processes import processor_time
 from ..progress import Progress, stage
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
+from ..verification.blended_motion import table_corner_collisions
 from ..verification.collisions import stages, table_collisions
 from .check import Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
 
@@ -71,7 +73,7 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
     Raises:
         InputError: the positioner has no such angles.
     """
-    begun = time.process_time()
+    begun = processor_time()
     least = freedom_of(job.case, job.scene).least_off(job.targets.normal)
     best: tuple[_Trial, Context, SpanVerdict] | None = None
     for trial in _trials(job, impossible=bool((least > upright_of(job.case)).any())):
@@ -94,7 +96,7 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
         sigma=found.sigma,
         gravity=off_upright(job, context.placed),
         motion=found.motion,
-        seconds=time.process_time() - begun,
+        seconds=processor_time() - begun,
         mode="coordinated",
         moved=trial.way.tables,
     )
@@ -201,7 +203,9 @@ def _not_proved(row: TargetVerdict) -> TargetVerdict:
 def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list[TargetVerdict]:
     """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
     every = np.arange(len(motion.t_s))
-    for met in table_collisions(job, rows_of(job, motion), stages(job, motion, every)):
+    way, laid = rows_of(job, motion), stages(job, motion, every)
+    rounded = table_corner_collisions(job, ReadMotion(motion, every + 1, ()), way, way, laid)
+    for met in (*table_collisions(job, way, laid), *rounded):
         i = int(motion.target[met.to_row])
         if rows[i].reason is None:
             rows[i] = failed(met.failure, i, rows[i].q)

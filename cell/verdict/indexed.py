@@ -11,7 +11,6 @@ locks out comes first. Between two groups the arm stands clear while the table t
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -28,6 +27,7 @@ from ..job.reordered import in_order
 from ..job.table_groups import TableGroup, table_groups
 from ..job.table_section_check import BODY
 from ..planning.context import Context, Span
+from ..processes import processor_time
 from ..progress import Progress, counted, stage
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
@@ -73,9 +73,9 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
     Returns:
         The verdict; its job has the sub-volumes in the order in which they are built.
     """
-    begun = time.process_time()
+    begun = processor_time()
     if job.case.table.poses:
-        return replace(_Build(job, progress).result(), seconds=time.process_time() - begun)
+        return replace(_Build(job, progress).result(), seconds=processor_time() - begun)
     search = _OrderSearch(job)
     best: Result | None = None
     for _ in range(ORDERS):
@@ -86,7 +86,7 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
         if result.feasible or not search.learned(result):
             break
     assert best is not None
-    return replace(best, seconds=time.process_time() - begun)
+    return replace(best, seconds=processor_time() - begun)
 
 
 class _OrderSearch:

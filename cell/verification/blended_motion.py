@@ -2,6 +2,7 @@
 
     q = rounded_rows(job, read, rows)                         # all axes where the rows come to lie
     found = corner_collisions(job, read, rows, way, stage, clear)
+    found = table_corner_collisions(job, read, rows, way, stage)
 
 Corners are rounded while welding and on the way, each by its own measure; not where the arc goes on or off, nor where
 all axes stand. A motion that says itself where it is rounded, as a program does, is rounded there. Radians and metres.
@@ -10,6 +11,7 @@ all axes stand. A motion that says itself where it is rounded, as a program does
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,12 +19,14 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..collision.blended_corners import BlendedPath, cut_corners
-from ..collision.clearances import Clearances
-from ..collision.reach_radii import all_radii
+from ..collision.clearances import CLEARANCE_REACH, Clearances
+from ..collision.reach_radii import all_radii, table_radii
+from ..collision.table import TableChecker
 from ..failure import Seen
 from ..job.job import Job
 from ..motion.motion import STANDING
 from ..motion.motion_file import ReadMotion
+from ..scene.scene import Scene
 from ..timing.blending import TRAVEL_ZONE, rounded
 from ..units import METRES_PER_MM
 from .bead_order import Finding
@@ -78,21 +82,88 @@ def corner_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: In
     least = job.case.checks.clearance_mm * METRES_PER_MM
     checker = arm_checker(job, way)
     radius = all_radii(scene)
+    found = []
+    for run in _sampled_runs(job, read, rows, way):
+        seen = clear.rows(np.arange(run.low, run.high + 1))
+        step, nearest = cut_corners(checker, radius, run.path(way.q), stage[run.samples], seen, least)
+        found += _findings(scene, run, seen, step, nearest, least)
+    return found
+
+
+def table_corner_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: Ints) -> list[Finding]:
+    """Where the table, or what stands on it, meets something for the rounding of its corners alone.
+
+    Args:
+        job: the job.
+        read: the motion.
+        rows: its rows.
+        way: samples of all of it.
+        stage: deposits there are at the samples.
+
+    Returns:
+        What was found; as in ``cell.verification.collisions.table_collisions`` nothing but penetration is wrong.
+    """
+    scene = job.scene
+    tables = way.q[:, scene.chain.n :]
+    if not np.diff(tables, axis=0).any():
+        return []
+    checker, radius = TableChecker(scene, CLEARANCE_REACH), table_radii(scene)
+    found = []
+    for run in _sampled_runs(job, read, rows, way):
+        if not np.diff(tables[run.samples], axis=0).any():
+            continue
+        seen = checker.clearances(tables[run.samples], stage[run.samples])
+        step, nearest = cut_corners(checker, radius, run.path(tables), stage[run.samples], seen, 0.0)
+        found += _findings(scene, run, seen, step, nearest, 0.0)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _SampledRun:
+    """Samples of a run of rows without a stop.
+
+    Attributes:
+        low: its first sample.
+        high: its last one.
+        row: that each step follows, (high - low,).
+        length: path length at each sample, (high - low + 1,).
+        zone: over which its corners are rounded.
+    """
+
+    low: int
+    high: int
+    row: Ints
+    length: Floats
+    zone: float
+
+    @property
+    def samples(self) -> slice:
+        """Its samples."""
+        return slice(self.low, self.high + 1)
+
+    def path(self, axes: Floats) -> BlendedPath:
+        """Some of the axes on it: samples lie on the rows' own straight lines, the same path with more rows."""
+        return BlendedPath(axes[self.samples], self.length, self.zone)
+
+
+def _sampled_runs(job: Job, read: ReadMotion, rows: Way, way: Way) -> Iterator[_SampledRun]:
     row = np.append(way.row[:-1], len(read.row) - 1)  # the last sample is the last row
     first, count = np.searchsorted(row, row), np.bincount(row)
     share = (np.arange(len(row)) - first) / count[row]
-    found = []
     for a, b, s, zone in _runs(job, read, rows):
         low, high = np.searchsorted(row, [a, b]).tolist()
         mine = slice(low, high + 1)
-        # samples lie on the rows' own straight lines: the same path with more rows
         length = np.interp(row[mine] - a + share[mine], np.arange(len(s)), s)
-        seen = clear.rows(np.arange(low, high + 1))
-        step, nearest = cut_corners(checker, radius, BlendedPath(way.q[mine], length, zone), stage[mine], seen, least)
-        near = np.full(len(seen) - 1, -np.inf)
-        near[step] = -nearest.distance
-        bad = np.isfinite(near) & (np.minimum(seen.distance[:-1], seen.distance[1:]) >= least)
-        for low_row, high_row, k in stretches_of(bad, row[low:high], near):
-            failure = hit(scene, nearest, int(np.searchsorted(step, k)), least, Seen.ROUNDED)
-            found.append(Finding(failure, low_row, high_row + 1))
-    return found
+        yield _SampledRun(low, high, row[low:high], length, zone)
+
+
+def _findings(
+    scene: Scene, run: _SampledRun, seen: Clearances, step: Ints, nearest: Clearances, least: float
+) -> Iterator[Finding]:
+    """What was found on steps of a run whose samples are free themselves."""
+    near = np.full(len(seen) - 1, -np.inf)
+    near[step] = -nearest.distance
+    bad = np.isfinite(near) & (np.minimum(seen.distance[:-1], seen.distance[1:]) >= least)
+    for low_row, high_row, k in stretches_of(bad, run.row, near):
+        failure = hit(scene, nearest, int(np.searchsorted(step, k)), least, Seen.ROUNDED)
+        yield Finding(failure, low_row, high_row + 1)

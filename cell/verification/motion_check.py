@@ -31,7 +31,7 @@ from ..motion.motion_file import ReadMotion
 from ..units import MARGIN_UNITS, METRES_PER_MM
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
-from .blended_motion import corner_collisions, rounded_rows
+from .blended_motion import corner_collisions, rounded_rows, table_corner_collisions
 from .collisions import arm_checker, collisions, stages, stretches_of
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
@@ -103,6 +103,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     stage = stages(job, motion, coarse.row)
     clear, hits = collisions(job, motion, coarse, stage)
     hits += corner_collisions(job, read, rows, coarse, stage, clear)
+    hits += table_corner_collisions(job, read, rows, coarse, stage)
     order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
     findings = [
         *_limit_findings(job, motion, rows.q),
@@ -144,6 +145,7 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
     stage = stages(job, motion, coarse.row)
     clear, hits = collisions(job, motion, coarse, stage)
     hits += corner_collisions(job, read, rows, coarse, stage, clear)
+    hits += table_corner_collisions(job, read, rows, coarse, stage)
     found = [
         *_limit_findings(job, motion, rows.q),
         *_drive_findings(job, use),

@@ -14,6 +14,7 @@ export class Targets {
     this.layer = t.layer;
     this.sub_volume = t.sub_volume;
     this.verdict = t.verdict;
+    this.hanging = t.hanging; // absent where nothing lies over nothing
     this.count = t.thickness.length;
   }
 

@@ -150,7 +150,7 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
     least = int(np.argmin(clearance))
     assert clearance[least] == pytest.approx(good.clearance.value * 1e3, abs=1e-3)
     named = [in_plain_words(good, name) for name in good.clearance.what]
-    assert path["pairs"][path["pair"][least]] == named
+    assert path["pairs"][int(path["pair"][least])] == named
     assert named[0] == "torch nozzle taper"
     assert named[1].startswith("layer ")
     assert named[1].endswith(" of SV1")
@@ -159,6 +159,12 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
     assert margin == pytest.approx(good.singularity.value, abs=1e-5)
     gravity = lines_of(path, "Deposition")[0]["y"]
     assert np.nanmax(gravity) == pytest.approx(np.rad2deg(good.gravity.max()), abs=0.01)
+
+
+def test_targets_over_nothing_are_marked(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "hanging" not in unpack(packed(good))["targets"]
+    monkeypatch.setattr(check_page, "targets_over_nothing", lambda job: {3: None, 7: None})
+    assert np.flatnonzero(unpack(packed(good))["targets"]["hanging"]).tolist() == [3, 7]
 
 
 def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Result, good_page: str) -> None:

@@ -144,7 +144,8 @@ def comparison(name: str = "boss") -> dict[str, Any]:
         "conical": (20, 24.0, 150, 0.05),
         "revolved": (20, 24.5, 151, 0.05),
     }
-    rows = tuple(ComparisonRow(s, Indices(*v)) for s, v in figures.items())
+    laid = {"overhang_deg": 37.0, "metal_share": 1.06}
+    rows = tuple(ComparisonRow(s, Indices(*v), **laid) for s, v in figures.items())
     paper = tuple(ComparisonRow(s, Indices(v[0] + 1, v[1] / 2, v[2] + 9, v[3])) for s, v in figures.items())
     broken = (rows[0].__class__("planar", None, f"{name}: planes do not fit"), *rows[1:])
     settings = SlicingParameters("planar", 1.73, 1.39, 2.2), Sampling()
@@ -157,6 +158,8 @@ def test_the_comparison_shows_every_figure_with_the_papers_beside() -> None:
     for text in ("130", "(139)", "25.00", "(12.50)", "cannot", "boss: planes do not fit"):
         assert text in page
     assert page.count('class="bar-of"') == 2 * 5 * 5
+    # overhang angle and metal laid, of all but the one that cannot slice
+    assert page.count("<td>37</td>") == page.count("<td>106%</td>") == 9
     swatches = set(re.findall(r'class="swatch" data-strategy="(\w+)"', page))
     assert all(f'[data-strategy="{strategy}"]' in page.split("</style>")[0] for strategy in swatches)
     assert len(swatches) == 5

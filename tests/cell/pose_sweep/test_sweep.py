@@ -7,6 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
+import yaml
 
 from cell.case.fingerprint import fingerprint
 from cell.case.number_lists import values_of
@@ -385,3 +386,19 @@ def test_nothing_is_printed_in_a_pipe(make_case):
     out = io.StringIO()
     sweep(load_case(make_case()), [(0.0, 0.0)], workers=1, progress=Bars(out))
     assert out.getvalue() == ""
+
+
+@pytest.mark.parametrize("mode", ["indexed", "coordinated"])
+def test_a_table_with_more_than_one_pose_in_a_run_is_not_swept(mode, make_case, capsys):
+    path = make_case()
+    content = yaml.safe_load(path.read_text())
+    path.write_text(yaml.safe_dump({**content, "table": {"mode": mode}}))
+    assert main(["sweep", str(path), "--e1", "90", "--e2", "0"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert f"this table is {mode}" in said
+    assert "--table fixed" in said
+    with pytest.raises(InputError, match=f"this table is {mode}"):
+        sweep(load_case(path), [(90, 0)])
+    # what it says helps
+    assert main(["sweep", str(path), "--table", "fixed", "--e1", "90", "--e2", "0", "--workers", "1"]) in (0, 1)

@@ -10,12 +10,17 @@ import pytest
 from support.boss_motion import boss_case, job_of
 
 from cell import html_report
+from cell.failure import IN_ROWS, Failure, Kind
+from cell.html.pack import Pack
+from cell.html.series import path_json
 from cell.job.job import Job
 from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.as_asked import check_as_asked
 from cell.verdict.check import Result
+from cell.verdict.coordinated import _with_table_met
 from cell.verdict.table_use import table_use
 from cell.verdict.words import in_words
+from cell.verification.bead_order import Finding
 from cell.verification.motion_check import check_motion
 
 
@@ -128,3 +133,29 @@ def test_a_table_that_would_sweep_the_work_into_a_wall_is_not_moved_there(tmp_pa
     ]
     assert met
     assert all(row.reason == "collision" and not row.proved and "wall" in str(row.detail["pair"]) for row in met)
+
+
+def test_what_the_table_meets_in_a_rounded_corner_counts(
+    upright: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    met = [Finding(Failure(Kind.COLLISION, measure=-1.0, limit=0.0, place=IN_ROWS), 7, 8)]
+    monkeypatch.setattr("cell.verification.motion_check.table_corner_collisions", lambda *_: met)
+    write_motion(tmp_path / "m.npz", upright.motion)
+    found = check_motion(upright.job, read_motion(tmp_path / "m.npz", upright.job))
+    assert [(f.reason, f.row) for f in found.findings] == [("collision", 8)]  # rows of files count from 1
+    rows = list(upright.rows)
+    monkeypatch.setattr("cell.verdict.coordinated.table_corner_collisions", lambda *_: met)
+    told = _with_table_met(upright.job, upright.motion, rows)
+    assert [i for i, row in enumerate(told) if row.reason == "collision"] == [int(upright.motion.target[8])]
+
+
+def test_the_page_plots_how_far_off_up_with_what_is_asked_for(upright: Result) -> None:
+    class Kept(Pack):
+        def put(self, values, kind):  # the numbers themselves
+            return np.asarray(values)
+
+    chart = next(c for c in path_json(Kept(), upright)["charts"] if c["group"] == "Gravity")
+    assert chart["limits"] == [{"y": pytest.approx(10.0), "label": "upright_deg 10 deg"}]
+    (line,) = chart["lines"]
+    assert np.nanmax(line["y"]) == pytest.approx(table_use(upright).max_deg, abs=0.3)
+    assert chart["range"] == [0, pytest.approx(20.8)]

@@ -1,0 +1,24 @@
+"""How many processes a command works in.
+
+check_as_asked(prepare(case), bars, jobs=jobs_of(args))
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from ..errors import InputError
+from ..processes import cores
+
+
+def jobs_of(args: argparse.Namespace) -> int:
+    """The processes asked for, or one a core: what is found does not depend on it, and small parts start none.
+
+    Raises:
+        InputError: it is no number of processes.
+    """
+    if args.jobs is None:
+        return cores()
+    if args.jobs < 1:
+        raise InputError(f"--jobs: {args.jobs} is not a number of processes; 1 or more")
+    return int(args.jobs)

@@ -1,0 +1,40 @@
+"""Which targets lie over nothing, whether the case sets a limit or not."""
+
+import numpy as np
+import pytest
+import trimesh
+import yaml
+
+from cell.case.read import load_case
+from cell.job.job import prepare
+from cell.job.unsupported import targets_over_nothing, unsupported_targets
+
+
+def box(low, high):
+    made = trimesh.creation.box(np.subtract(high, low))
+    made.apply_translation(np.add(low, high) / 2)
+    return made
+
+
+@pytest.mark.parametrize("limit", [None, 1.0])
+def test_targets_of_a_lip_that_begins_in_the_air(tmp_path, limit):
+    """An arm out of a cylinder of radius 20, whose end comes back along it: the lip from x = 30 on hangs."""
+    arm = [box((15, -6, 10), (50, 6, 22)), box((44, -6, 20), (50, 6, 40)), box((30, -6, 34), (48, 6, 40))]
+    trimesh.boolean.union(arm, engine="manifold").export(tmp_path / "lip.stl")
+    case = {
+        "part": {"sub_volumes": ["lip.stl"], "body": {"radius_mm": 20, "z_mm": [0, 80]}},
+        "slicing": {"strategy": "planar", "h_layer_mm": 2, "h_min_mm": 1, "h_max_mm": 3},
+        "support": {"radius_mm": 20, "height_mm": 150},
+        "table": {"E1_deg": 0, "E2_deg": 90},
+        "checks": {} if limit is None else {"overhang_mm": limit},
+    }
+    (tmp_path / "lip.case.yaml").write_text(yaml.safe_dump(case), encoding="utf-8")
+    job = prepare(load_case(tmp_path / "lip.case.yaml"))
+    over = targets_over_nothing(job)
+    place, layer = job.targets.position[sorted(over)], job.targets.layer[sorted(over)]
+    begins = (place[:, 2] > 33.0) & (place[:, 0] < 33.0)
+    assert begins.any()
+    assert len(set(layer[begins].tolist())) == 1  # the layers above it lie on it
+    # the rest is the bridge from the arm to the lip
+    assert (place[~begins][:, 0] > 43.0).all()
+    assert set(unsupported_targets(job)) == (set() if limit is None else set(over))

@@ -1,0 +1,190 @@
+"""Work shared out among processes: the same results, the first error, and nobody left behind."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from cell.errors import InputError
+from cell.processes import Crew, Tick, WorkerTraceback, cores, crew, processor_time, working
+from cell.termination import Terminated
+
+POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+
+
+def powered(shared: float, item: int, tick: Tick) -> tuple[int, float]:
+    """What is computed, and where."""
+    for _ in range(item):
+        tick()
+    return os.getpid(), shared**item
+
+
+def stands_still(shared: float, item: float, _: Tick) -> int:
+    """Takes a while by the clock."""
+    time.sleep(item)
+    return os.getpid()
+
+
+def fails(shared: None, item: int, _: Tick) -> int:
+    """The later the sooner: what is handed out last fails first."""
+    time.sleep(0.3 if item == 1 else 0.0)
+    if item == 1:
+        raise InputError("the first that fails")
+    if item > 1:
+        raise ValueError(f"item {item}")
+    return item
+
+
+class Stubborn(Exception):
+    """Cannot be made again from what it was made of."""
+
+    def __init__(self, a: int, b: int) -> None:
+        super().__init__(f"{a} and {b}")
+
+
+def fails_oddly(shared: None, item: int, _: Tick) -> None:
+    """With an error that cannot be sent."""
+    raise Stubborn(1, 2)
+
+
+def ends_itself(shared: None, item: int, _: Tick) -> None:
+    """By a signal."""
+    os.kill(os.getpid(), item)
+    time.sleep(60)
+
+
+def gone(pids: list[int]) -> bool:
+    """Whether none of these processes is a child of this one any more."""
+    return not {child.pid for child in multiprocessing.active_children()} & set(pids)
+
+
+def spins(shared: None, item: float, _: Tick) -> float:
+    """Takes processor time."""
+    end = time.process_time() + item
+    while time.process_time() < end:
+        pass
+    return item
+
+
+@pytest.fixture(scope="module")
+def two() -> Iterator[Crew]:
+    mine = Crew(2)
+    yield mine
+    mine.close(at_once=False)
+
+
+def test_alone_work_is_done_here() -> None:
+    steps: list[None] = []
+    found = Crew(1).run(powered, 1.1, [0, 1, 2], lambda: steps.append(None))
+    assert {pid for pid, _ in found} == {os.getpid()}
+    assert len(steps) == 3
+    assert crew().jobs == 1
+    with working(1) as mine:
+        assert mine.jobs == 1
+        assert not mine.workers()
+
+
+def test_one_item_starts_nobody() -> None:
+    with working(3) as mine:
+        assert mine.run(powered, 2.0, [3]) == [(os.getpid(), 8.0)]
+        assert not mine.workers()
+
+
+@pytest.mark.slow
+def test_results_come_in_order_whoever_has_them(two: Crew) -> None:
+    items = [5, 0, 3, 1, 4, 2, 6]
+    steps: list[None] = []
+    alone = [value for _, value in Crew(1).run(powered, 1.1, items)]
+    assert [value for _, value in two.run(powered, 1.1, items, lambda: steps.append(None))] == alone
+    assert len(steps) == sum(items)
+    pids = set(two.run(stands_still, 0.0, [0.2] * 4))
+    assert len(pids) == 2
+    assert os.getpid() not in pids
+    # what is shared is what was given last, not what was sent first
+    shared = np.arange(3.0)
+    assert [float(v.sum()) for _, v in two.run(powered, shared, [1, 2])] == [3.0, 5.0]
+
+
+@pytest.mark.slow
+def test_the_first_item_that_fails_is_told(two: Crew) -> None:
+    with pytest.raises(InputError, match="the first that fails") as found:
+        two.run(fails, None, [0, 1, 2, 3, 4])
+    cause = found.value.__cause__
+    assert isinstance(cause, WorkerTraceback)
+    assert "in fails" in str(cause)
+    assert cause.place.startswith("cell/test_processes.py:")
+    with pytest.raises(RuntimeError, match="Stubborn: 1 and 2"):
+        two.run(fails_oddly, None, [0, 1])
+    assert [value for _, value in two.run(powered, 2.0, [1, 2])] == [2.0, 4.0]  # the workers go on
+
+
+@pytest.mark.slow
+def test_the_time_of_workers_counts(two: Crew) -> None:
+    before, here, busiest = processor_time(), time.process_time(), two.busiest
+    two.run(spins, None, [0.2, 0.2, 0.2])
+    spent = processor_time() - before
+    assert spent - (time.process_time() - here) == pytest.approx(0.6, abs=0.1)
+    assert two.busiest - busiest == pytest.approx(0.4, abs=0.1)
+
+
+@POSIX
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "error", "text"),
+    [
+        (signal.SIGKILL, InputError, "a worker process was killed .too little memory.*--jobs 1"),
+        (signal.SIGSEGV, RuntimeError, "a worker process is gone .exit code -11"),
+    ],
+)
+def test_a_killed_worker_is_one_line_and_a_broken_one_an_error_of_the_program(
+    number: int, error: type[Exception], text: str
+) -> None:
+    pids: list[int] = []
+
+    def work() -> None:
+        with working(2) as mine:
+            pids.extend(pid for pid, _ in mine.run(powered, 2.0, [1, 1]))
+            mine.run(ends_itself, None, [number, number])
+
+    with pytest.raises(error, match=text):
+        work()
+    assert gone(pids)
+
+
+@POSIX
+@pytest.mark.slow
+@pytest.mark.parametrize("why", [KeyboardInterrupt(), Terminated(15)])
+def test_whoever_stops_leaves_nobody_behind(why: BaseException) -> None:
+    def stop() -> None:
+        raise why
+
+    begun = time.monotonic()
+    pids: list[int] = []
+
+    def work() -> None:
+        with working(2) as mine:
+            mine.run(powered, 2.0, [1, 1])
+            pids.extend(worker.process.pid or 0 for worker in mine.workers())
+            mine.run(long_after_a_tick, None, [60.0, 60.0], stop)
+
+    with pytest.raises(type(why)):
+        work()
+    assert time.monotonic() - begun < 30.0
+    assert len(pids) == 2
+    assert gone(pids)
+
+
+def long_after_a_tick(shared: None, item: float, tick: Tick) -> None:
+    """Says that it is there, and takes long."""
+    tick()
+    time.sleep(item)
+
+
+def test_the_cores_are_those_that_may_be_used() -> None:
+    assert 1 <= cores() <= (os.cpu_count() or 1)

@@ -1,0 +1,83 @@
+"""A table whose corners are rounded meets what its rows keep clear of, and that is found."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.boss_motion import boss_case, job_of
+
+from cell.job.job import Job
+from cell.motion.motion_file import BlendedRows
+from cell.timing.blending import rounded
+from cell.verification.bead_samples import Way
+from cell.verification.blended_motion import table_corner_collisions
+from cell.verification.collisions import table_collisions
+
+TIP_MM = (300.0, 0.0, 300.0)  # of a rod that stands beside the faceplate and turns with it
+SUPPORT_MM = 100.0
+ROD = {
+    "name": "rod",
+    "on": "table",
+    "cylinder": {"radius_mm": 2, "height_mm": 100},
+    "position_mm": [TIP_MM[0], TIP_MM[1], TIP_MM[2] - 50],
+}
+CORNERS = np.deg2rad([[0.0, 0.0], [20.0, 0.0], [20.0, 30.0]])  # E1 tilts, then E2 turns
+ZONE = 0.12  # rad
+
+
+def rows() -> tuple[np.ndarray, np.ndarray]:
+    """Table angles at samples on two straight ways, and the length to each, rad."""
+    legs = [np.linspace(a, b, 26) for a, b in pairwise(CORNERS)]
+    tables = np.concatenate([legs[0], legs[1][1:]])
+    return tables, np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tables, axis=0), axis=1))])
+
+
+def tip(job: Job, tables: np.ndarray) -> np.ndarray:
+    """Where the rod's tip is, world, mm."""
+    in_part = np.array([TIP_MM[0], TIP_MM[1], TIP_MM[2] - SUPPORT_MM, 1e3]) * 1e-3
+    return np.array([(job.scene.T_world_base() @ job.scene.T_base_part(*E) @ in_part)[:3] * 1e3 for E in tables])
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
+    folder = tmp_path_factory.mktemp("corner")
+    free = job_of(boss_case(folder, fixtures=[ROD]))
+    tables, s = rows()
+    at = tip(free, rounded(tables, s, ZONE, np.array([s[25]])))[0]
+    # the rows keep well away from there
+    assert np.linalg.norm(tip(free, tables) - at, axis=1).min() > 7.0
+    wall = {"name": "wall", "box": {"size_mm": [2, 2, 2]}, "position_mm": at.tolist()}
+    return job_of(boss_case(folder, fixtures=[ROD, wall]))
+
+
+def met(job: Job, zone: float) -> list[Any]:
+    tables, s = rows()
+    q = np.concatenate([np.zeros((len(tables), job.scene.chain.n)), tables], axis=1)
+    way = Way(np.arange(len(q)), q, np.tile(np.eye(4), (len(q), 1, 1)), np.tile(np.eye(4), (len(q), 1, 1)))
+    stage = np.zeros(len(q), dtype=np.int64)
+    assert table_collisions(job, way, stage) == []
+    read = SimpleNamespace(motion=None, row=np.arange(len(q)) + 1, blended=(BlendedRows(0, len(q) - 1, s, zone),))
+    return table_corner_collisions(job, read, way, way, stage)
+
+
+def test_what_a_rounded_corner_of_the_table_meets_is_found(job: Job) -> None:
+    found = met(job, ZONE)
+    assert found
+    assert {f.reason for f in found} == {"collision"}
+    assert all({"wall", "rod"} <= {name.split("/")[-1] for name in f.failure.pair} for f in found)
+    assert all(f.row <= 25 <= f.to_row or abs(f.row - 25) <= 3 for f in found)
+
+
+def test_a_sharp_corner_of_the_table_meets_nothing(job: Job) -> None:
+    assert met(job, 0.01) == []
+
+
+def test_a_table_that_stands_is_not_looked_at(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cell.verification.blended_motion.TableChecker", lambda *_: pytest.fail("looked at"))
+    q = np.zeros((3, job.scene.chain.n + 2))
+    way = Way(np.arange(3), q, np.tile(np.eye(4), (3, 1, 1)), np.tile(np.eye(4), (3, 1, 1)))
+    assert table_corner_collisions(job, SimpleNamespace(), way, way, np.zeros(3, dtype=np.int64)) == []
