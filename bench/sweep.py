@@ -14,6 +14,7 @@ import argparse
 import statistics
 import sys
 import time
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,66 +25,73 @@ from bench_arguments import parsed
 
 from cell import DEFAULT_CASE, Case, check, grid, load_case, prepare
 from cell.pose_sweep.grid import Pose
-from cell.pose_sweep.sweep import Unit, fingerprint
+from cell.pose_sweep.sweep import Work, fingerprint
 from cell.pose_sweep.workers import completed, processes
-from cell.table_poses.hopeless_poses import screen
+from cell.table_poses.hopeless_poses import screen, screen_all
 
 
 @dataclass(frozen=True)
 class Timed:
     """A unit of a sweep with the CPU time it takes."""
 
-    unit: Unit
+    unit: Callable[[], Any]
 
-    def __call__(self) -> tuple[dict[str, Any], float]:
+    def __call__(self) -> tuple[Any, float]:
         start = time.process_time()
-        row = self.unit()
-        return row, time.process_time() - start
+        found = self.unit()
+        return found, time.process_time() - start
 
 
-def seconds(units: list[Timed], pool: Executor) -> tuple[float, float, list[dict[str, Any]]]:
+def seconds(work: Work, pool: Executor) -> tuple[float, float, list[dict[str, Any]]]:
     """Wall time, CPU time and rows of a sweep."""
+    spent = 0.0
+
+    def timed(units: Sequence[Callable[[], Any]]) -> Generator[Any, None, None]:
+        nonlocal spent
+        for found, cpu in completed(pool, [Timed(unit) for unit in units]):
+            spent += cpu
+            yield found
+
     start = time.perf_counter()
-    found = list(completed(pool, units))
-    wall = time.perf_counter() - start
-    rows = sorted((row for row, _ in found), key=lambda row: (row["E1_deg"], row["E2_deg"]))
-    return wall, sum(cpu for _, cpu in found), rows
+    rows = sorted(work.rows(timed), key=lambda row: (row["E1_deg"], row["E2_deg"]))
+    return time.perf_counter() - start, spent, rows
 
 
 def screening(case: Case, poses: list[Pose]) -> None:
-    """Print what settling a pose costs with and without the screening."""
+    """Print what settling poses costs together, each by itself, and without the screening."""
     job = prepare(case)
-    settled: list[tuple[float, float]] = []
-    passed: list[float] = []
-    for pose in poses:
-        start = time.perf_counter()
-        found = screen(job, pose.E1_deg, pose.E2_deg)
-        took = time.perf_counter() - start
-        if found is None:
-            passed.append(took)
-            continue
-        start = time.perf_counter()
-        if check(job, pose.E1_deg, pose.E2_deg).feasible:
+    asked = [(pose.E1_deg, pose.E2_deg) for pose in poses]
+    screen_all(job, asked[:1])  # what the job keeps is computed at the first
+    start = time.process_time()
+    found = screen_all(job, asked)
+    together = time.process_time() - start
+    start = time.process_time()
+    if [screen(job, *pose) for pose in asked] != found:
+        raise SystemExit("poses screened together are not what each is by itself")
+    apart = time.process_time() - start
+    settled = [pose for pose, one in zip(asked, found, strict=True) if one is not None]
+    whole: list[float] = []
+    for pose in settled[:: max(len(settled) // 5, 1)]:
+        start = time.process_time()
+        if check(job, *pose).feasible:
             raise SystemExit(f"{pose}: screened out, but feasible")
-        settled.append((took, time.perf_counter() - start))
-    ours, whole = (sum(column) for column in zip(*settled, strict=True)) if settled else (0.0, 0.0)
+        whole.append(time.process_time() - start)
     print(f"settled by screening  {len(settled)} of {len(poses)} poses")
-    if settled:
-        print(f"  screening           {1e3 * ours / len(settled):.1f} ms a pose")
-        print(f"  whole check instead {1e3 * whole / len(settled):.1f} ms a pose, ratio {whole / ours:.0f}")
-    if passed:
-        print(f"passed on             {1e3 * statistics.mean(passed):.1f} ms a pose on top of its check")
+    print(f"  together            {1e3 * together / len(poses):.1f} ms of CPU a pose")
+    print(f"  each by itself      {1e3 * apart / len(poses):.1f} ms, ratio {apart / together:.1f}")
+    if whole:
+        print(f"  whole check instead {1e3 * statistics.mean(whole):.1f} ms (mean of {len(whole)} of them)")
 
 
 def scaling(case: Case, poses: list[Pose], runs: int) -> None:
     """Print what a second worker gives, once both have prepared."""
-    units = [Timed(Unit(fingerprint(case), case, pose)) for pose in poses]
+    work = Work(fingerprint(case), case, tuple(poses))
     found: list[tuple[float, float, float, float]] = []
     with processes(1) as alone, processes(2) as pair:
         for pool in (alone, pair):
-            seconds(units, pool)
+            seconds(work, pool)
         for _ in range(runs):
-            (wall, cpu, rows), (wall2, cpu2, same) = seconds(units, alone), seconds(units, pair)
+            (wall, cpu, rows), (wall2, cpu2, same) = seconds(work, alone), seconds(work, pair)
             if rows != same:
                 raise SystemExit("two workers give other rows than one")
             found.append((wall, wall2, cpu, cpu2))

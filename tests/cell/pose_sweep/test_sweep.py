@@ -18,12 +18,15 @@ from cell.cli.bar import Bars
 from cell.cli.main import main
 from cell.errors import InputError
 from cell.job.job import prepare
+from cell.planning.configurations import evaluate, reasons
+from cell.planning.context import settings_of
 from cell.pose_sweep.grid import Pose, grid
 from cell.pose_sweep.ranking import sweep_columns, sweep_document
 from cell.pose_sweep.sweep import Unit, sweep, variant_of
 from cell.remedy_search.bead_trial import first_failure
 from cell.report.sweep_lines import sweep_lines
-from cell.table_poses.hopeless_poses import screen, spread
+from cell.scene.placement import place
+from cell.table_poses.hopeless_poses import screen, screen_all, spread
 from cell.verdict.check import check
 
 POSES = [(90.0, 180.0), (0.0, 0.0), (-120.0, 45.0)]
@@ -70,6 +73,32 @@ def test_screening_never_says_more_than_a_check(make_case, roll):
         assert found.infeasible == sum(found.reasons.values())
         assert set(found.reasons) <= set(REASONS)
     assert settled
+
+
+@pytest.mark.parametrize("roll", [{"fixed_deg": -60}, {"range_deg": [-70, -50]}])
+def test_poses_screened_together_are_screened_as_each_by_itself(make_case, roll):
+    job = prepare(load_case(make_case(roll=roll)))
+    poses = [(e1, e2) for e1 in (-135.0, -30.0, 45.0, 90.0) for e2 in (-180.0, -90.0, 30.0, 120.0)]
+    together = screen_all(job, poses)
+    assert together == [screen(job, *pose) for pose in poses]
+    assert together[::-1] == screen_all(job, poses[::-1])
+    assert None in together
+    assert len({tuple(found.reasons) for found in together if found is not None}) > 1
+    assert screen_all(job, []) == []
+
+
+@pytest.mark.parametrize("roll", [{"fixed_deg": -60}, {"range_deg": [-60, 60]}])
+def test_reasons_of_many_targets_are_those_of_each(make_case, roll):
+    job = prepare(load_case(make_case(roll=roll, checks={"wrist_deg": 70})))
+    step, told = settings_of(job).roll_step, set()
+    for e1, e2 in [(120, -90), (0, 0), (90, 0)]:
+        placed = place(job.targets, job.scene.T_base_part(*np.deg2rad([e1, e2])))
+        nodes = evaluate(job.solver, placed, job.window, step, job.singularity_limits)
+        dead = np.flatnonzero(~np.isfinite(nodes.cost).any(axis=(1, 2, 3)))
+        found = reasons(job.solver, placed.Ts_base_target[dead], job.window, step)
+        assert found == [nodes.why_not(i)[0].reason for i in dead]
+        told |= set(found)
+    assert told == {"unreachable", "joint_limit", "singular"}
 
 
 def test_screening_lets_a_feasible_pose_pass_and_sees_a_table_in_the_floor(make_case):

@@ -115,8 +115,10 @@ def test_a_killed_worker_is_one_line_and_the_log_keeps_what_was_done(
     with processes(1) as pool, pytest.raises(BrokenExecutor):
         list(completed(pool, [Kill()]))
 
-    def dies(units: list[Any], workers: int | None, executor: Executor | None) -> Any:
-        yield units[0]()
+    real = module._outcomes
+
+    def dies(work: Any, workers: int | None, executor: Executor | None) -> Any:
+        yield next(real(work, 1, None))
         raise BrokenExecutor
 
     argv = ["sweep", str(path), "--e1", "0:45:45", "--e2", "0", "--out", str(log)]
@@ -240,7 +242,7 @@ def test_a_dask_cluster_survives_a_killed_worker(make_case: Callable[..., Path],
         victim = next(iter(cluster.workers.values())).process.process.pid
 
         class Killing(Executor):
-            """Kills one worker after a few poses are back."""
+            """Kills one worker after the first units are back."""
 
             def __init__(self, real: Executor) -> None:
                 self.real, self.back = real, 0
@@ -252,7 +254,7 @@ def test_a_dask_cluster_survives_a_killed_worker(make_case: Callable[..., Path],
 
             def _count(self, _: object) -> None:
                 self.back += 1
-                if self.back == len(poses) // 3:
+                if self.back == 2:
                     os.kill(victim, signal.SIGKILL)
 
         with dask_cluster(cluster.scheduler_address) as executor:
