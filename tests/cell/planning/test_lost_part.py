@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from itertools import product
+
+import mujoco
 import numpy as np
 import pytest
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker
+from cell.collision.reach_radii import tool_radii
 from cell.job.job import Job, prepare
 from cell.planning import lost_part
 from cell.planning.context import Context
-from cell.planning.free_rolls import free_rolls
+from cell.planning.free_rolls import _looked_at, free_rolls
 from cell.planning.lost_part import lost_alone, unreachable
 from cell.scene.scene import table_angles
 from cell.verdict.check import NOT_LOOKED_AT, Result, check
+from ik.roll import apply_roll
 
 # leaves no room for the nozzle above the last layers, at any roll
 LID = {"name": "lid", "box": {"size_mm": [10, 300, 300]}, "position_mm": [-78, 0, 120], "on": "table"}
@@ -112,6 +117,39 @@ def test_targets_judged_together_are_judged_as_one_by_one(job_with):
     alone = {i: m for i in some for m in [lost_alone(context, [i]).get(i)] if m is not None}
     assert {i: m.failure for i, m in together.items()} == {i: m.failure for i, m in alone.items()}
     assert not unreachable(context, some)
+
+
+def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with):
+    context = context_of(job_with(POST))
+    some = np.arange(0, len(context.stage), max(len(context.stage) // 4, 1))
+    rolls = np.deg2rad(np.arange(-180, 180, 20.0))
+    target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
+    looked = _looked_at(context, target, roll, None, context.tool_radius)
+    held = np.flatnonzero(looked.held > 0)
+    assert len(held) > 10
+    for side in (-1, 1):
+        turned = looked.roll[held] + side * 0.98 * np.minimum(looked.held[held], np.pi)
+        Ts = apply_roll(context.placed.rows(looked.target[held]).Ts_base_target, turned)
+        q = context.solver.candidates(Ts).q
+        row, g, k = np.nonzero(np.isfinite(q[..., 0]))
+        seen = context.screen.clearances(q[row, g, k], context.stage[looked.target[held[row]]])
+        assert (seen.distance < context.settings.clearance).all()
+
+
+def test_the_tool_is_nowhere_further_from_the_wire_than_said(job_with):
+    scene = job_with().scene
+    model, data = scene.model, mujoco.MjData(scene.model)
+    data.qpos[scene.arm_qpos] = scene.home
+    mujoco.mj_forward(model, data)
+    tcp, found = scene.sites["tcp"], tool_radii(scene)
+    corners = np.array(list(product((-1, 1), repeat=3)))
+    for g in np.flatnonzero(scene.tool_geom):
+        box = model.geom_aabb[g]
+        half = box[3:] / np.sqrt(3.0)  # inside it, whatever its shape is within its box
+        points = data.geom_xpos[g] + (box[:3] + corners * half * [0, 0, 1]) @ data.geom_xmat[g].reshape(3, 3).T
+        local = (points - data.site_xpos[tcp]) @ data.site_xmat[tcp].reshape(3, 3)
+        assert np.hypot(local[:, 0], local[:, 1]).max() <= found[g] + 1e-9
+    assert np.isinf(found[~scene.tool_geom]).all()
 
 
 @pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
