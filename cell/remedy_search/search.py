@@ -145,11 +145,11 @@ def _nothing_moving(result: Result) -> Remedy:
 
 
 def _infeasible(result: Result) -> Ints:
-    return np.array([i for i, row in enumerate(result.rows) if row.reason is not None], dtype=np.int64)
+    return np.array([i for i, row in enumerate(result.rows) if row.failure is not None], dtype=np.int64)
 
 
 def _one_reason(result: Result) -> str | None:
-    reasons = {row.reason for row in result.rows if row.reason is not None}
+    reasons = {row.reason for row in result.rows if row.failure is not None}
     return reasons.pop() if len(reasons) == 1 else None
 
 
