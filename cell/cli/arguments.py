@@ -219,9 +219,9 @@ all along. Every infeasible target has a reason:
   singular      a margin is too small                 collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
   speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
-A part that cannot be built costs no more than half again what one costs that can: once it is lost, 20,000
-configurations and 4 for each of its targets are asked about in vain, spread evenly over it. Targets that
-this leaves out are told, and counted, as not looked at; --all looks at every one.
+A part that is lost is not searched without end: about what cannot be welded 4,000 configurations (20,000 of up
+to 600 targets) and 4 for each target are asked, spread evenly over the part. Targets that this leaves out are told,
+and counted, as not looked at; --all looks at every one.
 
 Where the case is infeasible, the smallest change that helps is searched and checked. It may be one of the roll, E1,
 E2, the place of the positioner, the support's height or the part's place, the stick-out, the

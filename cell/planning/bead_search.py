@@ -23,9 +23,9 @@ from ik.roll import wrap
 from ..arrays import Ints
 from ..collision.clearances import Clearances
 from ..failure import Effort, Failure, Kind, Place, Where
-from .between_rolls import standing_between
 from .configurations import Nodes, near_cost
 from .edge_check import SearchedBead, Stretch, examine
+from .free_rolls import standing_between
 from .leaving import true_edges, why_none_leads_on
 
 ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten

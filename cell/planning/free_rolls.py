@@ -2,6 +2,7 @@
 
     found = free_rolls(context, targets, step)     # {i: [(low, high), ...]} rad: stretches of the roll that are free
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
+    hint = standing_between(context, nodes, T, stage, roll)   # at a roll that kinematics alone names, and beside it
 
 Between two samples of a branch the arm has only so far to go: where it is deeper in a collision than that at both of
 them, nothing between them is free, and it is not looked at. What moves with the TCP only turns about the wire: where it
@@ -12,7 +13,7 @@ else is halved until ``FINEST``. A search, and no proof: depths are what the col
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +23,16 @@ from ik.roll import apply_roll, wrap
 from ik.singularity import margins
 
 from ..arrays import Ints
+from ..failure import Contact, RollBetween
+from .configurations import Nodes
 from .context import Context
 
 FINEST = np.deg2rad(0.3)  # closer samples are not looked at
 ROUNDABOUT = 1.5  # how much longer the way between two samples can be than the straight one in joints
 TOGETHER = 64  # targets looked at together, to keep memory flat
 COARSER = 3  # times as far apart are the rolls that are looked at first
+BESIDE = np.deg2rad(np.array([0.0, *(s * d for d in (0.25, 0.5, 1, 2, 3, 4, 5, 6) for s in (-1, 1))]))
+STANDS = np.empty(0)  # axes of a table that does not move
 Stretches = list[tuple[float, float]]
 
 
@@ -197,3 +202,40 @@ def stabbing(stretches: Iterable[tuple[float, float]]) -> Floats:
         out.append((low + high) / 2)
         low, high = a, b
     return np.unique(wrap(np.array([*out, (low + high) / 2])[1:]))
+
+
+def standing_between(
+    context: Context, nodes: Nodes, T: Floats, stage: int, roll: float, table: Floats = STANDS
+) -> RollBetween | None:
+    """Whether the arm can stand at a target at a roll between the samples.
+
+    Args:
+        context: the cell and what is to be kept.
+        nodes: of the target's bead, for the window and the margins.
+        T: the target at roll 0, (4, 4), m.
+        stage: deposits laid when it is welded.
+        roll: a roll at which a configuration keeps limits and margins, rad.
+        table: E1, E2 there, (2,), rad; (0,) where the table stands.
+
+    Returns:
+        The roll at which a configuration keeps the clearance as well, there or beside it. Else the roll of the least
+        bad configuration, with its nearest pair. None where there is no configuration.
+    """
+    solver, window = context.solver, nodes.window
+    rolls = roll + BESIDE
+    rolls = rolls[window.excess(rolls) == 0.0] if not window.is_fixed else rolls[:1]
+    q = solver.candidates(apply_roll(T[None], rolls)).q
+    least = context.limits.values(solver.geometry is not None)
+    allowed = np.isfinite(q[..., 0]) & (margins(solver.chain, solver.geometry, q) >= least).all(axis=-1)
+    at = np.argwhere(allowed)
+    if not len(at):
+        return None
+    axes = np.concatenate([q[tuple(at.T)], np.tile(table, (len(at), 1))], axis=1)
+    found = context.screen.clearances(axes, np.full(len(at), stage))
+    free = found.distance >= context.settings.clearance
+    k = int(np.argmax(free)) if free.any() else int(np.argmax(found.distance))
+    deg = round(float(np.rad2deg(rolls[at[k, 0]])), 3)
+    if free.any():
+        return RollBetween(deg)
+    hit = context.describe(found, k)
+    return RollBetween(deg, replace(hit, contact=Contact(hit.pair)))

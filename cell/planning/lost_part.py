@@ -5,8 +5,9 @@
     judge.left(target)                                         # configurations that may still be asked by then
 
 Work is counted in configurations that collision detection is asked about, so that a verdict does not hang on the
-machine. Beads that come out whole cost what they cost in a part that can be built. All else has a budget: FLOOR, and
-PER_TARGET for each target of the part, spent evenly along it. What the budget allows is judged as if there were none.
+machine. Beads that come out whole cost what they cost in a part that can be built. All else has a budget: FLOOR
+(LARGE_FLOOR for parts of more than SMALL targets), and PER_TARGET for each target of the part, spent evenly along it.
+What the budget allows is judged as if there were none.
 Beyond it a bead is lost as soon as one of its targets is proved out of reach, or is free at no roll; a few others are
 judged with it, and the rest is left open: neither feasible nor infeasible.
 
@@ -31,7 +32,8 @@ from .edge_check import SearchedBead
 from .free_rolls import free_rolls
 from .station_search import HIT, Ends, StationSearch
 
-FLOOR = 20_000  # configurations asked about what cannot be welded, whatever the size of the part
+FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
+LARGE_FLOOR = 4_000  # of all others
 PER_TARGET = 4  # and for each of its targets
 BRANCHES = 8  # configurations of a target at a roll
 PROBES = 3  # targets judged by themselves before a bead is searched in full
@@ -51,7 +53,7 @@ class LossJudge:
             first: its first target.
             share: of what a whole part may cost whatever its size.
         """
-        self.floor = FLOOR * share
+        self.floor = share * (FLOOR if len(context.stage) <= SMALL else LARGE_FLOOR)
         self.context, self.every = context, context.settings.every_target
         self.first = first
         self.spent = 0

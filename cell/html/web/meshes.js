@@ -15,6 +15,8 @@ export class Targets {
     this.sub_volume = t.sub_volume;
     this.verdict = t.verdict;
     this.hanging = t.hanging; // absent where nothing lies over nothing
+    this.gravity = t.gravity; // absent where the part is feasible, and so
+    this.base_mm = t.base_mm; // are these
     this.count = t.thickness.length;
   }
 

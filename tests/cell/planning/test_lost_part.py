@@ -1,0 +1,164 @@
+"""A part that cannot be built: what is looked at is judged as without a budget, and the rest is left open."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import mujoco
+import numpy as np
+import pytest
+
+from cell.case.read import load_case
+from cell.collision.checker import Checker
+from cell.collision.reach_radii import tool_radii
+from cell.job.job import Job, prepare
+from cell.planning import lost_part
+from cell.planning.context import Context
+from cell.planning.free_rolls import _looked_at, free_rolls
+from cell.planning.lost_part import lost_alone, unreachable
+from cell.scene.scene import table_angles
+from cell.verdict.check import NOT_LOOKED_AT, Result, check
+from ik.roll import apply_roll
+
+# leaves no room for the nozzle above the last layers, at any roll
+LID = {"name": "lid", "box": {"size_mm": [10, 300, 300]}, "position_mm": [-78, 0, 120], "on": "table"}
+# leaves room on one side of a boss
+POST = {"name": "post", "box": {"size_mm": [120, 12, 60]}, "position_mm": [-120, 9, 120], "on": "table"}
+
+
+@pytest.fixture
+def job_with(make_case):
+    def made(*fixtures: dict, every: bool = False, **sections: dict) -> Job:
+        path = make_case(fixtures=list(fixtures), checks={"every_target": every}, **sections)
+        return prepare(load_case(path))
+
+    return made
+
+
+@pytest.fixture
+def nothing_over(monkeypatch):
+    monkeypatch.setattr(lost_part, "FLOOR", 0)
+
+
+def asked(monkeypatch, job: Job) -> tuple[Result, int]:
+    """A verdict, and how many configurations collision detection was asked about."""
+    count, really = [0], Checker.clearances
+
+    def counted(self, q, stage):
+        count[0] += len(q)
+        return really(self, q, stage)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Checker, "clearances", counted)
+        return check(job, 90, 180), count[0]
+
+
+@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
+def test_what_is_looked_at_is_judged_as_if_all_were(job_with, nothing_over, fixture):
+    found, whole = check(job_with(fixture), 90, 180), check(job_with(fixture, every=True), 90, 180)
+    assert whole.not_looked_at == 0
+    assert 0 < found.not_looked_at < len(found.rows)
+    assert found.infeasible > 0
+    for one, other in zip(found.rows, whole.rows, strict=True):
+        if one.looked_at:
+            assert (one.verdict, one.reason) == (other.verdict, other.reason)
+
+
+def test_nothing_that_was_left_out_is_counted(job_with, nothing_over):
+    found = check(job_with(LID), 90, 180)
+    assert sum(found.reasons.values()) == found.infeasible == len(found.failures)
+    assert found.looked_at + found.not_looked_at == len(found.rows)
+    assert not found.feasible
+    frame = found.to_frame()
+    open_ = ~frame["looked_at"]
+    assert open_.sum() == found.not_looked_at > 0
+    assert not frame["feasible"][open_].any()
+    assert set(frame["reason"][open_]) == {NOT_LOOKED_AT}
+    assert np.isnan(frame["A1_deg"][open_]).all()
+
+
+def test_the_same_is_looked_at_every_time(job_with, nothing_over):
+    one, other = (check(job_with(POST), 90, 180) for _ in range(2))
+    assert [row.detail for row in one.rows] == [row.detail for row in other.rows]
+    assert [row.verdict for row in one.rows] == [row.verdict for row in other.rows]
+
+
+def test_a_part_that_is_small_enough_is_looked_at_whole(job_with):
+    assert check(job_with(LID), 90, 180).not_looked_at == 0
+
+
+@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
+def test_no_is_said_at_no_more_than_half_again_of_the_work_for_yes(monkeypatch, job_with, nothing_over, fixture):
+    good, most = asked(monkeypatch, job_with())
+    assert good.feasible
+    bad, work = asked(monkeypatch, job_with(fixture))
+    assert not bad.feasible
+    assert work <= 1.5 * most
+
+
+def test_out_of_reach_is_proved_for_all_without_a_question_about_collisions(monkeypatch, job_with, nothing_over):
+    job = job_with(positioner={"position_mm": [6000, 0, 0]})
+    found, work = asked(monkeypatch, job)
+    assert found.not_looked_at == 0
+    assert found.reasons["unreachable"] == len(found.rows)
+    assert all(row.proved for row in found.rows)
+    assert work < len(found.rows)
+
+
+def context_of(job: Job) -> Context:
+    return Context.of(job, table_angles(job.scene, 90, 180))
+
+
+def test_targets_judged_together_are_judged_as_one_by_one(job_with):
+    context = context_of(job_with(POST))
+    some = list(range(0, len(context.stage), max(len(context.stage) // 12, 1)))
+    together = lost_alone(context, some)
+    assert 0 < len(together) < len(some)
+    alone = {i: m for i in some for m in [lost_alone(context, [i]).get(i)] if m is not None}
+    assert {i: m.failure for i, m in together.items()} == {i: m.failure for i, m in alone.items()}
+    assert not unreachable(context, some)
+
+
+def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with):
+    context = context_of(job_with(POST))
+    some = np.arange(0, len(context.stage), max(len(context.stage) // 4, 1))
+    rolls = np.deg2rad(np.arange(-180, 180, 20.0))
+    target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
+    looked = _looked_at(context, target, roll, None, context.tool_radius)
+    held = np.flatnonzero(looked.held > 0)
+    assert len(held) > 10
+    for side in (-1, 1):
+        turned = looked.roll[held] + side * 0.98 * np.minimum(looked.held[held], np.pi)
+        Ts = apply_roll(context.placed.rows(looked.target[held]).Ts_base_target, turned)
+        q = context.solver.candidates(Ts).q
+        row, g, k = np.nonzero(np.isfinite(q[..., 0]))
+        seen = context.screen.clearances(q[row, g, k], context.stage[looked.target[held[row]]])
+        assert (seen.distance < context.settings.clearance).all()
+
+
+def test_the_tool_is_nowhere_further_from_the_wire_than_said(job_with):
+    scene = job_with().scene
+    model, data = scene.model, mujoco.MjData(scene.model)
+    data.qpos[scene.arm_qpos] = scene.home
+    mujoco.mj_forward(model, data)
+    tcp, found = scene.sites["tcp"], tool_radii(scene)
+    corners = np.array(list(product((-1, 1), repeat=3)))
+    for g in np.flatnonzero(scene.tool_geom):
+        box = model.geom_aabb[g]
+        half = box[3:] / np.sqrt(3.0)  # inside it, whatever its shape is within its box
+        points = data.geom_xpos[g] + (box[:3] + corners * half * [0, 0, 1]) @ data.geom_xmat[g].reshape(3, 3).T
+        local = (points - data.site_xpos[tcp]) @ data.site_xmat[tcp].reshape(3, 3)
+        assert np.hypot(local[:, 0], local[:, 1]).max() <= found[g] + 1e-9
+    assert np.isinf(found[~scene.tool_geom]).all()
+
+
+@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
+def test_rolls_at_which_the_tool_is_held_hide_nothing(job_with, fixture):
+    context = context_of(job_with(fixture))
+    some = list(range(0, len(context.stage), max(len(context.stage) // 6, 1)))
+    step = np.deg2rad(5.0)
+    found, work = free_rolls(context, some, step), context.asked
+    everywhere = context_of(job_with(fixture))
+    everywhere.__dict__["tool_radius"] = np.full(len(everywhere.tool_radius), np.inf)  # holds nothing
+    assert found == free_rolls(everywhere, some, step)
+    assert work < everywhere.asked

@@ -1,0 +1,76 @@
+"""What was not looked at is told as that: never as feasible, never as infeasible, never in a count."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from cell.case.read import load_case
+from cell.cli.main import main
+from cell.html.check_page import html_report
+from cell.html.words import Words
+from cell.job.job import prepare
+from cell.planning import lost_part
+from cell.remedy_search.search import remedies
+from cell.verdict.check import NOT_LOOKED_AT, check
+from cell.verdict.severity import worst_first
+from cell.view.colours import GREY, target_colours
+
+LID = {"name": "lid", "box": {"size_mm": [10, 300, 300]}, "position_mm": [-78, 0, 120], "on": "table"}
+
+
+@pytest.fixture
+def case(make_case, monkeypatch):
+    monkeypatch.setattr(lost_part, "FLOOR", 0)
+    return make_case(fixtures=[LID])
+
+
+def test_the_document_and_the_text_say_how_many(case, tmp_path, capsys):
+    path = tmp_path / "report.json"
+    assert main(["check", str(case), "--no-remedies", "--json", str(path)]) == 1
+    said, document = capsys.readouterr().out, json.loads(path.read_text())
+    rows = document["rows"]
+    verdicts = Counter(row["verdict"] for row in rows)
+    assert set(verdicts) <= {"feasible", "infeasible", NOT_LOOKED_AT}
+    assert document["not_looked_at"] == verdicts[NOT_LOOKED_AT] > 0
+    assert document["looked_at"] + document["not_looked_at"] == document["targets"] == len(rows)
+    assert document["infeasible"] == verdicts["infeasible"] == sum(document["reasons"].values()) > 0
+    for row in rows:
+        assert row["looked_at"] == (row["verdict"] != NOT_LOOKED_AT)
+        if not row["looked_at"]:
+            assert (row["reason"], row["detail"], row["proved"], row["q_deg"]) == (NOT_LOOKED_AT, {}, False, None)
+    assert f"{document['not_looked_at']} of {len(rows)} targets" in said
+    assert f"of the {document['looked_at']} targets looked at" in said
+
+
+def test_all_looks_at_every_one(case, tmp_path):
+    path = tmp_path / "report.json"
+    assert main(["check", str(case), "--all", "--no-remedies", "-q", "--json", str(path)]) == 1
+    document = json.loads(path.read_text())
+    assert document["not_looked_at"] == 0
+    assert document["looked_at"] == document["targets"]
+
+
+def test_a_motion_from_outside_is_no_case_for_all(case, tmp_path, capsys):
+    assert main(["check", str(case), "--all", "--motion-in", str(tmp_path / "none.csv")]) == 2
+    assert "--all: does not go with --motion-in" in capsys.readouterr().err
+
+
+def test_pages_pictures_and_remedies_know_it(case):
+    found = check(prepare(load_case(case)), 90, 180)
+    words = Words(found)
+    assert f"{found.not_looked_at} of the part's {len(found.rows)} targets were not looked at" in words.verdict()
+    assert f"the {found.looked_at} targets looked at" in words.facts()
+    assert NOT_LOOKED_AT not in words.reasons()
+    assert NOT_LOOKED_AT in html_report(found)
+    open_ = np.array([not row.looked_at for row in found.rows])
+    colours, what = target_colours(found, "verdict")
+    assert (colours[open_] == np.array(GREY)).all()
+    assert not (colours[~open_] == np.array(GREY)).all(axis=1).any()
+    assert "grey not looked at" in what
+    assert sorted(worst_first(found)) == sorted(found.failures)
+    for remedy in remedies(found, seconds=0.0):
+        assert set(remedy.targets.tolist()) == set(found.failures)
