@@ -13,7 +13,6 @@ ROOTS = ("cell", "ik", "slicing", "models", "bench")
 
 LONGER = {
     "cell/cli/arguments.py:build_parser": "one option after the other",
-    "cell/report/check_document.py:report_document": "one key of the contract after the other",
     "cell/scene/workpiece.py:add_part": "one body after the other, as MJCF lists them",
     "cell/scene/world.py:surroundings": "one light, texture and plane after the other, as MJCF lists them",
     "models/kr70_r2100/build_visuals.py:parts": "one solid of the arm after the other",

@@ -67,6 +67,19 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
             for chunk, q in zip(chunks, q_before, strict=True)
         ]
         plans = crew().run(_planned, shared, runs, count)
+    return join_chunks(shared, plans)
+
+
+def join_chunks(shared: Shared, plans: Sequence[PartPlan]) -> PartPlan:
+    """Make plans of chunks the plan of the part.
+
+    Args:
+        shared: the part and what it is planned with.
+        plans: of its chunks, in order.
+
+    Returns:
+        The plan.
+    """
     return _Joining(shared, plans).plan()
 
 

@@ -5,7 +5,8 @@
     joint.bead, joint.way
 
 A chunk whose configurations are those of the arm but for whole turns of joints is turned as a whole. Its first bead
-stays as it was planned where a travel leads to it; where none is found, it is planned again after the one before.
+stays as it was planned where a travel leads to it; where none is found, it is planned again after the one before, to
+begin elsewhere.
 Radians and metres.
 """
 
@@ -21,7 +22,7 @@ from ..failure import Failure
 from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
-from ..planning.part_plan import PartPlan, plan_bead, that_can_leave, travel_to
+from ..planning.part_plan import PartPlan, travel_to
 from ..planning.travel import Way
 
 
@@ -83,21 +84,8 @@ def joint_of(context: Context, last: Stretch, bead: BeadPlan) -> JoinedBead:
         The joint.
     """
     found, way = travel_to(context, last, bead)
-    if isinstance(way, Failure):
-        again = _after(context, last, bead)
-        if not again.whole or same_beginning(again, bead):
-            return JoinedBead(None, way)
-        found, other = travel_to(context, last, again)
-        if isinstance(other, Failure):
-            return JoinedBead(None, way)
-        way = other
-    return JoinedBead(None if same_beginning(found, bead) and same_end(found, bead) else found, way)
-
-
-def _after(context: Context, last: Stretch, bead: BeadPlan) -> BeadPlan:
-    """A bead planned after what was welded last."""
-    again = plan_bead(context, bead.first, bead.stop, last.q_targets[-1])
-    return that_can_leave(context, again)[0] if again.whole and bead.stop < context.span.stop else again
+    stays = isinstance(way, Failure) or (same_beginning(found, bead) and same_end(found, bead))
+    return JoinedBead(None if stays else found, way)
 
 
 def same_beginning(one: BeadPlan, other: BeadPlan) -> bool:

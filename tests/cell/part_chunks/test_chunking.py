@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -63,10 +62,3 @@ def test_every_bead_is_in_one_chunk_and_no_chunk_is_short(
     assert ends[-1] == span.stop
     if len(chunks) > 1:
         assert min(np.diff(ends)) >= least
-
-
-@pytest.mark.parametrize("whole", [1500])
-def test_the_shipped_parts_are_one_chunk_each(whole: int) -> None:
-    # the largest of them, the five blades of the propeller, has 725 targets
-    assert Chunking().whole == whole
-    assert len(cuts([[25]] * 29, Chunking().whole, Chunking().least)) == 1
