@@ -16,7 +16,6 @@ import heapq
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -25,16 +24,16 @@ from ..case.read import with_changes
 from ..case.sections import Checks
 from ..failure import Where
 from ..job.job import Job
-from ..plain import plain
 from ..progress import Progress, counted
 from ..verdict.check import Result, check
 from .angle_changes import RollFree, RollRange
 from .bead_trial import first_failure
 from .change import Change
 from .changes import Start, seam_changes, single_changes, table_pose_change
+from .remedy import Remedy
 from .screening import Screening, between
 from .seam_changes import counterparts, seam_places
-from .table_modes import mode_trials
+from .table_modes import nothing_moving, other_mode
 from .target_groups import Group, groups
 
 MOST_GROUPS = 4  # searched; the largest
@@ -47,40 +46,6 @@ TRIES = 5  # growing sizes of one change
 GROW = 1.9
 SHOWN = 3  # remedies for the part as a whole
 PROBES = 3  # beads that are tried before the whole part
-
-
-@dataclass(frozen=True, eq=False)
-class Remedy:
-    """A change that helps, or that none was found.
-
-    Attributes:
-        targets: what it helps, ascending.
-        reason: what these are infeasible for; None for all infeasible targets together.
-        change: ``key``, ``from``, ``to`` in the case's terms; None where none was found.
-        checked: "part" where the whole part is feasible with it, "group" where these targets are; None without one.
-        left: targets of the part that are infeasible with it.
-        sentence: all this in words.
-        effort: how much of a change it is.
-    """
-
-    targets: Ints
-    reason: str | None
-    change: dict[str, Any] | None
-    checked: str | None
-    left: int
-    sentence: str
-    effort: float = np.inf
-
-    def document(self) -> dict[str, Any]:
-        """As the report has it."""
-        return {
-            "targets": [int(i) for i in self.targets],
-            "reason": self.reason,
-            "change": plain(self.change),
-            "checked": self.checked,
-            "infeasible_left": self.left,
-            "sentence": self.sentence,
-        }
 
 
 def remedies(result: Result, progress: Progress | None = None, seconds: float = np.inf) -> Iterator[Remedy]:
@@ -100,7 +65,7 @@ def remedies(result: Result, progress: Progress | None = None, seconds: float = 
         return
     if result.moved is not None:
         # single changes are searched at one pose of the table: of one that moves they would say nothing
-        yield _other_mode(result, progress, time.process_time() + seconds) or _nothing_moving(result)
+        yield other_mode(result, progress, time.process_time() + seconds) or nothing_moving(result)
         return
     whole = np.sort(np.concatenate([group.targets for group in found]))
     # of targets that are samples of more, each would be a group by itself
@@ -111,46 +76,12 @@ def remedies(result: Result, progress: Progress | None = None, seconds: float = 
         reason = found[0].reason if len(found) == 1 or (result.not_looked_at and len(reasons) == 1) else None
         best = search.run(whole, reason, SHOWN, CHECKS_WHOLE)
         if not any(remedy.checked == "part" for remedy in best):
-            moving = _other_mode(result, None, search.deadline)
+            moving = other_mode(result, None, search.deadline)
             best = best if moving is None else [moving, *(remedy for remedy in best if remedy.change)]
         yield from best
         known = {remedy.change["key"] for remedy in best if remedy.change and remedy.checked == "part"}
         for group in parts:
             yield from _unless_known(search.run(group.targets, group.reason, 1, CHECKS_GROUP), best, bool(known))
-
-
-def _other_mode(result: Result, progress: Progress | None, deadline: float) -> Remedy | None:
-    """Another way for the table to move with which the whole part is feasible; None where none was found in time."""
-    trials = list(mode_trials(result))
-    with counted(progress, "what would help", len(trials)) as count:
-        for trial in trials:
-            if time.process_time() + result.seconds > deadline:
-                return None
-            holds = trial.holds()
-            count()
-            if holds:
-                change = {"key": trial.key, "from": trial.was, "to": trial.to}
-                sentence = f"{trial.words} (checked: whole part feasible)"
-                return Remedy(_infeasible(result), _one_reason(result), change, "part", 0, sentence, trial.effort)
-    return None
-
-
-def _nothing_moving(result: Result) -> Remedy:
-    keys = ", ".join(
-        dict.fromkeys(f"{trial.key} {trial.to}" if trial.to else trial.key for trial in mode_trials(result))
-    )
-    sentence = f"no other way for the table to move found that mends the whole part; tried: {keys or 'none'}"
-    bad = _infeasible(result)
-    return Remedy(bad, _one_reason(result), None, None, len(bad), sentence)
-
-
-def _infeasible(result: Result) -> Ints:
-    return np.array([i for i, row in enumerate(result.rows) if row.failure is not None], dtype=np.int64)
-
-
-def _one_reason(result: Result) -> str | None:
-    reasons = {row.reason for row in result.rows if row.failure is not None}
-    return reasons.pop() if len(reasons) == 1 else None
 
 
 def _unless_known(own: list[Remedy], best: list[Remedy], mended: bool) -> Iterator[Remedy]:

@@ -10,6 +10,7 @@ that indexes is only checked where each sub-volume has a pose that nothing speak
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -18,13 +19,16 @@ import numpy as np
 
 from slicing import Toolpath
 
+from ..arrays import Ints
 from ..case.read import with_changes
 from ..case.sections import Case, Table
 from ..job.job import Job, prepare
 from ..job.table_groups import table_groups
+from ..progress import Progress, counted
 from ..table_poses.suited_poses import suited_poses
 from ..verdict.as_asked import check_as_asked
 from ..verdict.check import Result
+from .remedy import Remedy
 
 WIDER_DEG = (15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 180.0)  # upright_deg
 MODE_EFFORT, POSES_EFFORT, UPRIGHT_SCALE = 100.0, 50.0, 10.0  # as much of a change as one another; deg
@@ -94,6 +98,41 @@ def mode_trials(result: Result) -> Iterator[ModeTrial]:
         own = held if mode == "fixed" else {}
         along = with_changes(case, table=Table(mode="coordinated", **own))
         yield ModeTrial("table.mode", mode, "coordinated", 2 * MODE_EFFORT, along, job.given)
+
+
+def other_mode(result: Result, progress: Progress | None, deadline: float) -> Remedy | None:
+    """Another way for the table to move with which the whole part is feasible; None where none was found in time."""
+    trials = list(mode_trials(result))
+    with counted(progress, "what would help", len(trials)) as count:
+        for trial in trials:
+            if time.process_time() + result.seconds > deadline:
+                return None
+            holds = trial.holds()
+            count()
+            if holds:
+                change = {"key": trial.key, "from": trial.was, "to": trial.to}
+                sentence = f"{trial.words} (checked: whole part feasible)"
+                return Remedy(_infeasible(result), _one_reason(result), change, "part", 0, sentence, trial.effort)
+    return None
+
+
+def nothing_moving(result: Result) -> Remedy:
+    """That no other way for the table to move was found."""
+    keys = ", ".join(
+        dict.fromkeys(f"{trial.key} {trial.to}" if trial.to else trial.key for trial in mode_trials(result))
+    )
+    sentence = f"no other way for the table to move found that mends the whole part; tried: {keys or 'none'}"
+    bad = _infeasible(result)
+    return Remedy(bad, _one_reason(result), None, None, len(bad), sentence)
+
+
+def _infeasible(result: Result) -> Ints:
+    return np.array([i for i, row in enumerate(result.rows) if row.failure is not None], dtype=np.int64)
+
+
+def _one_reason(result: Result) -> str | None:
+    reasons = {row.reason for row in result.rows if row.failure is not None}
+    return reasons.pop() if len(reasons) == 1 else None
 
 
 def _wider(result: Result) -> Iterator[ModeTrial]:

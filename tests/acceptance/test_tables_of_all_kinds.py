@@ -70,6 +70,7 @@ def test_a_rotator_indexes_bosses_all_round(tmp_path: Path) -> None:
 def test_a_tilt_alone_keeps_upright_what_it_can(tmp_path: Path) -> None:
     """A positioner whose turn is not planned: `joints: [E1]` of the shipped one."""
     one = {"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90], "joints": ["E1"]}
+    one |= {"max_speed_deg_s": [100], "max_acceleration_deg_s2": [200]}
     result = check_as_asked(
         job_of(boss_case(tmp_path, positioner=one, table={"mode": "coordinated", "upright_deg": 25}))
     )

@@ -16,7 +16,7 @@ LATHE = """<mujoco model="lathe"><compiler angle="degree" autolimits="true"/><wo
 <contact><exclude body1="headstock" body2="spindle"/></contact></mujoco>"""
 
 
-def ring_part(folder: Path, radius_mm: float = 20.0, high_mm: float = 2.2, wide_mm: float = 6.0) -> dict[str, object]:
+def ring_part(folder: Path, radius_mm: float = 20.0, high_mm: float = 2.2, wide_mm: float = 5.0) -> dict[str, object]:
     """A flange of one layer and one bead right round a shaft: the section ``part`` of a case."""
     ring = trimesh.creation.annulus(radius_mm, radius_mm + high_mm, wide_mm, sections=96)
     ring.apply_translation([0, 0, 20])
