@@ -38,13 +38,14 @@ STAGES = (
     ("cell.job.job", "_laid_here", "slicing"),
     ("cell.job.job", "toolpath_shape", "slicing"),
     ("cell.job.job", "compose", "scene"),
-    ("cell.verdict.check", "plan_part", "planning"),
+    ("cell.verdict.check", "plan_in_chunks", "planning"),
     ("cell.verdict.check", "with_lockouts", "planning"),
     ("cell.verdict.check", "with_home", "planning"),
-    ("cell.verdict.check", "refined", "after"),
-    ("cell.verdict.check", "corners", "after"),
-    ("cell.verdict.check", "assemble", "after"),
-    ("cell.verdict.check", "_least_clearance", "clearance"),
+    ("cell.part_chunks.chunked_run", "refined", "after"),
+    ("cell.part_chunks.chunked_run", "corners", "after"),
+    ("cell.part_chunks.chunked_run", "timed", "after"),
+    ("cell.part_chunks.chunked_run", "assemble", "after"),
+    ("cell.part_chunks.chunked_run", "least_clearance", "clearance"),
 )
 
 
