@@ -1,10 +1,10 @@
 """One check in several processes: ``python bench/jobs.py [--parts pad] [--targets 6000] [--jobs 1 2]``.
 
 The same part is checked with each number of processes. Told are wall time; processor time of all of them; that on the
-critical path, which is the first process' own and of each round of work that of the worker that had most to do (with the
-start of workers, about a second each), and so what the wall time would be on a machine with nothing else to do; memory of the first process and of the largest worker;
-how long the motion takes; and a digest of verdict and motion, which has to be one and the same. ``one chunk`` is the
-part planned bead after bead, as small ones are.
+critical path, which is the first process' own and of each round of work that of the worker that had most to do, and so
+what the wall time would be on a machine with nothing else to do (the start of workers, about a second each, counts);
+memory of the first process and of the largest worker; how long the motion takes; and a digest of verdict and motion,
+which has to be one and the same. ``one chunk`` is the part planned bead after bead, as small ones are.
 """
 
 from __future__ import annotations
