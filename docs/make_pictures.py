@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import argparse
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 from cell import MODELS_DIR, Case, Result, check, load_case, parse_case, picture, prepare, slice_picture, with_changes
@@ -31,6 +32,7 @@ STRATEGIES = ("planar", "cylindrical", "nonuniform")
 PROPELLER_POSES = ((90, 180), (-45, 0))  # E1, E2, deg
 WIDE_SUPPORT_MM = 30.0  # the propeller's nozzle has no room beside it
 WIDTH, HEIGHT = 1400, 900
+FRAMES, FRAME = 6, 400  # of a strip, and their size in pixels
 LAYERS_WIDTH, LAYERS_HEIGHT = 1000, 720
 SMALL, LARGEST = 120_000, 250_000  # bytes: up to here nothing is done, beyond here nothing is taken
 COLOURS = (256, 128, 64)
@@ -97,7 +99,7 @@ def pictures(what: str) -> Iterator[tuple[str, bytes]]:
     """The pictures of a part, of the collision, or of the layers.
 
     Args:
-        what: propeller, propeller_indexed, support, boiler, valve, collision or layers.
+        what: propeller, propeller_indexed, support, boiler, boiler_coordinated, valve, collision or layers.
 
     Yields:
         Names and PNGs.
@@ -112,6 +114,13 @@ def pictures(what: str) -> Iterator[tuple[str, bytes]]:
     elif what == "propeller_indexed":
         result = check_as_asked(prepare(case_of(what)))
         yield f"{what}_torch", picture(result, width=WIDTH, height=HEIGHT, view="torch", target=600)
+        yield f"{what}_strip", strip(result, range(len(result.poses)))
+    elif what == "boiler_coordinated":
+        # one round of the duct, halfway up
+        result = check_as_asked(prepare(case_of(what)))
+        t = result.job.targets
+        duct = np.flatnonzero(t.path == t.path[len(t) // 2])
+        yield f"{what}_strip", strip(result, duct[np.linspace(0, len(duct) - 1, FRAMES).astype(int)].tolist())
     elif what == "propeller":
         job = prepare(case_of(what))
         for e1, e2 in PROPELLER_POSES:
@@ -119,6 +128,32 @@ def pictures(what: str) -> Iterator[tuple[str, bytes]]:
     else:
         case = case_of(what)
         yield from seen(check(prepare(case), case.table.E1_deg, case.table.E2_deg), what)
+
+
+def strip(result: Result, frames: Sequence[int]) -> bytes:
+    """Stills of a run side by side, as a film shows them: at some targets, or in the middle of some groups of poses.
+
+    Args:
+        result: a feasible result.
+        frames: targets; of an indexed run the numbers of groups, of which some are taken, evenly.
+
+    Returns:
+        A PNG.
+    """
+    targets = list(frames)
+    if result.mode == "indexed":
+        some = np.unique(np.linspace(0, len(targets) - 1, FRAMES).astype(int))
+        targets = [(result.poses[k].first + result.poses[k].stop) // 2 for k in some.tolist()]
+    shots = [
+        Image.open(io.BytesIO(picture(result, width=FRAME, height=FRAME, view="torch", target=i))) for i in targets
+    ]
+    across = -(-len(shots) // 2)
+    whole = Image.new("RGB", (across * FRAME, 2 * FRAME), "white")
+    for k, shot in enumerate(shots):
+        whole.paste(shot, (k % across * FRAME, k // across * FRAME))
+    out = io.BytesIO()
+    whole.save(out, format="PNG")
+    return out.getvalue()
 
 
 def layers(part: str) -> Iterator[tuple[str, bytes]]:
@@ -139,7 +174,7 @@ def layers(part: str) -> Iterator[tuple[str, bytes]]:
 
 def main() -> None:
     """Write them."""
-    everything = ("layers", "propeller", "propeller_indexed", "collision", *PARTS[1:])
+    everything = ("layers", "propeller", "propeller_indexed", "boiler_coordinated", "collision", *PARTS[1:])
     parser = argparse.ArgumentParser(description="Make the pictures of the documents.")
     parser.add_argument("what", nargs="*", metavar="WHAT", help=f"which: {', '.join(everything)} (default: all)")
     parser.add_argument("--out", type=Path, default=PICTURES)

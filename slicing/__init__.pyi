@@ -24,6 +24,7 @@ from .layers.body_ends import NO_ENDS as NO_ENDS
 from .layers.body_ends import body_ends as body_ends
 from .layers.layer import SlicedSubVolume as SlicedSubVolume
 from .layers.layer import SlicingParameters as SlicingParameters
+from .mesh.hull import hull_planes as hull_planes
 from .mesh.load import load_mesh as load_mesh
 from .mesh.solid import Bools as Bools
 from .mesh.solid import Mesh as Mesh
@@ -98,6 +99,7 @@ __all__ = [
     "decompose",
     "fits",
     "frame_line",
+    "hull_planes",
     "indices",
     "lay",
     "lay_beads",

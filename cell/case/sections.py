@@ -377,7 +377,7 @@ class Checks(Section):
     )
     every_target: bool = Field(
         False,
-        description="of a part that cannot be built, look at every target, however long that takes (`rbam check --all`)",
+        description="look at every target of a part that cannot be built, however long that takes (`rbam check --all`)",
     )
 
 

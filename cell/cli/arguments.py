@@ -89,6 +89,11 @@ def build_parser() -> argparse.ArgumentParser:
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
     check.add_argument("--html", metavar="F.html", help="write a report to look at and to send: one file, no network")
     check.add_argument(
+        "--all",
+        action="store_true",
+        help="look at every target of a part that is lost, however long that takes (checks.every_target)",
+    )
+    check.add_argument(
         "--all-reasons",
         action="store_true",
         help="of the worst infeasible targets (-v: all), how many candidates each reason excludes",
@@ -214,6 +219,10 @@ all along. Every infeasible target has a reason:
   singular      a margin is too small                 collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
   speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
+A part that cannot be built costs no more than half again what one costs that can: once it is lost, 20,000
+configurations and 4 for each of its targets are asked about in vain, spread evenly over it. Targets that
+this leaves out are told, and counted, as not looked at; --all looks at every one.
+
 Where the case is infeasible, the smallest change that helps is searched and checked. It may be one of the roll, E1,
 E2, the place of the positioner, the support's height or the part's place, the stick-out, the
 deposition speed, or the seams of closed beads.

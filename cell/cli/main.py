@@ -178,6 +178,8 @@ def _check(args: argparse.Namespace) -> int:
         check_suffix(args.motion)
     jobs = jobs_of(args)
     case = _load(args)
+    if args.all:
+        case = _with_every_target(case)
     _outputs(args, case, "json", "motion", "html")
     from ..job.job import prepare
     from ..report.check_report import report_lines
@@ -213,6 +215,12 @@ def _check(args: argparse.Namespace) -> int:
     return FEASIBLE if result.feasible else INFEASIBLE
 
 
+def _with_every_target(case: Case) -> Case:
+    from ..case.read import with_changes
+
+    return with_changes(case, checks=case.checks.model_copy(update={"every_target": True}))
+
+
 def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Remedy]:
     """Search and say what would help an infeasible case; Ctrl-C ends the search, and the verdict stands."""
     if result.feasible or asked is False:
@@ -238,7 +246,14 @@ def _check_given(args: argparse.Namespace) -> int:
         raise InputError("--program: does not go with --motion-in; check one after the other")
     kind = "--motion-in, which checks a motion" if args.motion_in else "--program, which checks a program"
     html = args.html if args.motion_in else None
-    given = {"--motion": args.motion, "--html": html, "--e1": args.e1, "--e2": args.e2, "--jobs": args.jobs}
+    given = {
+        "--all": args.all or None,
+        "--motion": args.motion,
+        "--html": html,
+        "--e1": args.e1,
+        "--e2": args.e2,
+        "--jobs": args.jobs,
+    }
     for name, value in given.items():
         if value is not None:
             raise InputError(f"{name}: does not go with {kind} as it is")

@@ -5,6 +5,7 @@ Use:
     radius = radii(scene)                     # of the arm's joints, (n,) m
     table_radii(scene)                        # of the table's axes, (2,) m
     all_radii(scene)                          # of the arm's joints, then of the table's axes, (n + 2,) m
+    tool_radii(scene)                         # of what moves with the TCP, about the wire, (ngeom,) m
 """
 
 from __future__ import annotations
@@ -70,3 +71,21 @@ def table_radii(scene: Scene) -> Floats:
 def all_radii(scene: Scene) -> Floats:
     """How far anything can be from each axis, the arm's and then the table's, (n + 2,), m."""
     return np.concatenate([radii(scene), table_radii(scene)])
+
+
+def tool_radii(scene: Scene) -> Floats:
+    """How far from the wire's line each geom that moves with the TCP reaches.
+
+    Args:
+        scene: the cell.
+
+    Returns:
+        (ngeom,) m: what a turn of the roll moves it by, a radian; infinite for all that does not move with the TCP.
+    """
+    model, data = scene.model, mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(model, data)
+    tcp = scene.sites["tcp"]
+    axis = data.site_xmat[tcp].reshape(3, 3)[:, 2]
+    away = data.geom_xpos - data.site_xpos[tcp]
+    off = np.linalg.norm(away - np.outer(away @ axis, axis), axis=1)
+    return np.where(scene.tool_geom, off + model.geom_rbound, np.inf)

@@ -13,6 +13,7 @@ equations. Radians and metres.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -98,7 +99,7 @@ class Schedule:
         f = self.freedom
         some = f.exact(normals, aim)
         if not f.moves[1]:
-            return f.wrapped(some[0])
+            return self._tilted(some[0], path)
         width = f.turns(normals, some[0], self.upright).min(axis=1)
         free = width >= np.pi / 2  # E2 does as it likes: another solution may follow
         out = np.empty_like(some[0])
@@ -118,6 +119,18 @@ class Schedule:
         if f.moves[0] and free.any():
             E1 = f.kinematics.nearest(normals[free], out[free, 1], 0, aim)
             out[free, 0] = (E1 + np.pi) % TURN - np.pi
+        return out
+
+    def _tilted(self, exact: Floats, path: Ints) -> Floats:
+        """Angles (n, 2) of a table that E1 alone moves: steady along a bead, in turns that it has."""
+        out = exact.copy()
+        ends = np.flatnonzero(np.diff(path, prepend=-1, append=path[-1] + 1))
+        before: float | None = None
+        for first, stop in pairwise(ends.tolist()):
+            bead = np.unwrap(exact[first:stop, 0])
+            turns, _ = self._turns(bead, np.zeros((len(bead), 2)), before, axis=0)
+            out[first:stop, 0] = bead + turns
+            before = float(out[stop - 1, 0])
         return out
 
     def _one_bead(self, some: Floats, free: NDArray[np.bool_], start: int) -> Floats:
@@ -142,24 +155,25 @@ class Schedule:
         out[free, 1] = np.interp(np.flatnonzero(free), fixed, out[fixed, 1])
         return out
 
-    def _turns(self, E2: Floats, width: Floats, before: float | None) -> tuple[float, float]:
-        """Whole turns that bring a bead into E2's range as far as can be, nearest to the bead before; and the rest.
+    def _turns(self, angle: Floats, width: Floats, before: float | None, axis: int = 1) -> tuple[float, float]:
+        """Whole turns that bring a bead into an axis' range as far as can be, nearest to the bead before; and the rest.
 
         Args:
-            E2: along the bead, (t,), rad.
+            angle: of the axis along the bead, (t,), rad.
             width: how far it may be off, down and up, (t, 2), rad.
             before: where the bead before ended, rad; None where there is none.
+            axis: 0 of E1, 1 of E2.
 
         Returns:
             The turns, and how far the bead is outside the range with them, rad.
         """
-        low, high = self.freedom.low[1], self.freedom.high[1]
-        turns = TURN * (np.arange(-2, 3) + np.round(-E2.mean() / TURN))
+        low, high = self.freedom.low[axis], self.freedom.high[axis]
+        turns = TURN * (np.arange(-2, 3) + np.round(-angle.mean() / TURN))
         over = np.zeros(len(turns))
         if np.isfinite(low) and np.isfinite(high):
-            most, least = (E2 - width[:, 0]).max(), (E2 + width[:, 1]).min()
+            most, least = (angle - width[:, 0]).max(), (angle + width[:, 1]).min()
             over = np.maximum(np.maximum(most + turns - high, low - least - turns), 0.0)
-        away = np.abs(E2[0] + turns - (0.0 if before is None else before))
+        away = np.abs(angle[0] + turns - (0.0 if before is None else before))
         k = int(np.lexsort((away, np.round(over, 6)))[0])
         return float(turns[k]), float(over[k])
 

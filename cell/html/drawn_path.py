@@ -82,11 +82,11 @@ def _starts(motion: Motion) -> Ints:
     if m <= MOST:
         return np.arange(m)
     change = np.flatnonzero((np.diff(motion.target) != 0) | (np.diff(motion.arc) != 0)) + 1
-    before = change - 1
-    if 2 * len(change) + MOST > MOST_STEPS:  # the sample before a target's first is of use where the arc goes on or off
+    before, even = change - 1, MOST
+    if 2 * len(change) + MOST > MOST_STEPS:  # of many targets the sample before is kept where the arc goes on or off
         before = np.flatnonzero(np.diff(motion.arc) != 0)
-    even = min(max(MOST, MOST_STEPS - len(change) - len(before)), m)
-    spread = np.linspace(0, m - 1, even).astype(np.int64)
+        even = max(MOST, MOST_STEPS - len(change) - len(before))
+    spread = np.linspace(0, m - 1, min(even, m)).astype(np.int64)
     return np.unique(np.concatenate([spread, change, before]))
 
 

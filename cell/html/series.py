@@ -19,6 +19,7 @@ from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.table import with_table_axes
+from ..job.table_winding import upright_of
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
@@ -281,7 +282,13 @@ def _margins(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
 
 def _gravity(result: Result, path: DrawnPath) -> dict[str, Any]:
     """Angle between the deposition direction and up: of the targets, and on the way of the wire itself."""
-    limit = result.job.case.checks.gravity_max_deg
+    limit, limits = result.job.case.checks.gravity_max_deg, []
+    if limit is not None:
+        limits.append({"y": limit, "label": f"limit {limit:g} deg"})
+    along = result.job.case.table.mode == "coordinated"
+    upright = float(np.rad2deg(upright_of(result.job.case)))
+    if along:
+        limits.append({"y": upright, "label": f"upright_deg {upright:g} deg"})
     if path.timed:
         up = result.job.scene.T_world_base()[2, :3]
         out = -_tcp(result.job.scene.chain, path.arm[path.starts])[1] @ up
@@ -289,12 +296,12 @@ def _gravity(result: Result, path: DrawnPath) -> dict[str, Any]:
         values[path.arc[path.starts] == 0] = np.nan
     else:
         values = np.rad2deg(result.gravity)
-    top = max(float(np.nanmax(values)), limit or 0.0, 90.0)
+    top = max(float(np.nanmax(values)), limit or 0.0, 2 * upright if along else 90.0)
     return _chart(
         "Gravity",
         "Deposition direction off straight up",
         "deg",
         [("gravity angle", values)],
-        limits=[] if limit is None else [{"y": limit, "label": f"limit {limit:g} deg"}],
+        limits=limits,
         range=[0, round(min(180.0, 1.04 * top), 2)],
     )

@@ -18,7 +18,7 @@ import numpy as np
 from ..report.check_document import streamed_report
 from ..report.remedy_lines import whom_it_helps
 from ..units import METRES_PER_MM
-from ..verdict.check import Result, TargetVerdict
+from ..verdict.check import NOT_LOOKED_AT, Result, TargetVerdict
 from ..verdict.failure_words import failure_in_words
 from ..verdict.severity import GRAVEST_FIRST, worst_first
 from ..verdict.table_use import table_use
@@ -46,6 +46,7 @@ REASON_WORDS = {
     "external": "with an axis that is not given",
     "blend": "with corners rounded too far",
     "arc": "with the arc on or off in the wrong place",
+    NOT_LOOKED_AT: "not looked at",
 }
 VERDICTS = (*GRAVEST_FIRST, *(reason for reason in REASON_WORDS if reason not in GRAVEST_FIRST))
 
@@ -78,7 +79,14 @@ class Words:
                 f"{_duration(float(motion.t_s[-1]))}, {_duration(motion.arc_time)} of it with the arc on."
             )
         counts = [f"{k} {REASON_WORDS[r]}" for r, k in self._counts()]
-        return f"{bad} of {n} targets cannot be welded at this table pose: {_joined(counts)}."
+        looked = self.result.looked_at
+        if looked == n:
+            return f"{bad} of {n} targets cannot be welded at this table pose: {_joined(counts)}."
+        return (
+            f"{bad} of the {looked} targets that were looked at cannot be welded at this table pose: "
+            f"{_joined(counts)}. "
+            f"{n - looked} of the part's {n} targets were not looked at."
+        )
 
     def worst(self) -> str:
         """The gravest infeasible target, with a link to it; empty where there is none."""
@@ -90,7 +98,7 @@ class Words:
         return f"The worst: {_jump(i)} ({escape(where)}): {escape(what_went_wrong(self.result, row))}."
 
     def _counts(self) -> list[tuple[str, int]]:
-        count = Counter(row.reason for row in self.result.rows)
+        count = Counter(row.reason for row in self.result.rows if row.failure is not None)
         return [(r, count[r]) for r in VERDICTS if count[r]]
 
     def reasons(self) -> str:
@@ -108,7 +116,9 @@ class Words:
     def _facts(self) -> Iterator[tuple[str, str]]:
         job, d, n = self.result.job, self.document, len(self.result.rows)
         yield "Table pose", self._pose()
-        yield "Reached", f"{n - self.result.infeasible} of {n} targets"
+        looked = self.result.looked_at
+        of = f"{n} targets" if looked == n else f"the {looked} targets looked at ({n - looked} were not)"
+        yield "Reached", f"{looked - self.result.infeasible} of {of}"
         layers = sum(job.layers)
         beads = int(job.targets.path.max()) + 1
         parts = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) > 1)}"

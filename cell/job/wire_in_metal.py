@@ -13,13 +13,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
-from scipy.spatial import ConvexHull, cKDTree
 
 from ik.chain import Floats
-from slicing import PartShape, Targets
+from slicing import PartShape, Targets, hull_planes
 
 from ..arrays import Ints
 from ..case.sections import Case
@@ -27,11 +27,16 @@ from ..failure import Contact, Failure, Kind
 from ..scene.scene import Scene
 from ..units import METRES_PER_MM
 
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
 STEP_MM = 1.0  # along a bead, between wires that are looked at
 BEAD_SLACK_MM = 0.5  # above a bead's own thickness, from where on metal counts: curved layers are chords
 AROUND = 8  # lines on a wire's skin that stand for its cross-section, beside its axis
 LARGE = 4.0  # times the usual size, from which on a piece is held against all wires
+FEW = 64  # pieces, up to which all are held against all wires
 CHUNK = 4096  # wires looked at in one go
+Planes = tuple[Floats, Floats]  # outward normals (p, 3) and offsets (p,) of a convex piece
 NOTE = "the wire runs through it between nozzle and bead, whatever the arm does"
 
 
@@ -133,7 +138,7 @@ class Metal:
             Numbers of the pieces, (n,), -1: none; and over which length, (n,), mm.
         """
         found, length = np.full(len(wires.tip), -1, dtype=np.int64), np.zeros(len(wires.tip))
-        planes: dict[int, Floats] = {}
+        planes: dict[int, Planes] = {}
         for own in np.unique(wires.sub_volume).tolist():
             others = np.flatnonzero((self.sub_volume < 0) | (self.sub_volume != own))
             search = _Nearby.of(*(box[others] for box in self.boxes))
@@ -146,13 +151,13 @@ class Metal:
                 found[index], length[index] = self._run_through(some, which[there], others[at[there]], planes)
         return found, length
 
-    def _run_through(self, wires: Wires, which: Ints, piece: Ints, planes: dict[int, Floats]) -> tuple[Ints, Floats]:
+    def _run_through(self, wires: Wires, which: Ints, piece: Ints, planes: dict[int, Planes]) -> tuple[Ints, Floats]:
         """The piece that every wire runs through, and over which length, of those that come into question."""
         found, length = np.full(len(wires.tip), -1, dtype=np.int64), np.zeros(len(wires.tip))
         begins = np.full(len(wires.tip), np.inf)
         for m in np.unique(piece).tolist():
             if m not in planes:
-                planes[m] = np.asarray(ConvexHull(self.points[m]).equations)
+                planes[m] = hull_planes(self.points[m])
             k = which[piece == m]
             begin, end = _within(planes[m], wires.rows(k))
             nearer = (begin < end) & (begin < begins[k])
@@ -179,7 +184,7 @@ class _Nearby:
         large: numbers of the large pieces, which are held against every wire.
         small: of all others.
         size: half the diagonal of the largest of these.
-        tree: their middles.
+        tree: their middles; None where there are few, all of them large then.
     """
 
     low: Floats
@@ -187,13 +192,17 @@ class _Nearby:
     large: Ints
     small: Ints
     size: float
-    tree: cKDTree
+    tree: cKDTree | None
 
     @classmethod
     def of(cls, low: Floats, high: Floats) -> _Nearby:
         """Of some boxes."""
+        if len(low) <= FEW:
+            return cls(low, high, np.arange(len(low)), np.zeros(0, dtype=np.int64), 0.0, None)
+        from scipy.spatial import cKDTree  # heavy: only where there are many
+
         half = 0.5 * np.linalg.norm(high - low, axis=1)
-        is_small = half <= LARGE * np.median(half) if len(half) else np.zeros(0, dtype=bool)
+        is_small = half <= LARGE * np.median(half)
         small = np.flatnonzero(is_small)
         middles = 0.5 * (low + high)[small]
         return cls(low, high, np.flatnonzero(~is_small), small, float(half[small].max(initial=0.0)), cKDTree(middles))
@@ -202,8 +211,9 @@ class _Nearby:
         """Wires and pieces of which the boxes meet and some of the piece's stands high enough along the wire."""
         every = np.arange(len(wires.tip))
         middle = wires.tip + 0.5 * wires.length * wires.out
-        near = self.tree.query_ball_point(middle, 0.5 * wires.length + wires.radius + self.size)
-        which = [np.repeat(every, [len(some) for some in near])]
+        reach = 0.5 * wires.length + wires.radius + self.size
+        near = [] if self.tree is None else self.tree.query_ball_point(middle, reach)
+        which = [np.repeat(every[: len(near)], [len(some) for some in near])]
         piece = [self.small[np.array([k for some in near for k in some], dtype=np.int64)]]
         for m in self.large.tolist():
             which.append(every)
@@ -220,9 +230,12 @@ class _Nearby:
         return which[rises], piece[rises]
 
 
-def _within(planes: Floats, wires: Wires) -> tuple[Floats, Floats]:
+def _within(planes: Planes, wires: Wires) -> tuple[Floats, Floats]:
     """Between which lengths wires' axes are in a convex piece, (n,) each; begin >= end: nowhere."""
-    rises, above = wires.out @ planes[:, :3].T, wires.tip @ planes[:, :3].T + planes[:, 3]
+    normals, offsets = planes
+    if not len(normals):  # a piece without a volume
+        return np.full(len(wires.tip), np.inf), np.full(len(wires.tip), -np.inf)
+    rises, above = wires.out @ normals.T, wires.tip @ normals.T - offsets
     with np.errstate(divide="ignore", invalid="ignore"):
         at = -above / rises
     beside = (rises == 0) & (above > 0)

@@ -172,8 +172,7 @@ class BeadSearch:
 
     def _given_up(self) -> list[Run]:
         """Every target by itself, in a configuration known to be free: of the way between them nothing is claimed."""
-        for i in range(len(self.stage)):
-            self._judge_target(i)
+        self._judge_targets(np.arange(len(self.stage)))
         best = self.cost.reshape(len(self.stage), -1).argmin(axis=1)
         nodes = np.stack(np.unravel_index(best, self.cost.shape[1:]), axis=1)
         return [Run(i, nodes[i : i + 1], 0.0) for i in range(len(nodes)) if np.isfinite(self.cost[i]).any()]
@@ -189,8 +188,7 @@ class BeadSearch:
         index = index[~self._free[tuple(index.T)]]
         before = self.cost[tuple(index.T)]
         hit = self._check(index)
-        for i in np.unique(index[hit, 0]):
-            self._judge_target(int(i))
+        self._judge_targets(np.unique(index[hit, 0]))
         if not hit.any() and self._patience and (self.cost[tuple(index.T)] > before).any():
             self._patience -= 1
             return True
@@ -220,16 +218,25 @@ class BeadSearch:
                 self._least_bad[i] = distance, found.rows(np.array([k])), tuple(index[k, 1:].tolist())
         return hit
 
-    def _judge_target(self, i: int) -> None:
-        """Check every node of a target."""
-        if self._judged[i]:
-            return
-        self._judged[i] = True
+    def _judge_targets(self, targets: Ints, *, whole: bool = True) -> None:
+        """Check every node of some targets; not as a whole: no more of those that are free."""
+        todo = targets[~self._judged[targets]]
         for one_a_roll in (True, False):
-            open_nodes = np.argwhere(np.isfinite(self.cost[i]) & ~self._free[i])
+            if not whole:
+                todo = todo[~self._free[todo].any(axis=(1, 2, 3))]
+            nodes = np.argwhere(np.isfinite(self.cost[todo]) & ~self._free[todo])
             if one_a_roll:
-                open_nodes = open_nodes[np.unique(open_nodes[:, 0], return_index=True)[1]]
-            self._check(np.column_stack([np.full(len(open_nodes), i), open_nodes]))
+                nodes = nodes[np.unique(nodes[:, :2], axis=0, return_index=True)[1]]
+            if len(nodes):
+                self._check(np.column_stack([todo[nodes[:, 0]], nodes[:, 1:]]))
+        self._judged[todo] = True
+
+    def lost_alone(self) -> dict[int, Missing]:
+        """Targets without any node that is free, each looked at by itself, with why; counted in the whole part."""
+        every = np.arange(len(self.stage))
+        self._judge_targets(every, whole=False)
+        lost = every[~np.isfinite(self.cost).any(axis=(1, 2, 3))].tolist()
+        return {self.first + i: missing for i, missing in self._missing(lost).items()}
 
     def _block_broken_edges(self, runs: list[Run]) -> bool:
         """Follow the edges of the runs that have not been followed; block those that do not hold. True if any."""

@@ -22,7 +22,7 @@ from ik.solver import Solver
 from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import all_radii, radii
+from ..collision.reach_radii import all_radii, radii, tool_radii
 from ..collision.table import with_table_axes
 from ..collision.wire import wire_checker
 from ..failure import AT_TARGET, Contact, Failure, Kind, Place, Seen
@@ -221,6 +221,11 @@ class Context:
         """Deposits laid after the last target of the span."""
         whole = self.span.stop == len(self.laid)
         return self.checker.scene.n_deposits if whole else int(self.laid[self.span.stop - 1])
+
+    @cached_property
+    def tool_radius(self) -> Floats:
+        """How far from the wire's line each geom that moves with the TCP reaches, (ngeom,), m; infinite for others."""
+        return tool_radii(self.checker.scene)
 
     @property
     def asked(self) -> int:

@@ -10,7 +10,7 @@ Metres, radians, seconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -77,6 +77,14 @@ class SearchedBead:
             largest=np.clip(length * STEP_PER_METRE, LARGEST_STEP, np.pi),
             speed=np.where(np.isfinite(speed), speed, UNKNOWN_SPEED),
         )
+
+    @classmethod
+    def apart(cls, context: Context, targets: Ints) -> SearchedBead:
+        """Targets that are looked at one by one, with no way between them; they count from 0."""
+        bead = cls.of(context, 0, 1)
+        none = np.full(max(len(targets) - 1, 0), np.inf)
+        placed, stage = context.placed.rows(targets), context.stage[targets]
+        return replace(bead, placed=placed, stage=stage, times=none, slowest=none, largest=np.full(len(none), np.pi))
 
     def __len__(self) -> int:
         return len(self.stage)

@@ -4,18 +4,16 @@
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
 
 Between two samples of a branch the arm has only so far to go: where it is deeper in a collision than that at both of
-them, nothing between them is free, and it is not looked at. What moves with the TCP only turns about the wire: where it is
-in something, the depth over its distance from the wire is an angle by which no turn frees it, in any branch. All else is
-halved until ``FINEST``. A search, and no proof: depths are what the collision engine says. Metres and radians.
+them, nothing between them is free, and it is not looked at. What moves with the TCP only turns about the wire: where it
+is in something, the depth over its distance from the wire is an angle by which no turn frees it, in any branch. All
+else is halved until ``FINEST``. A search, and no proof: depths are what the collision engine says. Metres and radians.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,9 +23,6 @@ from ik.singularity import margins
 
 from ..arrays import Ints
 from .context import Context
-
-if TYPE_CHECKING:
-    from ..scene.scene import Scene
 
 FINEST = np.deg2rad(0.3)  # closer samples are not looked at
 ROUNDABOUT = 1.5  # how much longer the way between two samples can be than the straight one in joints
@@ -79,7 +74,7 @@ def free_rolls(
     """
     every = list(targets)
     out: dict[int, Stretches] = {i: [] for i in every}
-    radius = tool_radii(context.checker.scene)
+    radius = context.tool_radius
     for first in range(0, len(every), TOGETHER):
         some = np.array(every[first : first + TOGETHER], dtype=np.int64)
         known = _sampled(context, some, step, radius)
@@ -96,17 +91,6 @@ def free_rolls(
         for i, low, high in _stretches(known):
             out[i].append((low, high))
     return out
-
-
-def tool_radii(scene: Scene) -> Floats:
-    """How far from the wire's line each geom that moves with the TCP reaches, (ngeom,), m; infinite for all others."""
-    model, data = scene.model, mujoco.MjData(scene.model)
-    mujoco.mj_kinematics(model, data)
-    tcp = scene.sites["tcp"]
-    axis = data.site_xmat[tcp].reshape(3, 3)[:, 2]
-    away = data.geom_xpos - data.site_xpos[tcp]
-    off = np.linalg.norm(away - np.outer(away @ axis, axis), axis=1)
-    return np.where(scene.tool_geom, off + model.geom_rbound, np.inf)
 
 
 def _sampled(context: Context, some: Ints, step: float, radius: Floats) -> _Looked:

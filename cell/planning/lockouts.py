@@ -5,12 +5,12 @@
 
 It is tried out: the bead or the travel is planned once more without these layers, and only what succeeds then is said
 to be locked out by them. Named are layers of another sub-volume where those are enough, and of these as few of the last
-as are enough.
+as are enough. Where not all of a lost part is looked at, these trials may ask about LOCKOUTS configurations in all.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -18,9 +18,11 @@ import numpy as np
 
 from ..arrays import Ints
 from ..failure import Failure, Kind, LaidLayer
-from .bead_search import BeadPlan
+from .bead_search import BeadPlan, BeadSearch
 from .configurations import evaluate
 from .context import Context
+from .edge_check import SearchedBead
+from .lost_part import full_work
 from .part_plan import PartPlan, plan_bead
 from .travel import travel
 
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 
 MOST = 12  # beads and travels that are tried again
 PROBES = 3  # targets of a bead looked at by themselves before it is searched
+LOCKOUTS = 5_000  # configurations that trials may ask about, unless every target is to be looked at
 FEWER = 5  # share of a travel's attempts: each is tried several times
 
 
@@ -67,16 +70,17 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
     layers = _Layers(job.targets.sub_volume, job.deposits)
     beads, stuck = list(plan.beads), dict(plan.stuck)
     known: list[int] = []
-    left = MOST
+    left, every = MOST, context.settings.every_target or not any(bead.open for bead in beads)
+    most = np.inf if every else context.asked + LOCKOUTS
     for k, bead in enumerate(beads):
         failed = _collided(bead)
-        if failed and left:
+        if failed and left and context.asked < most:
             left -= 1
-            trial, target = _bead_trial(bead, failed), min(failed)
+            trial, target = _bead_trial(bead, failed, most), min(failed)
             found, known = _blame(job, context, layers, target, int(context.stage[target]), trial, known)
             beads[k] = _noted(bead, found, layers.named(known))
     for target in sorted(plan.stuck):
-        if left and stuck[target].kind is Kind.COLLISION:
+        if left and context.asked < most and stuck[target].kind is Kind.COLLISION:
             left -= 1
             stage = int(context.laid[_leaves(stuck[target])])
             found, known = _blame(job, context, layers, target, stage, _travel_trial(plan, target), known)
@@ -112,26 +116,25 @@ class _LayerTrial:
     may_work: Callable[[Context], bool]
 
 
-def _bead_trial(bead: BeadPlan, failed: set[int]) -> _LayerTrial:
+def _bead_trial(bead: BeadPlan, failed: set[int], most: float) -> _LayerTrial:
     # a bead is dear to search in vain: a few targets by themselves say most of it
     probes = sorted(failed)[:: max(len(failed) // PROBES, 1)][:PROBES]
 
     def works(context: Context) -> set[int]:
+        if context.asked + full_work(context, bead.stop - bead.first) > most:
+            return set()
         again = plan_bead(context, bead.first, bead.stop, None)
-        return failed - again.missing.keys() - again.cuts.keys()
+        return failed - again.missing.keys() - again.cuts.keys() - again.open
 
-    return _LayerTrial(works, lambda context: all(_has_configuration(context, i) for i in probes))
+    return _LayerTrial(works, lambda context: context.asked < most and _stand_free(context, probes))
 
 
-def _has_configuration(context: Context, i: int) -> bool:
-    """Whether a target by itself has a configuration that is free."""
-    here = slice(i, i + 1)
-    placed = context.placed.rows(here)
+def _stand_free(context: Context, targets: Sequence[int]) -> bool:
+    """Whether some targets each have a configuration that is free, at the sampled rolls."""
+    some = np.array(targets, dtype=np.int64)
+    placed = context.placed.rows(some)
     nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step, context.limits)
-    q = nodes.q[np.isfinite(nodes.cost)]
-    axes = placed.axes(q, np.zeros(len(q), dtype=np.int64))
-    found = context.screen.clearances(axes, np.full(len(q), context.stage[i]))
-    return bool((found.distance >= context.settings.clearance).any())
+    return not BeadSearch(SearchedBead.apart(context, some), nodes).lost_alone()
 
 
 def _travel_trial(plan: PartPlan, target: int) -> _LayerTrial:

@@ -4,18 +4,18 @@
     bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not looked at
     judge.left(target)                                         # configurations that may still be asked by then
 
-Work is counted in configurations that collision detection is asked about, so that a verdict does not hang on the machine.
-Beads that come out whole cost what they cost in a part that can be built. All else has a budget: FLOOR, and PER_TARGET for
-each target of the part, spent evenly along it. What the budget allows is judged as if there were none. Beyond it a bead is
-lost as soon as one of its targets is proved out of reach, or is free at no roll; a few others are judged with it, and the
-rest is left open: neither feasible nor infeasible.
+Work is counted in configurations that collision detection is asked about, so that a verdict does not hang on the
+machine. Beads that come out whole cost what they cost in a part that can be built. All else has a budget: FLOOR, and
+PER_TARGET for each target of the part, spent evenly along it. What the budget allows is judged as if there were none.
+Beyond it a bead is lost as soon as one of its targets is proved out of reach, or is free at no roll; a few others are
+judged with it, and the rest is left open: neither feasible nor infeasible.
 
 Metres and radians.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -35,6 +35,8 @@ FLOOR = 20_000  # configurations asked about what cannot be welded, whatever the
 PER_TARGET = 4  # and for each of its targets
 BRANCHES = 8  # configurations of a target at a roll
 PROBES = 3  # targets judged by themselves before a bead is searched in full
+ALONE = 60  # configurations that it takes to judge a target by itself, about
+TOGETHER = 16  # targets judged in one go
 BLOCK = 256  # targets evaluated together
 
 
@@ -116,7 +118,7 @@ class LossJudge:
         missing = unreachable(self.context, range(first, stop))
         if not missing and not self.lost:
             some = list(dict.fromkeys(suspects))[:PROBES]
-            missing = {i: m for i in some if (m := judged(self.context, i)) is not None}
+            missing = lost_alone(self.context, some)
             if not missing:
                 return in_full(self.left(stop))
         order = [*suspects, *_spread(first, stop)]
@@ -128,12 +130,11 @@ class LossJudge:
     ) -> dict[int, Missing]:
         """Targets that are lost, of those that the budget allows to look at one after the other."""
         out: dict[int, Missing] = {}
-        for i in dict.fromkeys(order):
-            if self.context.asked - before > self.left(stop):
-                break
-            missing = None if i in (known or {}) else judged(self.context, i)
-            if missing is not None:
-                out[i] = missing
+        some = [i for i in dict.fromkeys(order) if i not in (known or {})]
+        while some and (left := self.left(stop) - (self.context.asked - before)) > 0:
+            count = int(min(left // ALONE + 1, TOGETHER))
+            out.update(lost_alone(self.context, some[:count]))
+            some = some[count:]
         return out
 
     def _nearest(self, first: int, stop: int) -> int:
@@ -172,25 +173,27 @@ def unreachable(context: Context, targets: Iterable[int]) -> dict[int, Missing]:
     return out
 
 
-def judged(context: Context, target: int) -> Missing | None:
-    """Why a target has no configuration at any roll, by itself: None where one is found free.
+def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, Missing]:
+    """Targets that have no configuration at any roll, each looked at by itself.
 
     Args:
         context: the arm and the cell.
-        target: which.
+        targets: which.
 
     Returns:
-        What is wrong with it as a search of its bead says it; rolls between the samples are looked at as well.
+        What is wrong with those that have none, as a search of their bead says it; rolls between the samples are
+        looked at as well.
     """
-    bead = SearchedBead.of(context, target, target + 1)
-    step = context.settings.roll_step
-    nodes = evaluate(context.solver, bead.placed, context.window, step, context.limits)
-    missing = BeadSearch(bead, nodes).run(None).missing.get(target)
-    if missing is None or missing.failure.proved or context.window.is_fixed:
-        return missing
-    between = missing.failure.between
-    also = {} if between is None or between.collision is not None else {target: float(np.deg2rad(between.roll_deg))}
-    return None if free_rolls(context, [target], step / FINER, also)[target] else missing
+    some, step = np.array(targets, dtype=np.int64), context.settings.roll_step
+    placed = context.placed.rows(some)
+    nodes = evaluate(context.solver, placed, context.window, step, context.limits)
+    bead = SearchedBead.apart(context, some)
+    found = {int(some[k]): missing for k, missing in BeadSearch(bead, nodes).lost_alone().items()}
+    open_ = [] if context.window.is_fixed else [i for i, missing in found.items() if not missing.failure.proved]
+    between = {i: found[i].failure.between for i in open_}
+    also = {i: float(np.deg2rad(b.roll_deg)) for i, b in between.items() if b is not None and b.collision is None}
+    free = free_rolls(context, open_, step / FINER, also)
+    return {i: missing for i, missing in found.items() if not free.get(i)}
 
 
 def _most_hit(search: StationSearch) -> Ints:

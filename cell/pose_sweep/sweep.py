@@ -54,7 +54,7 @@ Compute = Callable[[Sequence[Callable[[], Any]]], Generator[Any, None, None]]
 
 
 @dataclass(frozen=True)
-class Screening:
+class PoseScreening:
     """Poses of one cell to be screened together.
 
     Attributes:
@@ -273,13 +273,13 @@ class Work:
     case: Case
     poses: tuple[Pose, ...]
 
-    def screenings(self) -> list[Screening]:
+    def screenings(self) -> list[PoseScreening]:
         """Poses of one cell, a few together."""
-        found: list[Screening] = []
+        found: list[PoseScreening] = []
         for _, same in groupby(self.poses, key=lambda pose: pose.variant):
             some = tuple(same)
             parts = (some[i : i + TOGETHER] for i in range(0, len(some), TOGETHER))
-            found += [Screening(self.mark, self.case, part) for part in parts]
+            found += [PoseScreening(self.mark, self.case, part) for part in parts]
         return found
 
     def rows(self, compute: Compute) -> Rows:

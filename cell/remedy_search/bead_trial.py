@@ -34,8 +34,8 @@ def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], 
         some = range(first, stop, max((stop - first) // ALONE, 1))
         if not all(_stands_free(context, i) for i in some if wanted is None or i in wanted):
             return set(range(first, stop))
-        plan = plan_bead(context, first, stop, None)
-        lost = {*plan.missing, *plan.cuts}
+        plan = plan_bead(context, first, stop, None, 0.0)
+        lost = {*plan.missing, *plan.cuts, *plan.open}
         if wanted is not None:
             lost &= wanted
         if lost:

@@ -15,12 +15,14 @@ from __future__ import annotations
 import heapq
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Ints
+from ..case.read import with_changes
+from ..case.sections import Checks
 from ..failure import Where
 from ..job.job import Job
 from ..plain import plain
@@ -38,6 +40,7 @@ from .target_groups import Group, groups
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
 LARGE = 600  # targets from which on parts get fewer of them
+CHECKS_OPEN = 2  # of a part that was lost before all of it was looked at
 MAX_TRIES = 4  # times as much where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
 TRIES = 5  # growing sizes of one change
@@ -100,10 +103,12 @@ def remedies(result: Result, progress: Progress | None = None, seconds: float = 
         yield _other_mode(result, progress, time.process_time() + seconds) or _nothing_moving(result)
         return
     whole = np.sort(np.concatenate([group.targets for group in found]))
-    parts = found[:MOST_GROUPS] if len(found) > 1 else []
+    # of targets that are samples of more, each would be a group by itself
+    parts = found[:MOST_GROUPS] if len(found) > 1 and not result.not_looked_at else []
     with counted(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as count:
         search = _RemedySearch(result, parts, count, time.process_time() + seconds)
-        reason = found[0].reason if len(found) == 1 else None
+        reasons = {group.reason for group in found}
+        reason = found[0].reason if len(found) == 1 or (result.not_looked_at and len(reasons) == 1) else None
         best = search.run(whole, reason, SHOWN, CHECKS_WHOLE)
         if not any(remedy.checked == "part" for remedy in best):
             moving = _other_mode(result, None, search.deadline)
@@ -140,11 +145,11 @@ def _nothing_moving(result: Result) -> Remedy:
 
 
 def _infeasible(result: Result) -> Ints:
-    return np.array([i for i, row in enumerate(result.rows) if row.reason is not None], dtype=np.int64)
+    return np.array([i for i, row in enumerate(result.rows) if row.failure is not None], dtype=np.int64)
 
 
 def _one_reason(result: Result) -> str | None:
-    reasons = {row.reason for row in result.rows if row.reason is not None}
+    reasons = {row.reason for row in result.rows if row.failure is not None}
     return reasons.pop() if len(reasons) == 1 else None
 
 
@@ -190,7 +195,9 @@ class _RemedySearch:
             deadline: when to stop, by ``time.process_time``.
         """
         self.result, self.count, self.deadline = result, count, deadline
-        self.start = Start(result.job, *result.asked)
+        # a changed case that fails is not looked at any further
+        job = replace(result.job, case=with_changes(result.job.case, checks=_hurried(result.job.case.checks)))
+        self.start = Start(job, *result.asked)
         self.bad = set(result.failures)
         slow = any(row.reason == "speed" for row in result.rows)
         cut = any(f.rounded and f.where is Where.BEAD for f in result.failures.values())
@@ -203,6 +210,7 @@ class _RemedySearch:
         self.screening = Screening(self.start, sorted(self.bad), good, must)
         self.screening.add(self.changes)
         self.checked: dict[tuple[Change, float], set[int]] = {}
+        self.unseen: dict[tuple[Change, float], int] = {}  # how many targets of these were not looked at
         self.left = self.tries = 0
 
     @property
@@ -232,6 +240,8 @@ class _RemedySearch:
         n = len(self.result.rows)
         checks *= 1 if np.isfinite(self.deadline) else MAX_TRIES
         self.left = checks if n <= LARGE else max(checks * LARGE // n, 2)
+        if self.result.not_looked_at:
+            self.left = min(self.left, CHECKS_OPEN)
         self.tries = TRIALS * self.left
         entire = len(wanted) == len(self.bad)
         found = self._best(self.changes, wanted, entire, reason, want)
@@ -356,7 +366,9 @@ class _RemedySearch:
             self.left -= 1
             self.count()
             found = check(*self.start.changed(change, size))
+            # what was not looked at is not mended either
             self.checked[change, size] = {i for i, row in enumerate(found.rows) if row.reason is not None}
+            self.unseen[change, size] = found.not_looked_at
         bad = self.checked[change, size]
         return bad if entire else bad & counterparts(self.start.job, self._numbering(change, size), wanted)
 
@@ -369,11 +381,14 @@ class _RemedySearch:
         return [int(b) for b in beads[np.unique(np.linspace(0, len(beads) - 1, PROBES).round().astype(int))]]
 
     def _remedy(self, change: Change, size: float, wanted: Ints, reason: str | None) -> Remedy:
-        bad = self.checked[change, size]
+        bad, unseen = self.checked[change, size], self.unseen[change, size]
         document = self.start.describe(change, size)
-        said = "whole part feasible" if not bad else f"{_these(wanted)} feasible, {len(bad)} of the part not"
+        said = "whole part feasible" if not bad else f"{_these(wanted)} feasible, {len(bad) - unseen} of the part not"
+        said += f", {unseen} not looked at" if unseen else ""
         sentence = f"{change.words(document['from'], document['to'])} (checked: {said})"
-        return Remedy(wanted, reason, document, "group" if bad else "part", len(bad), sentence, change.effort(size))
+        return Remedy(
+            wanted, reason, document, "group" if bad else "part", len(bad) - unseen, sentence, change.effort(size)
+        )
 
     def _nothing(self, wanted: Ints, reason: str | None, entire: bool) -> Remedy:
         bounds = "; ".join(dict.fromkeys(_bounds(self.start, change, self.changes) for change in self.changes))
@@ -381,6 +396,11 @@ class _RemedySearch:
         cut = " before the search was cut off (--remedies searches longer)" if self.spent else ""
         sentence = f"no single change found that mends {what}{cut}; searched: {bounds}"
         return Remedy(wanted, reason, None, None, len(self.bad), sentence)
+
+
+def _hurried(checks: Checks) -> Checks:
+    """The same without asking for every target of a part that is lost."""
+    return checks.model_copy(update={"every_target": False}) if checks.every_target else checks
 
 
 def _these(targets: Ints) -> str:

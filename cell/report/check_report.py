@@ -93,10 +93,14 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     for line in found_lines(job.T_part_input, job.evidence):
         name, text = line.split(": ", 1)
         yield name, text
-    yield "reached", f"{n - result.infeasible} of {n} targets ({job.solver.name}, roll {roll_text_of(result)})"
+    good, looked = result.looked_at - result.infeasible, result.looked_at
+    of = f"{n} targets" if looked == n else f"the {looked} targets looked at"
+    yield "reached", f"{good} of {of} ({job.solver.name}, roll {roll_text_of(result)})"
     counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
     if counts:
         yield "not reached", counts
+    if looked < n:
+        yield "not looked at", f"{n - looked} of {n} targets: the part is lost without them (--all looks at every one)"
     clearance, singular = least_document(result, "clearance"), least_document(result, "singularity")
     if clearance:
         yield (
@@ -158,7 +162,7 @@ def _worst(result: Result, every: bool) -> RenderableType:
         xyz = ", ".join(f"{v:.0f}" for v in result.placed.position[i] / METRES_PER_MM)
         layer = f"{t.sub_volume[t.sub_volume_index[i]]}/{t.layer[i]}"
         table.add_row(str(i), layer, xyz, row.reason, in_words(row), "proved" if row.proved else "")
-    if len(bad) > shown:
+    if len(bad) > shown:  # of those looked at
         table.caption = f"and {len(bad) - shown} more; all of them with --verbose or --json"
         table.caption_justify = "left"
     return table

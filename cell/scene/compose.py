@@ -92,6 +92,7 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
     chain = chain_of(model, robot, model.site(sites["tcp"]).name, base, _speeds(model, case))
     chain = replace(chain, names=tuple(case.robot.joints))
     check_base(model, base, [*arm_joints, *table_joints])
+    there = [joint for joint, has in zip(table_joints, has_axis, strict=True) if has]
     rest = _rest(case, chain, home)
     body_piece = np.array([pieces.piece.get(model.body(b).name, Piece.SURROUNDINGS) for b in range(model.nbody)])
     on_table = np.array([model.body(b).name in pieces.on_table for b in range(model.nbody)])
@@ -125,7 +126,7 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
         table_joints=np.array(table_joints, dtype=np.int64),
         base_body=require(model, "body", base, "robot.base"),
         sites=sites,
-        warnings=(*pieces.warnings, *links_without_shapes(model, arm_joints, table_joints, piece)),
+        warnings=(*pieces.warnings, *links_without_shapes(model, arm_joints, there, piece)),
     )
 
 

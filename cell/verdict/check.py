@@ -73,7 +73,7 @@ class TargetVerdict:
 
     @property
     def verdict(self) -> str:
-        """ "feasible", "infeasible", or ``NOT_LOOKED_AT``."""
+        """One word: feasible, infeasible, or ``NOT_LOOKED_AT``."""
         if not self.looked_at:
             return NOT_LOOKED_AT
         return "feasible" if self.failure is None else "infeasible"

@@ -14,6 +14,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ..job.job import Job
+from ..verdict.check import NOT_LOOKED_AT
 
 if TYPE_CHECKING:
     from ..verdict.check import Result
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 Colouring = Literal["layer", "thickness", "verdict"]
 COLOURINGS: tuple[Colouring, ...] = get_args(Colouring)
 RED, GREEN = (0.88, 0.08, 0.06, 1.0), (0.15, 0.65, 0.25, 1.0)
+GREY = (0.55, 0.57, 0.6, 1.0)  # not looked at
 PALE_RED = (0.95, 0.62, 0.58, 1.0)
 HEAT = np.array([(0.50, 0.10, 0.10), (0.87, 0.33, 0.09), (0.98, 0.78, 0.28)])  # first layer to last
 DEPTH = np.array([(0.16, 0.17, 0.45), (0.13, 0.45, 0.60), (0.25, 0.68, 0.50), (0.97, 0.87, 0.25)])  # thin to thick
@@ -63,8 +65,9 @@ def target_colours(result: Result, by: Colouring) -> tuple[Floats, str]:
     if by == "layer":
         return layer_colours(result.job), "layer: dark is first"
     if by == "verdict":
-        bad = np.array([row.reason is not None for row in result.rows])
-        return np.where(bad[:, None], np.array(RED), np.array(GREEN)), "verdict: green feasible, red not"
+        colour = {"feasible": GREEN, "infeasible": RED, NOT_LOOKED_AT: GREY}
+        open_ = ", grey not looked at" if result.not_looked_at else ""
+        return np.array([colour[row.verdict] for row in result.rows]), f"verdict: green feasible, red not{open_}"
     low, high = float(t.thickness_mm.min()), float(t.thickness_mm.max())
     if high - low < FLAT:
         return np.column_stack([ramp(np.full(len(t), 0.5), DEPTH), np.ones(len(t))]), f"thickness {low:.2f} mm"

@@ -215,7 +215,9 @@ class Player:
             (result.job.case.title, self._table_words()),
             (
                 "verdict",
-                "feasible" if result.feasible else f"infeasible: {result.infeasible} of {result.looked_at} targets looked at, of {len(t)}"
+                "feasible"
+                if result.feasible
+                else f"infeasible: {result.infeasible} of {result.looked_at} targets looked at, of {len(t)}"
                 if result.not_looked_at
                 else f"infeasible: {result.infeasible} of {len(t)} targets",
             ),

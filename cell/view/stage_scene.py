@@ -22,7 +22,7 @@ from ..arrays import Ints
 from ..job.job import Job
 from ..rigid import pose
 from ..units import METRES_PER_MM
-from .colours import GREEN, PALE_RED, RED, Colouring, layer_colours, target_colours
+from .colours import GREEN, GREY, PALE_RED, RED, Colouring, layer_colours, target_colours
 
 if TYPE_CHECKING:
     from ..verdict.check import Result
@@ -261,11 +261,12 @@ class StagedScene:
     def _draw_targets(self, scn: mujoco.MjvScene, frame: Frame) -> None:
         position, normal = self.targets()
         bad = np.array([row.failure is not None for row in self.result.rows])
+        seen = np.array([row.looked_at for row in self.result.rows])
         radius = self.result.job.targets.thickness_mm * METRES_PER_MM / 2
         if frame.arrow:
             i = frame.target
             tip = position[i] + normal[i] * ARROW
-            colour = RED if bad[i] else BLUE
+            colour = RED if bad[i] else BLUE if seen[i] else GREY
             there = self.result.rows[i].q is not None or self.result.rows[i].attempt is not None
             width = radius[i] * (0.6 if there else 2.0)  # thinner than the wire that it runs in
             _rod(scn, mujoco.mjtGeom.mjGEOM_ARROW, width, position[i], tip, np.array(colour))
@@ -277,8 +278,9 @@ class StagedScene:
             order = order[np.unique(np.linspace(0, len(order) - 1, MARKS).astype(np.int64))]
         for i in order:
             if frame.marks:
+                state = RED if bad[i] else GREEN if seen[i] else GREY
                 middle = position[i] + normal[i] * radius[i]
-                _ball(scn, radius[i] * (1.9 if i == frame.target else 1.3), middle, RED if bad[i] else GREEN)
+                _ball(scn, radius[i] * (1.9 if i == frame.target else 1.3), middle, state)
             if frame.normals:
                 tip, colour = position[i] + normal[i] * NORMALS * radius[i], RED if bad[i] else BLUE
                 _rod(scn, mujoco.mjtGeom.mjGEOM_ARROW, radius[i] * 0.35, position[i], tip, np.array(colour))

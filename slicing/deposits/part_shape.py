@@ -26,6 +26,7 @@ from slicing.arrays import Floats
 from ..beads.bead import BeadParameters
 from ..beads.lay import LaidSubVolume
 from ..layers.layer import Layer, SlicedSubVolume
+from ..mesh.hull import hull_planes
 from ..mesh.solid import Mesh
 from ..surfaces.surfaces import Cylinder, Plane, Surface
 from .round_sectors import sectors
@@ -304,18 +305,14 @@ def _thinned_hull(vertices: Floats) -> Floats:
     """Few points whose hull covers all the given ones: extremes in many directions, grown by what they miss."""
     if len(vertices) <= FEW:
         return vertices
-    from manifold3d import Manifold
-
     centre = vertices.mean(axis=0)
     # thin slabs: directions are spread in the frame in which the points are as wide every way
     spread, turn = np.linalg.eigh(np.cov((vertices - centre).T))
     scale = turn / np.sqrt(np.maximum(spread, 1e-6))
     even = (vertices - centre) @ scale
     chosen = even[np.unique(np.argmax(even @ _directions(FEW).T, axis=0))]
-    hull = Manifold.hull_points(chosen).to_mesh64()
-    a, b, c = (np.asarray(hull.vert_properties)[hull.tri_verts[:, k], :3] for k in range(3))
-    normals = np.cross(b - a, c - a).T
-    grown = chosen * max(1.0, float(((even @ normals).max(axis=0) / (chosen @ normals).max(axis=0)).max()))
+    normals, offsets = hull_planes(chosen)
+    grown = chosen * max(1.0, float(((even @ normals.T).max(axis=0) / offsets).max()))
     return centre + grown @ np.linalg.inv(scale)
 
 

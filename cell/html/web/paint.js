@@ -6,6 +6,7 @@ import { figure } from "./charts.js";
 // feasible first, then the reasons in the order of cell/html_words.py; report.css has the same as --verdict-N
 const VERDICTS = ["#12906e", "#c62828", "#e8710a", "#c2185b", "#7e57c2", "#1976d2", "#00838f", "#8d6e3a", "#4e342e"];
 const HANGING = "#0d59f2"; // what lies over nothing, as in pictures
+const OPEN = "#8a939c"; // not looked at
 const OTHER = "#5d4037"; // of what only motions and programs from outside have wrong
 const colour = (k) => VERDICTS[k] ?? OTHER;
 const LAYERS = ["#3b1f6b", "#a12d7c", "#e8663d", "#f9d14a"]; // first to last
@@ -41,7 +42,7 @@ export class Paint {
   /** Colours of beads and of marks: functions of a target. */
   by(mode) {
     const t = this.targets;
-    const verdict = (i) => parsed(colour(t.verdict[i]));
+    const verdict = (i) => parsed(this._colour(t.verdict[i]));
     const range = Math.max(this.thick - this.thin, 1e-9);
     // neighbouring layers differ in lightness as well
     const layer = (i) => ramp(LAYERS, t.layer[i] / Math.max(this.layers, 1)).map((v) => v * (t.layer[i] % 2 ? 0.82 : 1));
@@ -52,11 +53,15 @@ export class Paint {
     return [bead, (i) => (t.verdict[i] ? verdict(i) : bead(i).map((v) => 0.5 * v + 0.45))];
   }
 
+  _colour(k) {
+    return this.doc.verdicts[k] === "not_looked_at" ? OPEN : colour(k);
+  }
+
   legend(root, mode) {
     root.replaceChildren();
     if (mode === "verdict") {
       const present = new Set(this.targets.verdict);
-      this.doc.verdicts.forEach((name, k) => present.has(k) && root.append(dotted(colour(k), name.replace("_", " "))));
+      this.doc.verdicts.forEach((name, k) => present.has(k) && root.append(dotted(this._colour(k), name.replaceAll("_", " "))));
     } else {
       this.ramped(root, mode);
     }

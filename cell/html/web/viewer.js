@@ -7,7 +7,7 @@ import { arrow, beadLines, beadTubes, gridLines, rod } from "./meshes.js";
 import { FLAT, FLAT_FRAGMENT, LIT, LIT_FRAGMENT, POINT, POINT_FRAGMENT, program } from "./shaders.js";
 
 const FOVY = (34 * Math.PI) / 180; // as pictures have it
-const RED = [0.88, 0.08, 0.06];
+const RED = [0.88, 0.08, 0.06], OPEN = [0.54, 0.58, 0.61];
 const LIGHT = unit([0.35, 0.5, 1.0]); // towards the light
 // what is drawn while things move: pixels a CSS pixel (none: as at rest) and shadows; slow machines go down the list
 /** @type { { ratio?: number, shadow: boolean }[] } */
@@ -314,7 +314,9 @@ export class Viewer {
     if (i < 0) return;
     const from = this.targets.middle(i);
     const length = 0.17 * this.camera.distance;
-    const colour = this.targets.verdict[i] ? RED : [0.15, 0.4, 0.85];
+    const verdict = this.targets.verdict[i];
+    const open = this.doc.verdicts[verdict] === "not_looked_at";
+    const colour = open ? OPEN : verdict ? RED : [0.15, 0.4, 0.85];
     this._useLit(colour, 1, false);
     this._drawOnce(arrow(from, add(from, scale(this.targets.out(i), length)), length / 45), this.cell.partMatrix());
   }

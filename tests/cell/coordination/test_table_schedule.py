@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support.boss_motion import boss_case, job_of
+from support.lathes import lathe_job
 
 from cell.coordination.table_schedule import Schedule
 from cell.job.job import Job
@@ -106,3 +109,20 @@ def test_aims_lean_the_way(job: Job) -> None:
     assert off.max() <= CONE
     straight, _ = along(job, v)
     assert np.abs(tables - straight).max() > np.deg2rad(1)
+
+
+@pytest.mark.parametrize("turn", ["", 'range="-345 345"'])
+def test_one_axis_takes_a_ring_round_in_one_way(turn: str, tmp_path: Path) -> None:
+    """Level, as a rotator's: angles do not jump where half a turn is reached, and stay where the axis has them."""
+    scene = lathe_job(tmp_path, turn).scene
+    freedom = TableFreedom.of(scene, ("E1",), (0.0, 0.0))
+    around = np.linspace(50.0, 410.0, 61)
+    way = Schedule(freedom, CONE, SPEED).along(
+        tilted(np.full(61, 90.0), around), np.zeros(61, dtype=np.int64), np.full(60, 2e-3)
+    )
+    assert way.off.max() <= CONE
+    step = np.rad2deg(np.diff(way.tables[:, 0]))
+    assert 0 < np.abs(step).max() < 9
+    assert len(set(np.sign(step[np.abs(step) > 1e-6]))) == 1
+    assert np.abs(way.tables[:, 0]).max() <= np.deg2rad(345) or not turn
+    assert not way.tables[:, 1].any()

@@ -40,7 +40,7 @@ def test_every_target_and_both_ends_of_every_way_are_kept(monkeypatch: pytest.Mo
     assert set(switched) | set(switched + 1) <= set(starts.tolist())
     # no long way without a sample, whatever the budget
     assert np.diff(starts).max() <= len(motion.t_s) / (500 - 2)
-    assert len(starts) <= max(most_steps, 500 + len(firsts) + 2 * len(switched)) + 2
+    assert len(starts) <= max(min(most_steps, 500 + 2 * 1100), 500 + len(firsts) + 2 * len(switched)) + 2
     assert len(drawn_path._starts(motion_of(20, 20))) == 400  # few are all sent
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -180,3 +181,39 @@ def test_a_bead_begins_or_ends_elsewhere_where_home_is_else_not_reached(
     # the ways to and from it have been made anew: nothing jumps, and what is outside agrees
     assert np.rad2deg(np.abs(np.diff(result.motion.q, axis=0)).max()) < 6
     assert check_motion(job, ReadMotion(result.motion, np.arange(len(result.motion.t_s)) + 1, ())).feasible
+
+
+def only_bead(job: Job) -> Job:
+    """The job with its first bead alone."""
+    t, n = job.targets, int((job.targets.path == 0).sum())
+    names = ("sub_volume_index", "layer", "path", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
+    some = {name: getattr(t, name)[:n] for name in names}
+    return replace(job, targets=replace(t, closed=t.closed[:1], **some), beads=())
+
+
+@pytest.mark.parametrize("shut", ["out", "back"])
+def test_an_only_bead_that_is_begun_or_ended_elsewhere_gets_both_ways_anew(
+    shut: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first bead is the last one as well: the way that was free leads to where it is no longer."""
+    job = only_bead(job_of(boss_case(folder, f"only_{shut}", **FREE)))
+    asked = []
+
+    def refusing(setup: Any, end: Any, start: Any, stage: int) -> Any:
+        if (end is None) if shut == "out" else (start is None):
+            asked.append(start.q_targets[0] if shut == "out" else end.q_targets[-1])
+            if len(asked) == 1:
+                return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
+        return travel(setup, end, start, stage)
+
+    monkeypatch.setattr(home_module, "travel", refusing)
+    result = check(job, 90, 180)
+    motion = result.motion
+    assert motion is not None
+    assert len(asked) > 1
+    weld = np.flatnonzero(motion.arc)
+    used = motion.q[weld[0 if shut == "out" else -1]]
+    assert np.abs((used - asked[0] + np.pi) % (2 * np.pi) - np.pi).max() > np.deg2rad(39)
+    np.testing.assert_allclose(motion.q[[0, -1]], [job.scene.home] * 2, atol=1e-9)
+    assert np.rad2deg(np.abs(np.diff(motion.q, axis=0)).max()) < 6
+    assert check_motion(job, ReadMotion(motion, np.arange(len(motion.t_s)) + 1, ())).feasible

@@ -59,7 +59,7 @@ def test_configurations_of_a_search_are_looked_at_one_by_one(make_case):
     search = BeadSearch(SearchedBead.of(context, 0, 4), nodes)
     mixed = 0
     for i in range(4):
-        search._judge_target(i)
+        search._judge_targets(np.array([i]))
         index = np.argwhere(np.isfinite(nodes.cost[i]))
         q = nodes.q[i][tuple(index.T)]
         free = context.screen.clearances(q, np.repeat(job.stage[i], len(q))).distance >= settings.clearance
