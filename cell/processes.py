@@ -105,6 +105,19 @@ class Crew:
         self._start(count)
         return _Round(self, function, items, tick).results()
 
+    def get_ready(self, shared: object, count: int) -> None:
+        """Have workers begin, and take what is shared, while there is something else to do here.
+
+        Args:
+            shared: what :meth:`run` will be given.
+            count: how many items it will be given.
+        """
+        if min(self.jobs, count) > 1:
+            self._share(shared)
+            self._start(min(self.jobs, count))
+            for worker in self._workers:
+                self._give(worker)
+
     def close(self, *, at_once: bool) -> None:
         """End the workers.
 
@@ -130,12 +143,19 @@ class Crew:
 
     def send(self, worker: _Worker, index: int, function: Callable[..., Any], item: object) -> None:
         """Have a worker call a function; first what is shared, where it does not have it yet."""
+        self._give(worker)
+        self._send(worker, _packed((index, function, item)))
+
+    def _give(self, worker: _Worker) -> None:
+        """What is shared, to a worker that does not have it."""
+        if worker.shared != self._number:
+            assert self._packed is not None
+            self._send(worker, self._packed)
+            worker.shared = self._number
+
+    def _send(self, worker: _Worker, message: bytes) -> None:
         try:
-            if worker.shared != self._number:
-                assert self._packed is not None
-                worker.pipe.send_bytes(self._packed)
-                worker.shared = self._number
-            worker.pipe.send_bytes(_packed((index, function, item)))
+            worker.pipe.send_bytes(message)
         except OSError:
             raise _gone(worker) from None
 
@@ -315,12 +335,18 @@ def _work(pipe: Connection) -> None:
         pipe.send_bytes(_answer(function, shared, item, tick))
 
 
+class _Told:
+    """Processor time of this process that has been told of, s: its start, and what is sent to it and by it, count."""
+
+    seconds = 0.0
+
+
 def _answer(function: Callable[..., Any], shared: object, item: object, tick: Tick) -> bytes:
     """What a call gives, or what it raises, to be sent."""
-    begun = time.process_time()
     try:
         found = function(shared, item, tick)
-        return _packed(("done", (found, time.process_time() - begun)))
+        spent, _Told.seconds = time.process_time() - _Told.seconds, time.process_time()
+        return _packed(("done", (found, spent)))
     except Exception as error:  # noqa: BLE001 (it is raised again where the work was asked for)
         last = traceback.extract_tb(error.__traceback__)[-1]
         folder = os.path.basename(os.path.dirname(last.filename))

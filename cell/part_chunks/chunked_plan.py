@@ -59,6 +59,7 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     context = shared.context
     if len(chunks) == 1:
         return plan_part(context, shared.job.targets.path, progress)
+    crew().get_ready(shared, len(chunks))
     with counted(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
         known, q_before = beginnings(context, chunks)
         share = 1 / len(chunks)

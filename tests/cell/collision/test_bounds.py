@@ -210,6 +210,14 @@ def test_the_least_clearance_is_that_of_the_way():
         each = [checker.distance(on_the_way(q, k)).min() for k in (0, 1, 2, 4, 5, 6)]
         slack = max(NEAREST, NEAREST_SHARE * min(each) / (1 - NEAREST_SHARE))
         assert min(each) - 2e-3 <= nearest.distance[0] <= min(each) + slack
+        # the least of both motions is found by looking at each by itself, told how near the samples come at all
+        known = float(found.distance.min())
+        halves = [slice(0, 4), slice(4, 8)]
+        alone = [
+            least_on_the_way(checker, np.ones(2), q[h], stage_of(q[h]), found.rows(np.arange(8)[h]), known=known)
+            for h in halves
+        ]
+        assert min(each) - 2e-3 <= min(one[1].distance[0] for one in alone) <= min(each) + slack
         here = [k for k in (at - 1, at) if k in (0, 1, 2, 4, 5, 6)]
         assert min(checker.distance(on_the_way(q, k)).min() for k in here) <= nearest.distance[0] + NEAREST
 
@@ -269,7 +277,20 @@ def test_corners_of_travels_that_stop_for_a_dwell_are_looked_at_again(monkeypatc
     job.scene.chain.forward = lambda q: np.tile(np.eye(4), (len(q), 1, 1))
     setup.laid = np.arange(12)
     q = np.linspace(0, 1, 5)[:, None] * np.ones(6)
-    failures = motion.corners(job, setup, beads, [(q, Clearances.none(5))] * 2)
-    assert list(failures) == [8]
-    assert failures[8].place == Place(Where.TRAVEL, from_target=7, to_target=8)
-    assert asked == [[1]]
+    ways = ((q, Clearances.none(5)),) * 2
+    # all beads in one run, and in two of which the second begins with the travel to its first
+    runs = (
+        [motion.RunBeads(tuple(beads), ways)],
+        [
+            motion.RunBeads(tuple(beads[:2]), ways[:1]),
+            motion.RunBeads(tuple(beads[2:]), ways[1:], (4, 7)),
+        ],
+    )
+    for some in runs:
+        asked.clear()
+        failures = {}
+        for run in some:
+            failures.update(motion.corners(job, setup, run))
+        assert list(failures) == [8]
+        assert failures[8].place == Place(Where.TRAVEL, from_target=7, to_target=8)
+        assert asked == [[1]]

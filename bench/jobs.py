@@ -1,0 +1,91 @@
+"""One check in several processes: ``python bench/jobs.py [--parts pad] [--targets 6000] [--jobs 1 2]``.
+
+The same part is checked with each number of processes. Told are wall time; processor time of all of them; that on the
+critical path, which is the first process' own and of each round of work that of the worker that had most to do, and so
+what the wall time would be on a machine with nothing else to do (the start of workers, about a second each, counts);
+memory of the first process and of the largest worker; how long the motion takes; and a digest of verdict and motion,
+which has to be one and the same. ``one chunk`` is the part planned bead after bead, as small ones are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import resource
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+if __name__ == "__main__":  # a worker runs this file as well, and needs none of them for it
+    from bench_arguments import parsed
+    from real_parts import FILLS, PARTS, ROLLS, job_of
+
+    from cell import Job
+    from cell.part_chunks.chunking import USUAL, Chunking
+    from cell.planning.context import Context
+    from cell.processes import processor_time, working
+    from cell.scene.scene import table_angles
+    from cell.verdict.check import SpanVerdict, check_span, off_upright
+
+MB = 1024.0  # of ru_maxrss, kB on Linux
+
+
+def digest(found: SpanVerdict) -> str:
+    """Of verdict and motion, to the bit."""
+    out = hashlib.sha256(repr([(row.failure, found.clearance, found.singularity) for row in found.rows]).encode())
+    for row in found.rows:
+        out.update(b"" if row.q is None else row.q.tobytes())
+    if found.motion is not None:
+        for column in (found.motion.t_s, found.motion.q, found.motion.target):
+            out.update(column.tobytes())
+    return out.hexdigest()[:12]
+
+
+def measure(job: Job, jobs: int, chunking: Chunking, name: str) -> float:
+    """Check a part and print a line; processor time on the critical path, s."""
+    context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
+    gravity, chunks = off_upright(job, context.placed), len(chunking.chunks(job.targets, context.span))
+    wall, every, here = time.perf_counter(), processor_time(), time.process_time()
+    with working(jobs) as crew:
+        found = check_span(job, context, gravity, None, chunking)
+    wall, every, here = time.perf_counter() - wall, processor_time() - every, time.process_time() - here
+    critical = here + crew.busiest
+    n = len(job.targets)
+    peak = [resource.getrusage(who).ru_maxrss / MB for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    said = "infeasible" if found.motion is None else f"{found.motion.t_s[-1]:.0f} s"
+    print(
+        f"| {name} | {n} | {chunks} | {jobs} | {1e3 * every / n:.2f} | {1e3 * critical / n:.2f} |"
+        f" {here:.1f} | {wall:.1f} | {peak[0]:.0f} + {peak[1]:.0f} | {said} | {digest(found)} |",
+        flush=True,
+    )
+    return critical
+
+
+def main() -> None:
+    """Measure and print a table."""
+    parser = argparse.ArgumentParser(description="One check in several processes.")
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=["pad"])
+    parser.add_argument("--targets", type=int, default=6000, help="of each, about")
+    parser.add_argument("--fill", choices=FILLS, default="zigzag")
+    parser.add_argument("--roll", choices=ROLLS, default="free")
+    parser.add_argument("--infeasible", action="store_true", help="the twin that cannot be built")
+    parser.add_argument("--jobs", type=int, nargs="+", default=[1, 2], help="numbers of processes")
+    parser.add_argument("--one-chunk", action="store_true", help="the part in one chunk as well")
+    args = parsed(parser, targets=100, jobs=[1, 2], fill="contour")
+    chunking = Chunking(0, 20) if args.smoke else USUAL
+    print(
+        "| part | targets | chunks | jobs | all, ms a target | critical path, ms a target |"
+        " first process, s | wall, s | memory, MB | motion | digest |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|"
+    )
+    for part in args.parts:
+        job = job_of(part, args.targets, args.fill, args.roll, feasible=not args.infeasible)
+        if args.one_chunk:
+            measure(job, 1, Chunking(len(job.targets) + 1), f"{part}, one chunk")
+        critical = [measure(job, jobs, chunking, part) for jobs in args.jobs]
+        words = (f"{critical[0] / c:.2f} with {jobs}" for c, jobs in zip(critical, args.jobs, strict=True))
+        print(f"\n{part}: times as fast on the critical path: {', '.join(words)}\n", flush=True)
+
+
+if __name__ == "__main__":
+    main()
