@@ -228,7 +228,11 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float, steps_to_mm: float = 
         piece = _on_outline(vertices, faces, cut, outline)
         if len(piece.root) and _thin_on_cones(piece, height, outline):
             slivers.append(sliver)
-        elif len(piece.root) and _radius(vertices) <= steps_to_mm and is_turned_step(piece, outline):
+        elif (
+            len(piece.root)
+            and _radius(vertices) <= steps_to_mm
+            and is_turned_step(part, vertices, np.delete(faces, cut, axis=0), outline)
+        ):
             kept += part
             steps.append(sliver)
         elif len(piece.root):

@@ -24,6 +24,7 @@ from .turned_faces import HINTED_TURN, LEAST_COVERAGE, LEAST_TURN, Band, FoundBa
 
 SAME_POINT_MM, SAME_POINT = 1e-5, 1e-6  # points of an outline closer than this (and that share of r) are one
 SHORT_AND_HIGH = 0.999  # of its length: a ring that stands out this far is a flange
+NO_CYLINDER = 1e-2  # of how far a flank has come down: a shorter cylinder does not end it
 SHORT_GAP = 0.05  # of the radius: what is not seen there is no hidden step
 
 
@@ -255,7 +256,8 @@ def hills(sections: Sequence[Band]) -> list[Hill]:
 def _falls(top: float, radii: tuple[float, float], length: float, slack: float) -> bool:
     """A flank goes on: down a step or a short cone. It ends where a cylinder, or a long cone, begins."""
     drop = radii[0] - radii[1]
-    if drop < -slack or (drop <= slack and length > slack):
+    # of a fillet's facets, which meet at heights that are rounded, tiny cylinders are left
+    if drop < -slack or (drop <= slack and length > max(slack, NO_CYLINDER * (top - radii[0]))):
         return False
     return length <= max(2 * drop, 0.5 * (top - radii[0]))
 

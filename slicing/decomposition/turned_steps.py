@@ -1,6 +1,6 @@
 """What goes right round a body and is lower than it is long: turned steps, threads, the skin of a ball.
 
-    steps = is_turned_step(piece, outline)       # of a piece that was cut off the outline; frame: z is the axis
+    is_turned_step(piece, vertices, skin, outline)   # of a solid that was cut off the outline; frame: z is the axis
 
 The outline of a body is made of cylinders and cones (`slicing.decomposition.outline`). A thread's ridge is none of
 these, and neither is a ball of scattered facets: what the outline lacks of them is cut off as a piece. Such a piece is
@@ -13,16 +13,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..mesh.face_measures import face_normals
-from ..mesh.solid import Floats
+from ..mesh.solid import Floats, Ints
 from .outline import Outline
-
-if TYPE_CHECKING:
-    from .cut import CutPiece
 
 DIRECTIONS = 24  # about the axis in which a piece must be there
 ASIDE = math.sin(math.radians(20.0))  # of a unit normal that may point round the axis at a face's corners
@@ -31,26 +28,27 @@ FOOT = 0.1  # of its height: as near the body as this is its foot
 LEAST_HIGH = 0.02  # of the greatest height: lower bits of a section do not count
 
 
-def is_turned_step(piece: CutPiece, outline: Outline) -> bool:
+def is_turned_step(piece: Any, vertices: Floats, skin: Ints, outline: Outline) -> bool:
     """Whether a piece is a step of the body and no sub-volume that stands on it.
 
     Args:
-        piece: cut off the outline; z is the axis.
+        piece: a solid (manifold3d) that was cut off the outline; z is the axis.
+        vertices: (n, 3) of its mesh, mm.
+        skin: (m, 3) faces that were not made by the cut, outward.
         outline: of the body.
     """
-    corners = piece.vertices[piece.faces]
+    corners = vertices[skin]
     azimuth = np.arctan2(corners[..., 1], corners[..., 0])
     twelfths = np.floor(azimuth * (0.5 * DIRECTIONS / np.pi)).astype(np.int64)
     if len(np.unique(twelfths.clip(-DIRECTIONS // 2, DIRECTIONS // 2 - 1))) < DIRECTIONS:
         return False
-    return _turned_share(piece) >= TURNED_SHARE and _low_all_round(piece, outline)
+    return _turned_share(vertices, skin) >= TURNED_SHARE and _low_all_round(piece, outline)
 
 
-def _turned_share(piece: CutPiece) -> float:
+def _turned_share(vertices: Floats, skin: Ints) -> float:
     """Share of the skin whose faces look along planes through the axis."""
-    skin = np.delete(piece.faces, piece.cut, axis=0)
-    corners = piece.vertices[skin]
-    normal = face_normals(piece.vertices, skin)
+    corners = vertices[skin]
+    normal = face_normals(vertices, skin)
     area = np.sqrt((normal**2).sum(axis=1))
     away = np.maximum(np.hypot(corners[..., 0], corners[..., 1]), 1e-300)
     aside = np.abs(corners[..., 0] * normal[:, None, 1] - corners[..., 1] * normal[:, None, 0]) / away
@@ -58,12 +56,9 @@ def _turned_share(piece: CutPiece) -> float:
     return float(area[turned].sum() / max(area.sum(), 1e-300))
 
 
-def _low_all_round(piece: CutPiece, outline: Outline) -> bool:
+def _low_all_round(piece: Any, outline: Outline) -> bool:
     """In planes through the axis the piece is there in every direction, and nowhere higher than its foot is wide."""
-    from .cut import solid_of
-
-    solid = solid_of(piece.vertices, piece.faces, "piece")
-    sections = [_sections(solid, 360.0 * (k + 0.37) / DIRECTIONS) for k in range(DIRECTIONS)]
+    sections = [_sections(piece, 360.0 * (k + 0.37) / DIRECTIONS) for k in range(DIRECTIONS)]
     if not all(sections):
         return False
     measured = [_size(loop, outline) for loops in sections for loop in loops]

@@ -40,6 +40,9 @@ from .planar import planar_layers
 THIN_SPACING_MM = 0.25  # at which beads are looked at for thin places
 SQUARELY = 0.9  # cosine: caps of a root lie so near the body's surface; walls that lean out over it do not
 GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it
+PROFILE_LIFT = (
+    5e-6  # of a profile's greatest radius: its points are rounded, and a root that follows its bends is off it
+)
 
 
 def slice_sub_volume(
@@ -159,6 +162,10 @@ def footprint(mesh: Mesh, body: RoundBody, tolerance_mm: float) -> tuple[list[Cu
         )
     lift = max(_root_lift(mesh, body, heights), gap + NUDGE_MM)
     curves = intersect(mesh, body.surface, tolerance_mm, nudge_mm=lift)
+    if isinstance(body, RevolvedBody) and len(curves) > 1:  # slits along the profile's bends are no holes
+        clear = PROFILE_LIFT * max(r for r, _ in body.profile_mm)
+        whole = intersect(mesh, body.surface, tolerance_mm, nudge_mm=max(lift, clear))
+        curves = whole if 0 < len(whole) < len(curves) else curves
     if not curves:
         raise PartError(f"{mesh.name}: meets the body only in points; a footprint is needed")
     if lift > 1e-3:

@@ -75,8 +75,8 @@ def wedge(half: float, radius: float, height: float) -> float:
 # a sample of the generator; bench/parts_truth.py runs it by the thousand
 
 
-# 30004: 14 sides far from the origin; 40241: a cone of 14 sides
-@pytest.mark.parametrize("seed", [*range(300, 312), 30004, 40241])
+# 30004: 14 sides far from the origin; 40241: a cone of 14 sides; 710019: a tiny cylinder below a filleted collar
+@pytest.mark.parametrize("seed", [*range(300, 312), 30004, 40241, 710019])
 def test_parts_of_known_truth_are_found(seed, tmp_path):
     part = cad_part(seed)
     found = judged(part, load_mesh(part.save(tmp_path, FORMATS[seed % len(FORMATS)])))

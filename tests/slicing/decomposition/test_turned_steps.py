@@ -12,7 +12,9 @@ from support.cad_parts import arrays, from_arrays, radial_cylinder, revolved
 
 from slicing.decomposition.body_hint import BodyHint
 from slicing.decomposition.decompose import Decomposition, decompose
+from slicing.layers.layer import SlicingParameters
 from slicing.mesh.solid import Mesh, mesh_from_arrays
+from slicing.strategies.slice import slice_sub_volume
 from slicing.warning import Code, Warning
 
 SIDES = 48
@@ -175,6 +177,9 @@ def test_blades_on_a_curved_hub_are_apart():
     want = (blade - revolved(hub, 4096)).volume()
     assert [mesh.volume for mesh in parts.sub_volumes] == pytest.approx([want] * 3, rel=2e-3)
     assert parts.outline.widest == pytest.approx(60.0, abs=0.01)
+    # its footprint follows the bends of the hub in one border
+    sliced = slice_sub_volume(parts.sub_volumes[0], parts.bodies_for("revolved")[0], SlicingParameters("revolved"))
+    assert [len(layer.curves) for layer in sliced.layers[:3]] == [1, 1, 1]
 
 
 def test_a_boss_beside_a_thread_keeps_its_volume():
