@@ -1,5 +1,7 @@
 """A wire that would run through metal between nozzle and bead is a collision, whatever the arm does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -70,8 +72,16 @@ def test_the_check_and_the_check_of_a_motion_say_so(under_a_roof, tmp_path):
     motion = check(blind, 0.0, 90.0).motion
     assert motion is not None
     write_motion(tmp_path / "m.csv", motion)
-    again = check_motion(job, read_motion(tmp_path / "m.csv", job))
+    read = read_motion(tmp_path / "m.csv", job)
+    again = check_motion(job, read)
     assert {(f.reason, f.failure.pair[0]) for f in again.findings} == {("collision", "torch_wire")}
+    # nor is it drawn through metal with the arc off, however near to a bead's end
+    arc, on = motion.arc.copy(), np.flatnonzero((motion.arc == 1) & (motion.bead == 0))
+    off = on[len(on) // 3 : 2 * len(on) // 3]
+    arc[off] = 0
+    again = check_motion(job, replace(read, motion=replace(read.motion, arc=arc)))
+    wire = [f for f in again.findings if f.failure.pair[:1] == ("torch_wire",)]
+    assert any(f.row <= off[len(off) // 2] <= f.to_row for f in wire)
 
 
 @pytest.mark.parametrize(
