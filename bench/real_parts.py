@@ -6,7 +6,8 @@
 
 Parts: a ``pad`` on a drum (300 mm square from 5,000 targets on), a ``flange`` right round an upright shaft, a twisted
 ``blade`` of an impeller, the ``branch`` of a valve. A part of more targets has more layers and is wider; its sampling
-stays the same, but for borders alone (contour), which are sampled more finely where only that gives so many.
+stays the same, but for borders alone (contour), which are sampled more finely where only that gives so many. Parts of
+1,000 targets are known to be feasible; larger ones may be too tall for the arm, as the pad's contour of 50,000 is.
 
 Twins: ``share`` has a box over some of the part (what is lost depends on the part: its verdict says how much),
 ``layer`` has its middle layer deposited from below (it fails, and no other), ``all`` has a box over all of it (every
