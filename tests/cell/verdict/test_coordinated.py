@@ -11,8 +11,7 @@ from support.boss_motion import boss_case, job_of
 
 from cell import html_report
 from cell.failure import IN_ROWS, Failure, Kind
-from cell.html.pack import Pack
-from cell.html.series import path_json
+from cell.html.series import _gravity, path_of
 from cell.job.job import Job
 from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.as_asked import check_as_asked
@@ -150,11 +149,7 @@ def test_what_the_table_meets_in_a_rounded_corner_counts(
 
 
 def test_the_page_plots_how_far_off_up_with_what_is_asked_for(upright: Result) -> None:
-    class Kept(Pack):
-        def put(self, values, kind):  # the numbers themselves
-            return np.asarray(values)
-
-    chart = next(c for c in path_json(Kept(), upright)["charts"] if c["group"] == "Gravity")
+    chart = _gravity(upright, path_of(upright))
     assert chart["limits"] == [{"y": pytest.approx(10.0), "label": "upright_deg 10 deg"}]
     (line,) = chart["lines"]
     assert np.nanmax(line["y"]) == pytest.approx(table_use(upright).max_deg, abs=0.3)
