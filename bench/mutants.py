@@ -67,7 +67,7 @@ MUTANTS = (
     Mutant("cell/collision/blended_corners.py", "checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]", "checker.way(radius, q[k], q[k + 1])]", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "low = known - joint_travel_bound(radius, path.q, q)", "low = known", (BOUNDS,)),
     Mutant("cell/collision/blended_corners.py", "hit = np.flatnonzero(seen.distance < least)", "hit = np.flatnonzero(seen.distance < -1)", (BOUNDS, "cell/collision/test_blended_corners.py")),
-    Mutant("cell/planning/assemble.py", "        if not _dwell(job, last, first):\n", "        if True:\n", (BOUNDS,)),
+    Mutant("cell/planning/assemble.py", "        if not _dwell(job, before, first):\n", "        if True:\n", (BOUNDS,)),
     Mutant("cell/collision/reach_radii.py", "[joint[axis]]) + model.geom_rbound[g])", "[joint[axis]]))", (BOUNDS,)),
     # collision detection
     Mutant("cell/mjcf/detection.py", "int(disable.mjDSBL_MULTICCD)", "0", (DETECTION,)),

@@ -291,7 +291,7 @@ class Work:
         Yields:
             A row a pose.
         """
-        left = []
+        left: list[Unit] = []
         with closing(compute(self.screenings())) as screened:
             for pose, row in chain.from_iterable(screened):
                 if row is None:

@@ -82,7 +82,7 @@ def corner_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: In
     least = job.case.checks.clearance_mm * METRES_PER_MM
     checker = arm_checker(job, way)
     radius = all_radii(scene)
-    found = []
+    found: list[Finding] = []
     for run in _sampled_runs(job, read, rows, way):
         seen = clear.rows(np.arange(run.low, run.high + 1))
         step, nearest = cut_corners(checker, radius, run.path(way.q), stage[run.samples], seen, least)
@@ -108,7 +108,7 @@ def table_corner_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, sta
     if not np.diff(tables, axis=0).any():
         return []
     checker, radius = TableChecker(scene, CLEARANCE_REACH), table_radii(scene)
-    found = []
+    found: list[Finding] = []
     for run in _sampled_runs(job, read, rows, way):
         if not np.diff(tables[run.samples], axis=0).any():
             continue
