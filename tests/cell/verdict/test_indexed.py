@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.cases import at, bosses
 from support.indexed import three_bosses, three_case, with_table
 
 from cell.cli.main import main
@@ -174,38 +173,3 @@ def test_the_arm_stands_aside_where_home_is_in_the_way_of_the_turn(
     path = tmp_path / "aside.npz"
     write_motion(path, motion)
     assert check_motion(*read_in_order(path, prepare(three_case(tmp_path)))).findings == ()
-
-
-@pytest.mark.slow
-def test_neighbours_that_lock_the_torch_out_in_any_order(tmp_path: Path) -> None:
-    """Two bosses of one layer, 4 mm apart: the nozzle's rim passes 5 mm over either, and 8 are asked for."""
-    own = {
-        "slicing": {"h_layer_mm": 6, "h_min_mm": 5, "h_max_mm": 7},
-        "tool": {"dimensions": {"stick_out_mm": 5}},
-        "checks": {"clearance_mm": 8},
-    }
-    both = bosses(tmp_path, at(34, height=6), at(46, height=6), length=80)
-    result = check_as_asked(prepare(three_case(tmp_path, part=both, **own)))
-    assert not result.feasible
-    assert result.motion is None
-    # the first of them stands, and is what locks the other out
-    lost = {i: failure for i, failure in result.failures.items() if failure.reason == "collision"}
-    assert set(lost) == set(result.failures)
-    t = result.job.targets
-    built = t.sub_volume[int(t.sub_volume_index[0])]
-    assert all(t.sub_volume[int(t.sub_volume_index[i])] != built for i in lost)
-    assert {layer.sub_volume for failure in lost.values() for layer in failure.locked_by} == {built}
-    assert not any(row.proved for row in result.rows)
-    # so it is the other way round, and each by itself is built
-    for k, z in enumerate((34, 46)):
-        folder = tmp_path / str(k)
-        folder.mkdir()
-        alone = bosses(folder, at(z, height=6), length=80)
-        assert check_as_asked(prepare(three_case(folder, part=alone, **own))).feasible
-    names = [t.sub_volume[k] for k in dict.fromkeys(t.sub_volume_index.tolist())]
-    poses = [{"sub_volume": p.sub_volume, "E1_deg": p.E1_deg, "E2_deg": p.E2_deg} for p in result.poses]
-    other = {"mode": "indexed", "poses": sorted(poses, key=lambda p: -names.index(p["sub_volume"]))}
-    again = check_as_asked(prepare(three_case(tmp_path, part=both, **{**own, "table": other})))
-    assert not again.feasible
-    u = again.job.targets
-    assert {u.sub_volume[int(u.sub_volume_index[i])] for i in again.failures} == {built}
