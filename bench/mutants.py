@@ -122,7 +122,8 @@ def survives(mutant: Mutant) -> str:
                 shutil.copy2(here, copy / name)
         (copy / mutant.module).write_text(source.replace(mutant.text, mutant.by), encoding="utf-8")
         tests = [f"tests/{name}" for name in mutant.tests]
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
+        every = ["-m", "slow or not slow"]
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *every, *tests]
         try:
             done = subprocess.run(
                 command,

@@ -228,7 +228,7 @@ E2, the place of the positioner, the support's height or the part's place, the s
 deposition speed, or the seams of closed beads.
 
 Parts of 1,500 targets and more are checked in chunks of whole layers, on all cores unless --jobs says otherwise. The
-verdict and the motion are the same with any number of processes, each of which takes some 200 MB.
+verdict and the motion are the same with any number of processes, each of which takes some 350 MB.
 
 --program reads a KRL program, ours or anybody's, runs it as the controller would and holds it against
 the same; findings carry file and line.

@@ -4,17 +4,16 @@ Nothing of the checker is used: joints on straight lines from row to row in step
 against the chords between the targets, contacts among what is there at that moment, the sign of MuJoCo's own Jacobian.
 Of long motions whole beads are looked at, with the ways to them, spread over the part; RBAM_EVERY_SAMPLE=1 takes all.
 On the way across from bead to bead the wire is solid for the part as well. Speeds are held against the MJCF's own.
+The shipped cases are looked at in test_shipped_cases.py.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from support.boss_motion import boss_case, job_of
 from support.bystander import Bystander
 from support.helix import helix
@@ -24,25 +23,7 @@ from support.skew_tables import skew_job
 from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.job.table_winding import for_moving_table
-from cell.pytest_plugin import differences
-from cell.shipped import MODELS_DIR
 from cell.verdict.as_asked import check_as_asked
-
-
-def feasible_cases() -> Iterator[object]:
-    for path in sorted((MODELS_DIR / "cases").glob("*.case.yaml")):
-        expect = yaml.safe_load(path.read_text(encoding="utf-8")).get("expect")
-        if expect == "feasible" or (isinstance(expect, dict) and expect.get("verdict") == "feasible"):
-            yield pytest.param(path, id=path.name.removesuffix(".case.yaml"), marks=pytest.mark.slow)
-
-
-@pytest.mark.parametrize("path", list(feasible_cases()))
-def test_shipped_cases(path: Path) -> None:
-    case = load_case(path)
-    result = check_as_asked(prepare(case))
-    assert case.expect is not None
-    assert list(differences(case.expect, result)) == []
-    assert Bystander(result).problems() == []
 
 
 def test_the_bystander_sees_what_is_wrong(make_case) -> None:
