@@ -14,7 +14,7 @@ complex environments, IEEE T-RO 2005.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,8 @@ from ik.chain import Floats
 from ..arrays import Ints
 from .clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
-from .pair_groups import PairGroup, groups_of, ways
+from .open_steps import OpenSteps, asked_sparsely
+from .pair_groups import groups_of, ways
 
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
@@ -117,11 +118,10 @@ def least_on_the_way(
         ``NEAREST`` or ``NEAREST_SHARE`` of it at most, whichever is more.
     """
     step = _steps(q, apart)
-    motion = np.zeros(len(q), dtype=np.int64) if apart is None else apart
     nearest = _Nearest.of(checker, q, stage, found, step, known)
     seen_at = np.minimum(found.distance, checker.reach)
     laid = np.maximum(stage[step], stage[step + 1])
-    steps = _Steps(step, q[step], q[step + 1], seen_at[step], seen_at[step + 1], laid)
+    steps = OpenSteps(step, q[step], q[step + 1], seen_at[step], seen_at[step + 1], laid)
     groups = groups_of(checker, found)
     if not groups:
         open_ = _open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))
@@ -130,45 +130,10 @@ def least_on_the_way(
         # a group's clearances are those at the samples at least; of the first one that is much
         left = steps.rows(steps.beyond(nearest.limit) <= way[step])
         if k > 0:
-            left = _spread(group, q, left, way, motion, nearest)
+            left = asked_sparsely(group, q, left, way, nearest.limit)
         _halve(group, group.radius, left, nearest)
     best = nearest.best
     return nearest.at, best if best.distance[0] > known else _closest(checker, nearest.about, nearest.there, best)
-
-
-@dataclass(frozen=True, eq=False)
-class _Steps:
-    """Steps, or parts of them, of which it is not known yet how near it comes on them.
-
-    Attributes:
-        step: first sample, (k,).
-        a: configuration at the beginning, (k, n), rad.
-        b: at the end, (k, n), rad.
-        da: clearance at the beginning, at least, (k,), m.
-        db: at the end, likewise, (k,), m.
-        laid: deposits laid, (k,).
-    """
-
-    step: Ints
-    a: Floats
-    b: Floats
-    da: Floats
-    db: Floats
-    laid: Ints
-
-    def rows(self, index: Ints | NDArray[np.bool_]) -> _Steps:
-        """Some of them."""
-        return _Steps(*(getattr(self, one.name)[index] for one in fields(self)))
-
-    def beyond(self, limit: float) -> Floats:
-        """What the clearances at both ends have beyond a limit, together, (k,), m: on the way it is gone to by half."""
-        return self.da + self.db - 2 * limit
-
-    def halves(self, middle: Floats, dm: Floats) -> _Steps:
-        """Both halves of each, with the clearances in their middles."""
-        step, laid = np.concatenate([self.step, self.step]), np.concatenate([self.laid, self.laid])
-        a, b = np.concatenate([self.a, middle]), np.concatenate([middle, self.b])
-        return _Steps(step, a, b, np.concatenate([self.da, dm]), np.concatenate([dm, self.db]), laid)
 
 
 @dataclass
@@ -203,7 +168,7 @@ class _Nearest:
         return least - max(NEAREST, NEAREST_SHARE * least)
 
 
-def _halve(checker: Sees, radius: Floats, steps: _Steps, nearest: _Nearest) -> None:
+def _halve(checker: Sees, radius: Floats, steps: OpenSteps, nearest: _Nearest) -> None:
     """Look at the middles of steps for what is nearer, until no step can hold anything."""
     for _ in range(HALVINGS):
         if not len(steps.step):
@@ -217,49 +182,6 @@ def _halve(checker: Sees, radius: Floats, steps: _Steps, nearest: _Nearest) -> N
         steps = steps.halves(middle, np.minimum(seen.distance, checker.reach))
         # on a step it comes no nearer than half of what its ends have beyond the way
         steps = steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit)))
-
-
-def _spread(group: PairGroup, q: Floats, steps: _Steps, travel: Floats, motion: Ints, nearest: _Nearest) -> _Steps:
-    """Steps that remain of a motion where pairs are looked at in some of its samples only, as far apart as they may be.
-
-    Between two samples of a motion a clearance is no less than half of what both have beyond the way from one to the
-    other, which is as long as the steps between them together.
-
-    Args:
-        group: the pairs.
-        q: samples, (m, n), rad.
-        steps: those on which it is not known yet, ascending.
-        travel: how far the group can travel from each sample to the next, (m - 1,), m.
-        motion: that each sample belongs to, (m,).
-        nearest: found so far.
-
-    Returns:
-        Those on which something may be nearer, with this group's clearances at their ends.
-    """
-    way = np.append(0.0, np.cumsum(travel[steps.step]))
-    step, laid = steps.step, steps.laid
-    goes_on = (np.diff(step) == 1) & (np.diff(laid) == 0) & (np.diff(motion[step]) == 0)
-    low = np.flatnonzero(np.append(True, ~goes_on)[: len(step)])
-    high = np.append(low[1:], len(step))[: len(low)]
-
-    def look(sample: Ints, with_: Ints) -> Floats:
-        return np.minimum(group.clearances(q[sample], with_).distance, group.reach)
-
-    # intervals are of steps from `low` up to `high`
-    begin, end = look(step[low], laid[low]), look(step[high - 1] + 1, laid[low])
-    left: list[tuple[Ints, Floats, Floats]] = []
-    while len(low):
-        open_ = begin + end - 2 * nearest.limit <= way[high] - way[low]
-        one = open_ & (high - low == 1)
-        left.append((low[one], begin[one], end[one]))
-        on = open_ & ~one
-        low, high, begin, end = low[on], high[on], begin[on], end[on]
-        middle = np.clip(np.searchsorted(way, (way[low] + way[high]) / 2), low + 1, high - 1)
-        there = look(step[middle], laid[middle])
-        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
-        begin, end = np.concatenate([begin, there]), np.concatenate([there, end])
-    at, begins, ends = (np.concatenate([some[i] for some in left]) if left else np.zeros(0) for i in range(3))
-    return replace(steps.rows(at.astype(np.int64)), da=begins, db=ends)
 
 
 def _closest(checker: Sees, about: tuple[Floats, Floats, Floats], laid: int, best: Clearances) -> Clearances:

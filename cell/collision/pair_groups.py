@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from .checker import NEVER, STEPS, Checker
+from .checker import STEPS, Checker
 from .clearances import Clearances, Sees
 from .motion_bounds import Frames, MotionBounds
 from .reach_radii import radii
@@ -39,7 +39,7 @@ class PairGroup(Checker):
         super().__init__(checker.scene, checker.table, checker.reach, checker.without, pair_gap=checker.pair_gap)
         scene = self.scene
         self.asked = checker.asked
-        self._parts = parts
+        self.parts = parts
         moving = scene.arm_geom if parts is None else parts
         alone = scene if parts is None else replace(scene, arm_geom=parts)
         self.radius = radii(alone)
@@ -49,8 +49,8 @@ class PairGroup(Checker):
         if parts is None:
             self._nearby = None
         else:
-            # pairs that the model names are the arm's own: they count with those
-            self.pair_gap = NEVER
+            # pairs that the model names count with the arm's own; here they are met where they touch, and no sooner
+            self.pair_gap = 0.0
 
     def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """As of the checker, for the pairs of this group."""
@@ -59,17 +59,17 @@ class PairGroup(Checker):
 
     def bound(self, a: Floats, b: Floats, frames: Frames | None) -> Floats:
         """As of ``MotionBounds``: of an arm against itself, or against what stands still."""
-        bounds = self._bounds.bound if self._parts is None else self._bounds.against_still
+        bounds = self._bounds.bound if self.parts is None else self._bounds.against_still
         return bounds(a, b, frames)
 
     def _lay(self, stage: int, *, arm_alone: bool) -> None:
         super()._lay(stage, arm_alone=arm_alone)
         model, arm = self._model, self.scene.arm_geom
-        if self._parts is None:
+        if self.parts is None:
             model.geom_conaffinity[~arm] = 0
             model.body_conaffinity[~self._moving_body] = 0
         else:
-            model.geom_contype[~self._parts] = 0
+            model.geom_contype[~self.parts] = 0
             model.geom_conaffinity[arm] = 0
             model.body_contype[~self._moving_body] = 0
             model.body_conaffinity[self._arm_body] = 0
@@ -94,11 +94,10 @@ def groups_of(checker: Sees, found: Clearances) -> tuple[PairGroup, ...]:
     arm = scene.arm_geom[pair]
     near = np.zeros(len(solid), dtype=bool)
     near[pair[arm & ~arm[:, ::-1]]] = True
-    if not near.any():
-        return ()
     tool = scene.tool_geom & solid
     parts = (near, tool & ~near, solid & ~tool & ~near)
-    return (*(PairGroup(checker, some) for some in parts if some.any()), PairGroup(checker, None))
+    still, itself = [PairGroup(checker, some) for some in parts if some.any()], PairGroup(checker, None)
+    return (*still, itself) if near.any() else (itself, *still)
 
 
 def ways(groups: Sequence[PairGroup], q: Floats) -> list[Floats]:
