@@ -30,6 +30,7 @@ from .pair_groups import groups_of, ways
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
 NEAREST_SHARE = 0.03  # of the least clearance, likewise
+MANY = 500  # steps, from which to have checkers of groups of pairs made costs less than they save
 CLOSER = 20  # halvings about the nearest sample found
 
 
@@ -122,13 +123,14 @@ def least_on_the_way(
     seen_at = np.minimum(found.distance, checker.reach)
     laid = np.maximum(stage[step], stage[step + 1])
     steps = OpenSteps(step, q[step], q[step + 1], seen_at[step], seen_at[step + 1], laid)
-    groups = groups_of(checker, found)
+    steps = steps.rows(steps.beyond(nearest.limit) <= joint_travel_bound(radius, steps.a, steps.b))
+    groups = groups_of(checker, found) if len(steps.step) > MANY else ()
     if not groups:
         open_ = _open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))
         _halve(checker, radius, steps.rows(open_), nearest)
     for k, (group, way) in enumerate(zip(groups, ways(groups, q) if groups else (), strict=True)):
         # a group's clearances are those at the samples at least; of the first one that is much
-        left = steps.rows(steps.beyond(nearest.limit) <= way[step])
+        left = steps.rows(steps.beyond(nearest.limit) <= way[steps.step])
         if k > 0:
             left = asked_sparsely(group, q, left, way, nearest.limit)
         _halve(group, group.radius, left, nearest)

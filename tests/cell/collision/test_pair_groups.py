@@ -15,6 +15,7 @@ from cell.collision.between_samples import NEAREST, NEAREST_SHARE, least_on_the_
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.pair_groups import groups_of, ways
+from cell.collision.reach_radii import radii
 from cell.collision.table import with_table_axes
 from cell.job.job import prepare
 from cell.scene.compose import compose
@@ -111,6 +112,15 @@ def test_no_point_of_a_group_gets_further_on_a_step_than_it_is_said_to(scenes):
     assert np.median(tight) > 0.6
 
 
+def test_two_parts_of_the_arm_may_both_move(scenes):
+    rng = np.random.default_rng(8)
+    for checker in checkers(scenes, rng):
+        itself, radius = groups_of(checker, near_of(checker, rng))[-1], radii(checker.scene)
+        a = rng.uniform(checker.scene.chain.lower, checker.scene.chain.upper, (20, checker.scene.chain.n))
+        b = a + rng.normal(size=a.shape) * 0.05
+        np.testing.assert_allclose(itself.way(radius, a, b), checker.way(radius, a, b), rtol=1e-12)
+
+
 def test_many_samples_are_bounded_in_blocks_as_step_by_step(scenes):
     rng = np.random.default_rng(3)
     checker = checkers(scenes, rng)[0]
@@ -122,15 +132,16 @@ def test_many_samples_are_bounded_in_blocks_as_step_by_step(scenes):
         np.testing.assert_allclose(way[few], group.way(group.radius, q[few], q[few + 1]), rtol=1e-12)
 
 
-def test_the_least_is_what_dense_samples_have(scenes):
+def test_the_least_is_what_dense_samples_have(scenes, monkeypatch):
     """Of motions that are free: nearer than any of many samples but for what is promised."""
+    monkeypatch.setattr(between_samples, "MANY", 0)
     rng = np.random.default_rng(4)
     met = 0
     for checker in checkers(scenes, rng):
         chain = checker.scene.chain
         q = rng.uniform(chain.lower, chain.upper, (100, chain.n))
         seen = checker.clearances(q, np.zeros(100, dtype=np.int64)).distance
-        for start in q[(seen > 0.01) & (seen < REACH)][:4]:
+        for start in q[(seen > 0.01) & (seen < REACH)][:3]:
             # it is near in the middle of a step
             way = start + np.array([-3.0, -1.0, 1.0, 3.0])[:, None] * rng.normal(size=chain.n) * 0.03
             stage = np.zeros(len(way), dtype=np.int64)
@@ -144,7 +155,7 @@ def test_the_least_is_what_dense_samples_have(scenes):
             met += 1
             assert nearest.distance[0] <= true + max(NEAREST, NEAREST_SHARE * true / (1 - NEAREST_SHARE)) + 1e-9
             assert nearest.distance[0] >= true - 2e-3
-    assert met > 5
+    assert met > 4
 
 
 class Posts:
@@ -172,6 +183,7 @@ def test_what_a_later_group_comes_nearer_to_between_samples_is_found(monkeypatch
         posts = q[rng.integers(9, size=3)] + rng.normal(size=(3, 2)) * 0.3
         groups = [Posts(post) for post in posts]
         found = Posts(posts).clearances(q, np.zeros(9))
+        monkeypatch.setattr(between_samples, "MANY", 0)
         monkeypatch.setattr(between_samples, "groups_of", lambda checker, found, groups=groups: groups)
         monkeypatch.setattr(between_samples, "ways", lambda groups, q: [g.way(None, q[:-1], q[1:]) for g in groups])
         stage = np.zeros(9, dtype=np.int64)
