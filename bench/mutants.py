@@ -26,6 +26,7 @@ COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyprojec
 LONGEST = 900  # s a mutant
 BOUNDS, DETECTION, OWN = "cell/collision/test_bounds.py", "cell/mjcf/test_detection.py", "acceptance/test_own_motion.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
+GROUPS, OPEN = "cell/collision/test_pair_groups.py", "cell/collision/test_open_steps.py"
 HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/test_coupled_bounds.py"
 
 
@@ -55,10 +56,21 @@ MUTANTS = (
     Mutant("cell/collision/between_samples.py", "motion[step[hit]])", "motion[step[:1]])", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "known = np.minimum(found.distance, checker.reach) - least", "known = np.minimum(found.distance, checker.reach)", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "dm = np.minimum(seen.distance, checker.reach) - least", "dm = np.minimum(seen.distance, checker.reach)", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "if seen.distance[k] < best.distance[0]:", "if False:", (BOUNDS,)),
+    Mutant("cell/collision/between_samples.py", "if seen.distance[k] < nearest.best.distance[0]:", "if False:", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", "2 * (straight + bow(self.radius, turn) / 4)", "straight + bow(self.radius, turn) / 4", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", "2 * (straight + bow(self.radius, turn) / 4)", "2 * straight", (BOUNDS,)),
+    Mutant("cell/collision/motion_bounds.py", "np.minimum(joints, straight + bow(self.radius, np.abs(b - a)) / 4)", "np.minimum(joints, straight)", (GROUPS,)),
+    Mutant("cell/collision/motion_bounds.py", "np.minimum(joints, straight + bow(self.radius, np.abs(b - a)) / 4)", "0.5 * np.minimum(joints, straight + bow(self.radius, np.abs(b - a)) / 4)", (GROUPS,)),
+    Mutant("cell/collision/pair_groups.py", "parts = (near, tool & ~near, solid & ~tool & ~near)", "parts = (near, tool & ~near)", (GROUPS,)),
+    Mutant("cell/collision/pair_groups.py", "return (*still, itself) if near.any()", "return tuple(still) if near.any()", (GROUPS,)),
+    Mutant("cell/collision/pair_groups.py", "model.geom_conaffinity[arm] = 0", "model.geom_conaffinity[~arm] = 0", (GROUPS,)),
+    Mutant("cell/collision/pair_groups.py", "self.pair_gap = 0.0", "self.pair_gap = -1e3", (GROUPS,)),
+    Mutant("cell/collision/pair_groups.py", "self._bounds.bound if self.parts is None else self._bounds.against_still", "self._bounds.against_still", (GROUPS,)),
+    Mutant("cell/collision/open_steps.py", "begin + end - 2 * limit <= way[high] - way[low]", "begin + end - 2 * limit <= 0.5 * (way[high] - way[low])", (OPEN,)),
+    Mutant("cell/collision/open_steps.py", "begin + end - 2 * limit <= way[high] - way[low]", "begin + end - limit <= way[high] - way[low]", (OPEN,)),
+    Mutant("cell/collision/open_steps.py", "(np.diff(step) == 1) & (np.diff(laid) == 0)", "np.diff(step) == 1", (OPEN,)),
+    Mutant("cell/collision/between_samples.py", "left = asked_sparsely(group, q, left, way, nearest.limit)", "continue", (GROUPS,)),
     Mutant("cell/collision/motion_bounds.py", "seen = np.maximum(seen, straight + bow(radius,", "seen = np.maximum(0.5 * seen, 0.5 * straight + bow(radius,", (COUPLED,)),
     Mutant("cell/collision/motion_bounds.py", " + bow(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)", ")", (COUPLED,)),
     Mutant("cell/collision/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return arm", (COUPLED,)),

@@ -14,6 +14,8 @@ complex environments, IEEE T-RO 2005.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,10 +24,13 @@ from ik.chain import Floats
 from ..arrays import Ints
 from .clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
+from .open_steps import OpenSteps, asked_sparsely
+from .pair_groups import groups_of, ways
 
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
 NEAREST_SHARE = 0.03  # of the least clearance, likewise
+MANY = 500  # steps, from which to have checkers of groups of pairs made costs less than they save
 CLOSER = 20  # halvings about the nearest sample found
 
 
@@ -114,33 +119,71 @@ def least_on_the_way(
         ``NEAREST`` or ``NEAREST_SHARE`` of it at most, whichever is more.
     """
     step = _steps(q, apart)
-    at = int(np.argmin(found.distance))
-    best = found.rows(np.array([at]))
-    there = int(stage[at])
-    about = (q[at - 1] if at - 1 in step else q[at], q[at], q[at + 1] if at in step else q[at])
+    nearest = _Nearest.of(checker, q, stage, found, step, known)
     seen_at = np.minimum(found.distance, checker.reach)
-    a, b, da, db = q[step], q[step + 1], seen_at[step], seen_at[step + 1]
     laid = np.maximum(stage[step], stage[step + 1])
+    steps = OpenSteps(step, q[step], q[step + 1], seen_at[step], seen_at[step + 1], laid)
+    steps = steps.rows(steps.beyond(nearest.limit) <= joint_travel_bound(radius, steps.a, steps.b))
+    groups = groups_of(checker, found) if len(steps.step) > MANY else ()
+    if not groups:
+        open_ = _open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))
+        _halve(checker, radius, steps.rows(open_), nearest)
+    for k, (group, way) in enumerate(zip(groups, ways(groups, q) if groups else (), strict=True)):
+        # a group's clearances are those at the samples at least; of the first one that is much
+        left = steps.rows(steps.beyond(nearest.limit) <= way[steps.step])
+        if k > 0:
+            left = asked_sparsely(group, q, left, way, nearest.limit)
+        _halve(group, group.radius, left, nearest)
+    best = nearest.best
+    return nearest.at, best if best.distance[0] > known else _closest(checker, nearest.about, nearest.there, best)
+
+
+@dataclass
+class _Nearest:
+    """The nearest that has been found on the way so far.
+
+    Attributes:
+        best: the one row of it.
+        at: sample at which or after which it is.
+        there: deposits laid there.
+        about: configurations before it, of it and after it.
+        most: what is no nearer than that need not be found, m.
+    """
+
+    best: Clearances
+    at: int
+    there: int
+    about: tuple[Floats, Floats, Floats]
+    most: float
+
+    @classmethod
+    def of(cls, checker: Sees, q: Floats, stage: Ints, found: Clearances, step: Ints, known: float) -> _Nearest:
+        """Of the samples."""
+        at = int(np.argmin(found.distance))
+        about = (q[at - 1] if at - 1 in step else q[at], q[at], q[at + 1] if at in step else q[at])
+        return cls(found.rows(np.array([at])), at, int(stage[at]), about, min(known, checker.reach))
+
+    @property
+    def limit(self) -> float:
+        """Where it comes no nearer than this, there is nothing to be found, m."""
+        least = min(float(self.best.distance[0]), self.most)
+        return least - max(NEAREST, NEAREST_SHARE * least)
+
+
+def _halve(checker: Sees, radius: Floats, steps: OpenSteps, nearest: _Nearest) -> None:
+    """Look at the middles of steps for what is nearer, until no step can hold anything."""
     for _ in range(HALVINGS):
-        # on a step it comes no nearer than half of what its ends have beyond the way
-        least = min(float(best.distance[0]), known, checker.reach)
-        limit = least - max(NEAREST, NEAREST_SHARE * least)
-        open_ = _open(checker, radius, a, b, da + db - 2 * limit)
-        step, laid = step[open_], laid[open_]
-        a, b, da, db = (x[open_] for x in (a, b, da, db))
-        if not len(step):
-            break
-        middle = (a + b) / 2
-        seen = checker.clearances(middle, laid)
+        if not len(steps.step):
+            return
+        middle = (steps.a + steps.b) / 2
+        seen = checker.clearances(middle, steps.laid)
         k = int(np.argmin(seen.distance))
-        if seen.distance[k] < best.distance[0]:
-            best, at, there = seen.rows(np.array([k])), int(step[k]), int(laid[k])
-            about = (a[k], middle[k], b[k])
-        dm = np.minimum(seen.distance, checker.reach)
-        step, laid = np.concatenate([step, step]), np.concatenate([laid, laid])
-        a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
-        da, db = np.concatenate([da, dm]), np.concatenate([dm, db])
-    return at, best if best.distance[0] > known else _closest(checker, about, there, best)
+        if seen.distance[k] < nearest.best.distance[0]:
+            nearest.best, nearest.at, nearest.there = seen.rows(np.array([k])), int(steps.step[k]), int(steps.laid[k])
+            nearest.about = (steps.a[k], middle[k], steps.b[k])
+        steps = steps.halves(middle, np.minimum(seen.distance, checker.reach))
+        # on a step it comes no nearer than half of what its ends have beyond the way
+        steps = steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit)))
 
 
 def _closest(checker: Sees, about: tuple[Floats, Floats, Floats], laid: int, best: Clearances) -> Clearances:

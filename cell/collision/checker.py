@@ -105,7 +105,7 @@ class Checker:
         self._model = copy.copy(scene.model) if pair_gap is None else _without_pairs(scene)
         self._data = mujoco.MjData(self._model)
         self._data.qpos[scene.table_qpos] = table
-        self._pair_gap = pair_gap
+        self.pair_gap = pair_gap
         self._hard = scene.contact_bits.any(axis=0).astype(np.float64)
         self._hard_body = np.zeros(scene.model.nbody)
         np.maximum.at(self._hard_body, scene.model.geom_bodyid, self._hard)
@@ -123,7 +123,7 @@ class Checker:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For another process: made anew of the scene."""
-        return _made, (self.scene, self.table, self.reach, self.without, self._pair_gap)
+        return _made, (self.scene, self.table, self.reach, self.without, self.pair_gap)
 
     def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything can travel towards anything on steps: what clearances at their ends are held against.
@@ -216,7 +216,7 @@ class Checker:
         # it reports a pair out to the sum of its geoms' gaps, and of bodies further apart than this it looks at none
         np.multiply(self._hard, far / 2, out=model.geom_gap)
         np.multiply(self._hard_body, far / 2, out=model.body_margin)
-        model.pair_gap[:] = far if self._pair_gap is None else self._pair_gap
+        model.pair_gap[:] = far if self.pair_gap is None else self.pair_gap
 
     def _put(self, q: Floats) -> Iterator[None]:
         """Bring the arm into one configuration after the other."""

@@ -166,6 +166,17 @@ def test_a_shape_that_turns_about_its_own_middle_moves_by_what_it_is_wide(scene)
         assert moved <= swept.bound(q, q + step)[0] * (1 + 1e-9)
 
 
+@pytest.mark.parametrize("turn", [2.0, 4.0, 2 * np.pi])
+def test_what_goes_round_and_ends_where_it_began_has_been_away(scene, turn):
+    swept, geoms = MotionBounds(scene, radii(scene)), np.flatnonzero(scene.tool_geom & scene.contact_bits.any(axis=0))
+    q = np.deg2rad([[0.0, -90.0, 90.0, 0.0, 30.0, -180.0]])
+    step = np.array([[0, 0, 0, 0, 0, turn]])
+    at = points_at(scene, geoms, scene.arm_qpos, q + np.linspace(0, 1, 25)[:, None] * step)
+    both = (np.linalg.norm(at - at[0], axis=2) + np.linalg.norm(at - at[-1], axis=2)).max()
+    assert both > 0.1
+    assert both <= swept.against_still(q, q + step)[0] <= swept.bound(q, q + step)[0]
+
+
 @pytest.mark.parametrize("least", [0.0, 0.02])
 def test_a_step_that_comes_too_near_is_never_proved(least):
     rng = np.random.default_rng(2)
