@@ -121,7 +121,7 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
             bead, _ = that_can_leave(context, bead)
         if last is not None and bead.whole:
             # where the part is lost, what is still searched for is what to report
-            before = context.asked
+            before = context.work
             whole = not run.hurried and not stuck and all(bead.whole for bead in beads)
             known = not beads[-1].open and judge.left(stop) > 0
             if whole or known:
@@ -208,13 +208,13 @@ def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, 
     Returns:
         The plan; beyond that limit, targets that only a finer search could settle are left open.
     """
-    begun, step = context.asked, context.settings.roll_step
+    begun, step = context.work, context.settings.roll_step
     plan = _search(context, first, stop, q_before, step)
     if plan.whole or context.window.is_fixed or not plan.may_be_mended:
         return plan
     free = _free_between(context, plan, step / FINER)
     lost = {i for i in plan.missing if not free.get(i)}
-    left = np.inf if most is None or not lost else most - (context.asked - begun)
+    left = np.inf if most is None or not lost else most - (context.work - begun)
     finer = _search(context, first, stop, q_before, step / FINER, free=_Rolls(_all(free), most=left))
     if finer.open:
         return plan.only(lost)
