@@ -5,9 +5,9 @@
     judge.left(target)                                         # configurations that may still be asked by then
 
 Work is counted in configurations that collision detection is asked about, and in the contacts found there, so that a
-verdict does not hang on the machine. Beads that come out whole cost what they cost in a part that can be built. All else has a budget: FLOOR
-(LARGE_FLOOR for parts of more than SMALL targets), and PER_TARGET for each target of the part, spent evenly along it.
-What the budget allows is judged as if there were none.
+verdict does not hang on the machine. Beads that come out whole cost what they cost in a part that can be built. All
+else has a budget: FLOOR (LARGE_FLOOR for parts of more than SMALL targets), and PER_TARGET for each target of the part,
+spent evenly along it. What the budget allows is judged as if there were none.
 Beyond it a bead is lost as soon as one of its targets is proved out of reach, or is free at no roll; a few others are
 judged with it, and the rest is left open: neither feasible nor infeasible.
 
@@ -73,6 +73,13 @@ class LossJudge:
         """Count what has been asked since the context's counter stood at ``before``, in vain."""
         self.spent += self.context.work - before
         self.lost = True
+
+    def knows(self, bead: BeadPlan, spent: float) -> None:
+        """Go on after a bead that was planned elsewhere, with what was asked about it in vain."""
+        if not bead.whole:
+            self.spent += spent
+            self.lost = True
+            self._suspect = next(iter(bead.missing), self._suspect)
 
     def plan(
         self, first: int, stop: int, q_before: Floats | None, in_full: Callable[[float | None], BeadPlan]

@@ -75,6 +75,19 @@ def plan_part(context: Context, path: Ints, progress: Progress | None = None) ->
 
 
 @dataclass(frozen=True, eq=False)
+class KnownBead:
+    """A bead that is planned before the run that it belongs to.
+
+    Attributes:
+        bead: its plan.
+        spent: what was asked about it in vain.
+    """
+
+    bead: BeadPlan
+    spent: float
+
+
+@dataclass(frozen=True, eq=False)
 class BeadRun:
     """Beads to be planned one after the other.
 
@@ -90,7 +103,7 @@ class BeadRun:
     firsts: tuple[int, ...]
     stop: int
     q_before: Floats | None
-    known: BeadPlan | None = None
+    known: KnownBead | None = None
     hurried: bool = False
     share: float = 1.0
 
@@ -113,8 +126,10 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
     quick = hurried(context)
     judge = LossJudge(context, run.firsts[0], run.share)
     for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
-        bead = run.known
-        if bead is None or bead.first != first:
+        if run.known is not None and run.known.bead.first == first:
+            bead = run.known.bead
+            judge.knows(bead, run.known.spent)
+        else:
             q_before = run.q_before if last is None else last.q_targets[-1]
             bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
         if bead.whole and stop < context.span.stop:
@@ -140,6 +155,24 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
         last = bead.stretches[-1] if bead.stretches else last
         count()
     return PartPlan(tuple(beads), tuple(travels), stuck)
+
+
+def known_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> KnownBead:
+    """The first bead of a run, planned as the run would plan it.
+
+    Args:
+        context: what the search needs.
+        first: its first target.
+        stop: one past its last.
+        q_before: where the arm comes from, (j,), rad, or None.
+        share: as of the run.
+
+    Returns:
+        The bead.
+    """
+    judge = LossJudge(context, first, share)
+    bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
+    return KnownBead(bead, judge.spent)
 
 
 def stuck_at(travel: Failure, last: Stretch, first: int) -> Failure:
