@@ -3,7 +3,8 @@
     python bench/case_fuzz.py --count 2000 --seed 1            # read and prepared; --check checks them as well
 
 Cases are the shipped ones with a small part in place of theirs, mutated in their content or in their text. Each is
-named by its seed: the same seed gives the same file, which --show prints.
+named by its seed: the same seed gives the same file, which --show prints. What was wrong is printed at once, and every
+EVERY seconds how many were answered, and with which exit code: a run that is cut off has told as much.
 """
 
 from __future__ import annotations
@@ -264,6 +265,7 @@ def _too_long(*_: object) -> None:
 
 
 SECONDS, MIB = 60, 3000
+EVERY = 20.0  # s between two counts that are printed
 
 
 def work(seeds: range, stop: str) -> None:
@@ -272,6 +274,13 @@ def work(seeds: range, stop: str) -> None:
     signal.signal(signal.SIGALRM, _too_long)
     mutator, worst = Mutator(), (0.0, -1)
     count: Counter[str] = Counter()
+    told = time.perf_counter()
+
+    def tell() -> None:
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+        by = ", ".join(f"{value} {name}" for name, value in sorted(count.items()))
+        print(f"{count.total()} cases: {by}; slowest {worst[0]:.1f} s (seed {worst[1]}), peak {peak} MiB", flush=True)
+
     with tempfile.TemporaryDirectory() as folder:
         write_part(Path(folder))
         path = Path(folder) / "fuzz.case.yaml"
@@ -279,14 +288,16 @@ def work(seeds: range, stop: str) -> None:
             path.write_text(mutator.text(seed), encoding="utf-8", errors="replace")
             start = time.perf_counter()
             signal.alarm(SECONDS)
-            _, wrong = answer(path, stop)
+            code, wrong = answer(path, stop)
             signal.alarm(0)
             worst = max(worst, (time.perf_counter() - start, seed))
-            count["wrong" if wrong else "answered"] += 1
+            count["wrong" if wrong else f"ended with {code}"] += 1
             if wrong:
                 print(f"seed {seed}: {wrong}", flush=True)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
-    print(f"{dict(count)}, slowest {worst[0]:.1f} s (seed {worst[1]}), peak {peak} MiB", flush=True)
+            if time.perf_counter() - told > EVERY:
+                told = time.perf_counter()
+                tell()
+    tell()
 
 
 def main() -> int:
@@ -305,9 +316,13 @@ def main() -> int:
     code = f"import sys; sys.path.append({str(Path(__file__).parent)!r}); import case_fuzz; "
     code += f"case_fuzz.work(range({args.seed}, {args.seed + args.count}), {stop!r})"
     env = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env, check=False)
-    sys.stdout.write(done.stdout)
-    return 1 if done.returncode or "seed " in done.stdout.replace("(seed", "") else 0
+    wrong = False
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env) as child:
+        assert child.stdout is not None
+        for line in child.stdout:
+            wrong |= line.startswith("seed ")
+            print(line, end="", flush=True)
+    return 1 if child.returncode or wrong else 0
 
 
 if __name__ == "__main__":

@@ -33,6 +33,7 @@ from cell.collision.checker import Checker  # noqa: E402
 from cell.mjcf.detection import make_detectable  # noqa: E402
 
 DEEP, EXACT, REACH = 2e-4, 1e-4, 0.05
+EVERY = 20.0  # s between two lines of cells: a run that is cut off has told what it found
 
 
 def detectable(spec: mujoco.MjSpec) -> None:
@@ -77,7 +78,16 @@ def cells(count: int, each: int, seed: int) -> int:
     """Random configurations of random cells; how many were missed or wrong."""
     rng = np.random.default_rng(seed)
     deep = near = missed = wrong = done = refused = 0
-    began = time.perf_counter()
+    began = told = time.perf_counter()
+
+    def tell() -> None:
+        print(
+            f"{done} cells, {done * each} configurations, {deep} deeper than 0.2 mm, {near} within "
+            f"{REACH * 1e3:.0f} mm: missed {missed}, wrong {wrong}, cells refused {refused}; "
+            f"{time.perf_counter() - began:.0f} s",
+            flush=True,
+        )
+
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         write_meshes(place)
@@ -88,7 +98,7 @@ def cells(count: int, each: int, seed: int) -> int:
                 scene = compose(case, part)
             except InputError as error:
                 refused += 1
-                print(error)
+                print(error, flush=True)
                 if refused > count:
                     raise
                 continue
@@ -108,10 +118,10 @@ def cells(count: int, each: int, seed: int) -> int:
                 if lost or off:
                     names = [scene.geom_name(int(g)) for g in pair]
                     print(f"cell {done} {names}: {was * 1e3:.3f} mm, second engine {true * 1e3:.3f} mm", flush=True)
-    print(
-        f"{done} cells, {done * each} configurations, {deep} deeper than 0.2 mm, {near} within {REACH * 1e3:.0f} mm: "
-        f"missed {missed}, wrong {wrong}, cells refused {refused}; {time.perf_counter() - began:.0f} s"
-    )
+            if time.perf_counter() - told > EVERY:
+                told = time.perf_counter()
+                tell()
+    tell()
     return missed + wrong
 
 

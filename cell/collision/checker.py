@@ -39,6 +39,7 @@ COARSER = 1.2  # from one distance that is looked out to to the next: to set it 
 AWAY = 1e4  # m
 STEPS = 5_000  # that are bounded together: each takes some 4 kB meanwhile
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
+CONTACTS = 20  # that cost as much as a configuration without any
 MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
 
@@ -65,9 +66,17 @@ class Asked:
 
     Attributes:
         count: so far.
+        contacts: that were found in them; of a configuration deep in something there are dozens, which cost more than
+            the configuration itself.
     """
 
     count: int = 0
+    contacts: int = 0
+
+    @property
+    def work(self) -> float:
+        """What it costs, in configurations with hardly a contact."""
+        return self.count + self.contacts / CONTACTS
 
 
 class Checker:
@@ -162,7 +171,8 @@ class Checker:
             self._lay(int(laid), arm_alone=True)
             rows = np.flatnonzero(stage == laid)
             for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
-                if self._collide(far):
+                if count := self._collide(far):
+                    self.asked.contacts += count
                     contact = self._data.contact
                     distance = contact.dist
                     k = int(distance.argmin())

@@ -2,9 +2,9 @@
 
     known, q_before = beginnings(context, chunks)
 
-The part's first bead is planned. From its end on, the arm is followed from chunk to chunk: at the last target before
-each, in the free configuration that is nearest to where it was before. So neighbours begin in one configuration, as
-they would if each were planned after the other. Radians and metres.
+The part's first bead is planned, at no more cost than as one of its chunk. From its end on, the arm is followed from
+chunk to chunk: at the last target before each, in the free configuration that is nearest to where it was before. So
+neighbours begin in one configuration, as they would if each were planned after the other. Radians and metres.
 """
 
 from __future__ import annotations
@@ -15,17 +15,16 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..planning.bead_search import BeadPlan
 from ..planning.configurations import evaluate
 from ..planning.context import Context
 from ..planning.edge_check import UNKNOWN_SPEED
-from ..planning.part_plan import plan_bead
+from ..planning.part_plan import KnownBead, known_bead
 from .chunking import Chunk
 
 LOOKED_AT = 8  # configurations at a time
 
 
-def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[BeadPlan, list[Floats | None]]:
+def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead, list[Floats | None]]:
     """The first bead, and where the arm comes from to each chunk.
 
     Args:
@@ -37,8 +36,9 @@ def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[BeadPlan, lis
     """
     first, start = chunks[0], context.span.start
     stop = first.firsts[1] if len(first.firsts) > 1 else first.stop
-    known = plan_bead(context, first.firsts[0], stop, start)
-    q = known.stretches[-1].q_targets[-1] if known.stretches else start
+    known = known_bead(context, first.firsts[0], stop, start, 1 / len(chunks))
+    stretches = known.bead.stretches
+    q = stretches[-1].q_targets[-1] if stretches else start
     found: list[Floats | None] = [start]
     for chunk in chunks[1:]:
         q = _nearest(context, chunk.firsts[0] - 1, q)

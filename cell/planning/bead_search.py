@@ -111,7 +111,7 @@ class BeadSearch:
             rounds: searches until it is given up.
             most: configurations that it may ask about before it is cut off.
         """
-        self._most = bead.context.asked + most
+        self._most = bead.context.work + most
         self.bead, self.nodes, self.rounds = bead, nodes, rounds
         self.allowance = Allowance(bead.largest, bead.times)
         if turns_freely:
@@ -140,7 +140,7 @@ class BeadSearch:
         """
         stop = self.first + len(self.stage)
         for _ in range(self.rounds):
-            if self.context.asked > self._most:
+            if self.context.work > self._most:
                 return BeadPlan(self.first, stop, (), {}, {}, frozenset(range(self.first, stop)))
             runs = self._runs(q_before)
             if not self._block_colliding_nodes(runs) and not self._block_broken_edges(runs):

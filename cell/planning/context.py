@@ -232,6 +232,11 @@ class Context:
         """Configurations that collision detection has been asked about."""
         return self.checker.asked.count + self.screen.asked.count
 
+    @property
+    def work(self) -> float:
+        """The same with what was found there counted as well: what it has cost."""
+        return self.checker.asked.work + self.screen.asked.work
+
     @cached_property
     def wire(self) -> Checker | None:
         """Collision detection of the wire and the part alone, None where the tool's wire is not modelled."""

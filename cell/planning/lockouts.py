@@ -71,16 +71,16 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
     beads, stuck = list(plan.beads), dict(plan.stuck)
     known: list[int] = []
     left, every = MOST, context.settings.every_target or not any(bead.open for bead in beads)
-    most = np.inf if every else context.asked + LOCKOUTS
+    most = np.inf if every else context.work + LOCKOUTS
     for k, bead in enumerate(beads):
         failed = _collided(bead)
-        if failed and left and context.asked < most:
+        if failed and left and context.work < most:
             left -= 1
             trial, target = _bead_trial(bead, failed, most), min(failed)
             found, known = _blame(job, context, layers, target, int(context.stage[target]), trial, known)
             beads[k] = _noted(bead, found, layers.named(known))
     for target in sorted(plan.stuck):
-        if left and context.asked < most and stuck[target].kind is Kind.COLLISION:
+        if left and context.work < most and stuck[target].kind is Kind.COLLISION:
             left -= 1
             stage = int(context.laid[_leaves(stuck[target])])
             found, known = _blame(job, context, layers, target, stage, _travel_trial(plan, target), known)
@@ -121,12 +121,12 @@ def _bead_trial(bead: BeadPlan, failed: set[int], most: float) -> _LayerTrial:
     probes = sorted(failed)[:: max(len(failed) // PROBES, 1)][:PROBES]
 
     def works(context: Context) -> set[int]:
-        if context.asked + full_work(context, bead.stop - bead.first) > most:
+        if context.work + full_work(context, bead.stop - bead.first) > most:
             return set()
         again = plan_bead(context, bead.first, bead.stop, None)
         return failed - again.missing.keys() - again.cuts.keys() - again.open
 
-    return _LayerTrial(works, lambda context: context.asked < most and _stand_free(context, probes))
+    return _LayerTrial(works, lambda context: context.work < most and _stand_free(context, probes))
 
 
 def _stand_free(context: Context, targets: Sequence[int]) -> bool:

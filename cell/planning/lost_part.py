@@ -4,10 +4,10 @@
     bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not looked at
     judge.left(target)                                         # configurations that may still be asked by then
 
-Work is counted in configurations that collision detection is asked about, so that a verdict does not hang on the
-machine. Beads that come out whole cost what they cost in a part that can be built. All else has a budget: FLOOR
-(LARGE_FLOOR for parts of more than SMALL targets), and PER_TARGET for each target of the part, spent evenly along it.
-What the budget allows is judged as if there were none.
+Work is counted in configurations that collision detection is asked about, and in the contacts found there, so that a
+verdict does not hang on the machine. Beads that come out whole cost what they cost in a part that can be built. All
+else has a budget: FLOOR (LARGE_FLOOR for parts of more than SMALL targets), and PER_TARGET for each target of the part,
+spent evenly along it. What the budget allows is judged as if there were none.
 Beyond it a bead is lost as soon as one of its targets is proved out of reach, or is free at no roll; a few others are
 judged with it, and the rest is left open: neither feasible nor infeasible.
 
@@ -33,12 +33,12 @@ from .free_rolls import free_rolls
 from .station_search import HIT, Ends, StationSearch
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
-LARGE_FLOOR = 4_000  # of all others
+LARGE_FLOOR = 2_000  # of all others
 PER_TARGET = 4  # and for each of its targets
 BRANCHES = 8  # configurations of a target at a roll
 PROBES = 3  # targets judged by themselves before a bead is searched in full
-ALONE = 60  # configurations that it takes to judge a target by itself, about
-TOGETHER = 16  # targets judged in one go
+ALONE = 60  # configurations that it takes to judge a target by itself, about, as long as none was
+FEW, TOGETHER = 4, 16  # targets judged in one go, at least and at most
 BLOCK = 256  # targets evaluated together
 
 
@@ -56,8 +56,9 @@ class LossJudge:
         self.floor = share * (FLOOR if len(context.stage) <= SMALL else LARGE_FLOOR)
         self.context, self.every = context, context.settings.every_target
         self.first = first
-        self.spent = 0
+        self.spent = 0.0
         self.lost = False
+        self._judged_alone, self._work_alone = 1, float(ALONE)  # targets, and what they cost
         self._suspect: int | None = None  # a target that was found lost: others near it are looked at first
 
     def left(self, target: int) -> float:
@@ -68,10 +69,17 @@ class LossJudge:
         """Whether the budget allows to search a bead in full."""
         return full_work(self.context, stop - first) <= self.left(stop)
 
-    def charge(self, before: int) -> None:
+    def charge(self, before: float) -> None:
         """Count what has been asked since the context's counter stood at ``before``, in vain."""
-        self.spent += self.context.asked - before
+        self.spent += self.context.work - before
         self.lost = True
+
+    def knows(self, bead: BeadPlan, spent: float) -> None:
+        """Go on after a bead that was planned elsewhere, with what was asked about it in vain."""
+        if not bead.whole:
+            self.spent += spent
+            self.lost = True
+            self._suspect = next(iter(bead.missing), self._suspect)
 
     def plan(
         self, first: int, stop: int, q_before: Floats | None, in_full: Callable[[float | None], BeadPlan]
@@ -87,7 +95,7 @@ class LossJudge:
         Returns:
             The plan.
         """
-        before = self.context.asked
+        before = self.context.work
         if self.every:
             return in_full(None)
         bead = (
@@ -102,7 +110,7 @@ class LossJudge:
         self, first: int, stop: int, q_before: Floats | None, in_full: Callable[[float | None], BeadPlan]
     ) -> BeadPlan:
         """A bead that is dear to search in vain."""
-        before = self.context.asked
+        before = self.context.work
         suspects = [] if self._suspect is None else [self._nearest(first, stop)]
         if self.lost:  # what is out of reach is known without a search
             missing = unreachable(self.context, range(first, stop))
@@ -128,16 +136,22 @@ class LossJudge:
         return lost_bead(first, stop, missing)
 
     def _judged(
-        self, order: Iterable[int], first: int, stop: int, before: int, known: dict[int, Missing] | None = None
+        self, order: Iterable[int], first: int, stop: int, before: float, known: dict[int, Missing] | None = None
     ) -> dict[int, Missing]:
         """Targets that are lost, of those that the budget allows to look at one after the other."""
         out: dict[int, Missing] = {}
         some = [i for i in dict.fromkeys(order) if i not in (known or {})]
-        while some and (left := self.left(stop) - (self.context.asked - before)) > 0:
-            count = int(min(left // ALONE + 1, TOGETHER))
+        while some and (left := self.left(stop) - (self.context.work - before)) > 0:
+            begun, count = self.context.work, self._as_many(left)
             out.update(lost_alone(self.context, some[:count]))
+            self._judged_alone += len(some[:count])
+            self._work_alone += self.context.work - begun
             some = some[count:]
         return out
+
+    def _as_many(self, left: float) -> int:
+        """Targets to be judged in one go with what is left, by what others have cost."""
+        return int(np.clip(left * self._judged_alone // self._work_alone, FEW, TOGETHER))
 
     def _nearest(self, first: int, stop: int) -> int:
         """The target of a bead that is nearest to the last one that was lost."""

@@ -75,6 +75,19 @@ def plan_part(context: Context, path: Ints, progress: Progress | None = None) ->
 
 
 @dataclass(frozen=True, eq=False)
+class KnownBead:
+    """A bead that is planned before the run that it belongs to.
+
+    Attributes:
+        bead: its plan.
+        spent: what was asked about it in vain.
+    """
+
+    bead: BeadPlan
+    spent: float
+
+
+@dataclass(frozen=True, eq=False)
 class BeadRun:
     """Beads to be planned one after the other.
 
@@ -90,7 +103,7 @@ class BeadRun:
     firsts: tuple[int, ...]
     stop: int
     q_before: Floats | None
-    known: BeadPlan | None = None
+    known: KnownBead | None = None
     hurried: bool = False
     share: float = 1.0
 
@@ -113,15 +126,17 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
     quick = hurried(context)
     judge = LossJudge(context, run.firsts[0], run.share)
     for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
-        bead = run.known
-        if bead is None or bead.first != first:
+        if run.known is not None and run.known.bead.first == first:
+            bead = run.known.bead
+            judge.knows(bead, run.known.spent)
+        else:
             q_before = run.q_before if last is None else last.q_targets[-1]
             bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
         if bead.whole and stop < context.span.stop:
             bead, _ = that_can_leave(context, bead)
         if last is not None and bead.whole:
             # where the part is lost, what is still searched for is what to report
-            before = context.asked
+            before = context.work
             whole = not run.hurried and not stuck and all(bead.whole for bead in beads)
             known = not beads[-1].open and judge.left(stop) > 0
             if whole or known:
@@ -140,6 +155,24 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
         last = bead.stretches[-1] if bead.stretches else last
         count()
     return PartPlan(tuple(beads), tuple(travels), stuck)
+
+
+def known_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> KnownBead:
+    """The first bead of a run, planned as the run would plan it.
+
+    Args:
+        context: what the search needs.
+        first: its first target.
+        stop: one past its last.
+        q_before: where the arm comes from, (j,), rad, or None.
+        share: as of the run.
+
+    Returns:
+        The bead.
+    """
+    judge = LossJudge(context, first, share)
+    bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
+    return KnownBead(bead, judge.spent)
 
 
 def stuck_at(travel: Failure, last: Stretch, first: int) -> Failure:
@@ -208,13 +241,13 @@ def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, 
     Returns:
         The plan; beyond that limit, targets that only a finer search could settle are left open.
     """
-    begun, step = context.asked, context.settings.roll_step
+    begun, step = context.work, context.settings.roll_step
     plan = _search(context, first, stop, q_before, step)
     if plan.whole or context.window.is_fixed or not plan.may_be_mended:
         return plan
     free = _free_between(context, plan, step / FINER)
     lost = {i for i in plan.missing if not free.get(i)}
-    left = np.inf if most is None or not lost else most - (context.asked - begun)
+    left = np.inf if most is None or not lost else most - (context.work - begun)
     finer = _search(context, first, stop, q_before, step / FINER, free=_Rolls(_all(free), most=left))
     if finer.open:
         return plan.only(lost)

@@ -431,6 +431,27 @@ def pages(
     return {name: folder / f"{name}.html" for name in made}
 
 
+def test_an_infeasible_page_opens_and_its_table_is_true(
+    browser: Browser, bad: Result, bad_page: str, tmp_path: Path
+) -> None:
+    page = tmp_path / "bad.html"
+    page.write_text(bad_page, encoding="utf-8")
+    browser.open(page, 320, 240)
+    assert browser.problems() == []
+    assert browser.js("document.getElementById('trouble').hidden")
+    head = browser.js("[...document.querySelectorAll('#table th')].map((h) => h.textContent.trim())")
+    place, off_upright = (next(k for k, name in enumerate(head) if name.startswith(n)) for n in ("x, y, z", "Gravity"))
+    rows = browser.js(
+        "[...document.querySelectorAll('#table tbody tr')]"
+        ".map((r) => [Number(r.dataset.target), [...r.cells].map((cell) => cell.textContent)])"
+    )
+    assert len(rows) == min(bad.infeasible, 100)
+    for target, cells in rows:
+        base_mm = [float(v) for v in cells[place].replace("\u2212", "-").split(",")]
+        np.testing.assert_allclose(base_mm, bad.placed.position[target] * 1e3, atol=0.51)
+        assert float(cells[off_upright]) == pytest.approx(np.rad2deg(bad.gravity[target]), abs=0.051)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["good", "bad", "hit", "nasty"])
 def test_a_page_opens_without_complaint(browser: Browser, pages: dict[str, Path], name: str) -> None:

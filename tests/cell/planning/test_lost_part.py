@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import mujoco
@@ -12,10 +13,12 @@ from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.collision.reach_radii import tool_radii
 from cell.job.job import Job, prepare
-from cell.planning import lost_part
+from cell.part_chunks.beginnings import beginnings
+from cell.part_chunks.chunking import Chunking
+from cell.planning import lost_part, part_plan
 from cell.planning.context import Context
 from cell.planning.free_rolls import _looked_at, free_rolls
-from cell.planning.lost_part import lost_alone, unreachable
+from cell.planning.lost_part import LossJudge, lost_alone, unreachable
 from cell.scene.scene import table_angles
 from cell.verdict.check import NOT_LOOKED_AT, Result, check
 from ik.roll import apply_roll
@@ -94,6 +97,49 @@ def test_no_is_said_at_no_more_than_half_again_of_the_work_for_yes(monkeypatch, 
     bad, work = asked(monkeypatch, job_with(fixture))
     assert not bad.feasible
     assert work <= 1.5 * most
+
+
+def test_contacts_are_charged_as_well_as_configurations(monkeypatch, job_with):
+    job = job_with()
+    t = job.targets
+    context = context_of(replace(job, targets=replace(t, normal=-t.normal)))  # from within the part
+    seen, really = [], Checker._collide
+
+    def counted(self, far):
+        seen.append(really(self, far))
+        return seen[-1]
+
+    monkeypatch.setattr(Checker, "_collide", counted)
+    judge, before = LossJudge(context, 0), context.work
+    all_of_it = judge.left(0)
+    assert len(lost_alone(context, [0, 1, 2, 3])) == 4
+    judge.charge(before)
+    assert sum(seen) > 5 * len(seen)
+    # each costs a twentieth of a configuration, about
+    assert judge.spent == pytest.approx(len(seen) + sum(seen) / 20)
+    assert judge.left(0) == pytest.approx(all_of_it - judge.spent)
+
+
+@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
+def test_the_first_bead_of_a_chunked_part_is_searched_as_sparingly_as_any(monkeypatch, job_with, nothing_over, fixture):
+    in_full = []
+    monkeypatch.setattr(part_plan, "plan_bead", lambda *given: in_full.append(given))
+    job = job_with(fixture)
+    context = context_of(job)
+    chunks = Chunking(0, len(job.targets) // 4).chunks(job.targets, context.span)
+    assert len(chunks) > 1
+    known, q_before = beginnings(context, chunks)
+    assert len(q_before) == len(chunks)
+    assert known.bead.first == 0
+    assert not known.bead.whole
+    assert known.bead.missing
+    assert 0 < known.spent <= context.work
+    assert in_full == []
+    # and its chunk goes on with what is left
+    judge = LossJudge(context, 0, 1 / len(chunks))
+    judge.knows(known.bead, known.spent)
+    assert judge.lost
+    assert judge.left(known.bead.stop) == lost_part.PER_TARGET * known.bead.stop - known.spent
 
 
 def test_out_of_reach_is_proved_for_all_without_a_question_about_collisions(monkeypatch, job_with, nothing_over):
