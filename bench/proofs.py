@@ -1,6 +1,6 @@
 """Targets that are called proved out of reach, against two searches that know nothing of the proof.
 
-    python bench/proofs.py                        # about a minute; a line every EVERY arms
+    python bench/proofs.py                        # about a minute; a line every EVERY seconds
     python bench/proofs.py --arms 200 --targets 200
 
 Arms are random ones of the class of the closed form, with straight and bent wrists, tools, limits and bases at random;
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,7 @@ from ik.roll import apply_roll
 from ik.singularity import margins
 
 NOISE = (0.0, 1e-5, 1e-4)
-EVERY = 12  # arms between two lines: a run that is cut off has told what it found
+EVERY = 20.0  # s between two lines: a run that is cut off has told what it found
 INSIDE = 1e-7  # rad; of a limit, and of margins: nearer to them a proof and a search may differ by rounding
 
 
@@ -91,6 +92,7 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=24)
     parser.add_argument("--first", type=int, default=0, help="number of the first arm")
     args = parsed(parser, arms=3, targets=5, rolls=36, seeds=4)
+    told = time.perf_counter()
     count = {noise: np.zeros(5, dtype=int) for noise in NOISE}  # targets, reachable, undecided, proved, refuted
     for seed in range(args.first, args.first + args.arms):
         chain, form, Ts, window = random_case(seed, args.targets)
@@ -100,9 +102,11 @@ def main() -> int:
         if wrong:
             print(f"arm {seed}: {wrong} of {len(out)} proofs refuted", file=sys.stderr, flush=True)
         count[NOISE[seed % 3]] += (len(Ts), proof.reachable.sum(), proof.undecided.sum(), len(out), wrong)
-        if (done := seed - args.first + 1) % EVERY == 0 and done < args.arms:
-            every = sum(count.values())
-            print(f"{done} arms, {every[0]} targets: {every[3]} proved, {every[4]} refuted", flush=True)
+        if time.perf_counter() - told > EVERY:
+            told, every = time.perf_counter(), sum(count.values())
+            print(
+                f"{seed - args.first + 1} arms, {every[0]} targets: {every[3]} proved, {every[4]} refuted", flush=True
+            )
     print("frames off by   targets  reachable  undecided  proved  refuted")
     for noise, row in [*count.items(), ("all", sum(count.values()))]:
         print(f"{noise!s:>13}  {row[0]:8d}  {row[1]:9d}  {row[2]:9d}  {row[3]:6d}  {row[4]:7d}")
