@@ -46,6 +46,7 @@ def text_of(lines):
     return shown.get()
 
 
+@pytest.mark.slow
 def test_every_row_of_the_papers_tables_is_there(paper):
     assert list(paper) == ["propeller/SV1", "support/SV1", "support/SV2", "support/SV3", *FLAT[2:]]
     assert [row.strategy for row in paper["valve/SV1"].rows] == list(STRATEGIES)
@@ -155,6 +156,7 @@ def test_a_sub_volume_that_none_can_slice_is_an_error():
         compare_mesh(ring(), dict.fromkeys(STRATEGIES, Body(5.0)), SlicingParameters())
 
 
+@pytest.mark.slow
 def test_on_a_cone_conical_and_revolved_layers_are_compared_as_well(tmp_path):
     shaft = Manifold.cylinder(100, 20, 20, 128) + Manifold.cylinder(40, 20, 35, 128).translate((0, 0, 100))
     boss = Manifold.cylinder(55, 5, 5, 48).rotate((0, 90, 0)).translate((0, 0, 120))
@@ -175,6 +177,7 @@ def test_a_missing_mesh_is_one_line(make_case):
         compare_case(load_case(make_case(part={"sub_volumes": ["gone.stl"]})))
 
 
+@pytest.mark.slow
 def test_parts_the_paper_has(tmp_path):
     found = compare_paper(["support"])
     assert [one.name for one in found] == ["support/SV1", "support/SV2", "support/SV3"]

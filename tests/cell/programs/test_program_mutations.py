@@ -96,6 +96,7 @@ def test_the_program_as_it_is_written_is_feasible(tmp_path: Path) -> None:
     assert not [line for line in result.warnings if getattr(line, "code", "").startswith("program")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", FOUND)
 def test_a_wrong_digit_is_found_with_its_line(what: str, tmp_path: Path) -> None:
     change, reason, file, line = FOUND[what]

@@ -457,6 +457,7 @@ def test_parts_without_a_round_body_or_sub_volumes(solid, says):
     assert says in refusal(from_manifold(solid(), "part"))
 
 
+@pytest.mark.slow
 def test_a_blob_and_a_ball():
     def squeeze(v):
         x, y, z = v

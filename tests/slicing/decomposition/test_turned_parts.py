@@ -314,6 +314,7 @@ def metamorphoses() -> dict[str, tuple[Mesh, float]]:
     }
 
 
+@pytest.mark.slow
 def test_the_same_part_otherwise_is_taken_apart_alike():
     first: Decomposition | None = None
     for name, (mesh, scale) in metamorphoses().items():
@@ -325,6 +326,7 @@ def test_the_same_part_otherwise_is_taken_apart_alike():
         ), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FORMATS)
 def test_the_file_format_changes_nothing(kind, tmp_path):
     part = cad_part(308)

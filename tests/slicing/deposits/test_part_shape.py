@@ -59,6 +59,7 @@ def test_every_layer_is_covered_by_its_pieces(solid, strategy):
             assert inside(solids, raised).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solid", [boss, ring, tube])
 @pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
 def test_beads_that_stand_out_of_their_layers_are_covered(solid, strategy):

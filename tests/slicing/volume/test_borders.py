@@ -80,6 +80,7 @@ def test_islands_within_holes_are_in_the_region():
         assert region_of(order).area == pytest.approx(expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", STRATEGIES)
 @pytest.mark.parametrize("pattern", ["contour_parallel", "zigzag"])
 def test_an_island_within_a_hole_is_filled_as_if_it_were_alone(strategy, pattern):
