@@ -70,6 +70,7 @@ MUTANTS = (
     Mutant("cell/collision/open_steps.py", "begin + end - 2 * limit <= way[high] - way[low]", "begin + end - 2 * limit <= 0.5 * (way[high] - way[low])", (OPEN,)),
     Mutant("cell/collision/open_steps.py", "begin + end - 2 * limit <= way[high] - way[low]", "begin + end - limit <= way[high] - way[low]", (OPEN,)),
     Mutant("cell/collision/open_steps.py", "(np.diff(step) == 1) & (np.diff(laid) == 0)", "np.diff(step) == 1", (OPEN,)),
+    Mutant("cell/collision/between_samples.py", "<= joint_travel_bound(radius, steps.a, steps.b)", "<= 0.2 * joint_travel_bound(radius, steps.a, steps.b)", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "left = asked_sparsely(group, q, left, way, nearest.limit)", "continue", (GROUPS,)),
     Mutant("cell/collision/motion_bounds.py", "seen = np.maximum(seen, straight + bow(radius,", "seen = np.maximum(0.5 * seen, 0.5 * straight + bow(radius,", (COUPLED,)),
     Mutant("cell/collision/motion_bounds.py", " + bow(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)", ")", (COUPLED,)),
