@@ -239,10 +239,12 @@ def outcome(path: Path, stop: str) -> tuple[int, str]:
 
 def answer(path: Path, stop: str) -> tuple[int | None, str | None]:
     """The exit code of a case, and what is wrong with the answer; None where it is one."""
+    from cell.termination import Terminated
+
     try:
         code, said = outcome(path, stop)
     except BaseException as error:
-        if isinstance(error, KeyboardInterrupt):
+        if isinstance(error, (KeyboardInterrupt, Terminated)):
             raise
         where = error.__traceback__
         while where is not None and where.tb_next is not None:
