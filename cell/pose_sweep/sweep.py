@@ -300,7 +300,8 @@ class Work:
                     yield row
         # in the order of the poses, whoever was first with its part
         number = {pose: i for i, pose in enumerate(self.poses)}
-        with closing(compute(sorted(left, key=lambda unit: number[unit.pose]))) as rows:
+        left.sort(key=lambda unit: number[unit.pose])
+        with closing(compute(left)) as rows:
             yield from rows
 
 
