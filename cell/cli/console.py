@@ -43,7 +43,8 @@ def put_json(where: str, document: dict[str, Any]) -> None:
     if where == STDOUT:
         import sys
 
-        sys.stdout.writelines(json_pieces(document))
+        for piece in json_pieces(document):
+            sys.stdout.write(piece)  # one by one: the stream's own write knows of readers that leave
         sys.stdout.write("\n")
         return
     write_json(where, document)

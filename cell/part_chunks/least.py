@@ -1,6 +1,6 @@
 """What comes least along what is followed: clearance and singularity margin, with where.
 
-    least_clearance(samples_of(context, run), context)       # of samples, and of the way between them
+    least_clearance(context, samples_of(context, run), known)       # of samples, and of the way between them
     least_margin(context, stretches), least_sigma(context, stretches)
 
 Radians and metres.

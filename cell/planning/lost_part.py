@@ -1,6 +1,6 @@
 """A part that cannot be built: what is still looked at once that is known, and how much of it.
 
-    judge = LossJudge(context)
+    judge = LossJudge(context, first)
     bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not looked at
     judge.left(target)                                         # configurations that may still be asked by then
 
