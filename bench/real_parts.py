@@ -16,6 +16,8 @@ target can be reached, none is free), ``far`` stands out of reach.
 
 from __future__ import annotations
 
+import atexit
+import shutil
 import sys
 import tempfile
 from dataclasses import dataclass, replace
@@ -106,8 +108,10 @@ def job_of(
     Returns:
         What ``cell.check`` takes.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        return job_in(Path(folder), part, targets, fill, roll, None if feasible else twin)
+    # what would help prepares changed cases again: the files stay as long as the process
+    folder = tempfile.mkdtemp(prefix="rbam-parts-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return job_in(Path(folder), part, targets, fill, roll, None if feasible else twin)
 
 
 def job_in(folder: Path, part: str, targets: int, fill: str, roll: str, twin: str | None) -> Job:
