@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 from support.paths import ROOT
@@ -45,12 +45,15 @@ MORE_PARAMETERS = {
 }
 
 
-def functions() -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
+@cache
+def functions() -> list[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
+    found = []
     for root in ROOTS:
         for path in sorted((ROOT / root).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                    yield f"{Path(path).relative_to(ROOT).as_posix()}:{node.name}", node
+                    found.append((f"{Path(path).relative_to(ROOT).as_posix()}:{node.name}", node))
+    return found
 
 
 def length(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:

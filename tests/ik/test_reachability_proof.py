@@ -111,10 +111,12 @@ def fuzz(seeds, rolls):
     assert states[UNREACHABLE] > 0.2 * states.sum()
 
 
+@pytest.mark.slow
 def test_no_proof_is_contradicted_on_random_arms():
     fuzz(range(60), rolls=96)
 
 
+@pytest.mark.slow
 def test_no_proof_is_contradicted_by_dense_sampling():
     fuzz(range(100, 108), rolls=1440)
 
@@ -186,6 +188,7 @@ def around_the_border(rng, count):
     return Ts
 
 
+@pytest.mark.slow
 def test_hardly_a_target_of_the_shipped_arm_is_left_open(job):
     chain, form, limits = job.solver.chain, form_of(job.solver.chain), job.singularity_limits
     Ts = around_the_border(np.random.default_rng(0), 2000)

@@ -52,6 +52,7 @@ FILES = {
 each_sub_volume = pytest.mark.parametrize("sv", SUB_VOLUMES, ids=lambda sv: sv.file)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", FILES)
 def test_the_shipped_meshes_are_what_the_builder_makes(part, tmp_path):
     subprocess.run([sys.executable, str(PARTS / f"{part}.py"), "--out", str(tmp_path)], check=True, capture_output=True)

@@ -88,6 +88,7 @@ def test_the_shipped_file_is_the_default_dimensions() -> None:
     np.testing.assert_allclose(site_pose(da), tcp_in_flange(TorchDimensions()), atol=1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(d=torches)
 def test_any_torch_has_its_tcp_where_the_closed_form_says_and_hangs_together(d: TorchDimensions) -> None:

@@ -22,6 +22,7 @@ def fuzz():
     return case_fuzz
 
 
+@pytest.mark.slow
 def test_every_mutated_case_has_an_answer(fuzz, tmp_path: Path) -> None:
     mutator, wrong, codes, good = fuzz.Mutator(), [], [], []
     fuzz.write_part(tmp_path)

@@ -206,6 +206,7 @@ def test_module_runs_as_a_command():
     assert done.stdout.startswith("rbam ")
 
 
+@pytest.mark.slow
 def test_a_whole_part_is_taken_apart(tmp_path, capsys):
     whole = ROOT / "models" / "parts" / "support.stl"
     out = tmp_path / "l.json"

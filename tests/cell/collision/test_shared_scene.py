@@ -4,6 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
+import pytest
 from support.cases import little_case
 
 from cell.case.read import load_case
@@ -26,6 +27,7 @@ def verdict(result):
     return result.feasible, result.infeasible, least, result.reasons
 
 
+@pytest.mark.slow
 def test_checks_in_threads_say_what_checks_one_after_the_other_say_and_leave_the_scene_as_it_was(tmp_path):
     job = prepare(load_case(little_case(tmp_path)))
     before = content(job.scene.model)

@@ -145,6 +145,7 @@ def beside(boss, tmp_path_factory):
     return SearchedBead.of(context, *bounds)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("search", ["quick", "full"])
 def test_a_way_with_more_room_is_preferred(beside, search):
     context = beside.context

@@ -143,6 +143,7 @@ def test_few_rolls_are_in_every_stretch():
     assert len(stabbing([])) == 0
 
 
+@pytest.mark.slow
 def test_a_way_out_that_is_not_free_is_gone_as_far_as_it_is(tmp_path):
     result = result_of_path(boss_case(tmp_path, process={"retract_mm": 2500.0}))
     assert result.feasible
@@ -200,6 +201,7 @@ def test_messages_say_what_was_found_and_what_is_needed():
     assert failure_in_words(changed).endswith("no configuration leads on: A6 12.3 deg over its limit")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [10, 24])
 def test_a_verdict_does_not_hang_on_how_finely_curves_are_sampled(tmp_path, seed):
     said = []

@@ -40,6 +40,7 @@ def test_a_table_that_moves_along_the_beads_has_its_angles_in_every_point(tmp_pa
     assert "program_table" not in [getattr(line, "code", "") for line in made.result.warnings]
 
 
+@pytest.mark.slow
 def test_a_table_that_indexes_is_turned_between_its_groups_and_the_program_is_read_in_its_own_order(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -52,6 +53,7 @@ def test_a_table_that_indexes_is_turned_between_its_groups_and_the_program_is_re
     assert capsys.readouterr().err.count("rbam:") == 0
 
 
+@pytest.mark.slow
 def test_a_program_of_layers_by_turns_is_judged_in_the_order_it_was_made_in(tmp_path: Path) -> None:
     job = prepare(load_case(three_bosses(tmp_path)))
     result = check_as_asked(job)

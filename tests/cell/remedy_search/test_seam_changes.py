@@ -104,6 +104,7 @@ def ring_case(folder, turns_deg):
     return path
 
 
+@pytest.mark.slow
 def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path, monkeypatch):
     path = ring_case(tmp_path, 200.0)
     job = prepare(load_case(path))

@@ -126,6 +126,7 @@ def test_a_gravity_limit_asks_for_the_least_tilt_that_keeps_it(make_case):
     assert f"E1 20 -> {e1} (checked: whole part feasible)" in best.sentence
 
 
+@pytest.mark.slow
 def test_what_is_said_of_a_group_is_what_a_check_of_the_changed_case_gives(make_case):
     path = make_case(**FEW, roll={"fixed_deg": -60}, table={"E1_deg": -45, "E2_deg": 0})
     result = check(prepare(load_case(path)), -45, 0)

@@ -87,6 +87,7 @@ def test_what_is_built_is_there_from_the_start_and_stops_the_torch(neighbours):
     assert not of_code(job, Code.SUB_VOLUME_ABSENT)
 
 
+@pytest.mark.slow
 def test_what_is_neither_taken_nor_built_is_said_to_be_absent(neighbours):
     job = prepare(load_case(neighbours("take", "take: [SV2], built: [SV1]")))
     (line,) = of_code(job, Code.SUB_VOLUME_ABSENT)

@@ -133,6 +133,7 @@ def test_the_best_fixed_pose_is_found_and_used(tmp_path: Path, make_case) -> Non
     assert check(prepare(case), *best.asked).feasible
 
 
+@pytest.mark.slow
 def test_the_command_builds_with_a_table_that_indexes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = three_bosses(tmp_path, table={"E1_deg": 90, "E2_deg": 0})
     motion = tmp_path / "m.npz"

@@ -92,6 +92,7 @@ def test_a_picture_stands_the_table_where_it_is_at_that_target(result: Result, t
     np.testing.assert_allclose(staging.data.site("part").xpos, data.site("part").xpos, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_command_draws_a_motion_from_a_file(
     result: Result, boss: Path, tmp_path: Path, gl: None, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -151,6 +151,7 @@ def test_all_blades_are_sliced_alike(propeller):
     assert np.ptp(np.array(areas), axis=0).max() < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("part", "radius", "alone"),
     [("support", 30.0, ["sv1", "sv2", "sv3"]), ("boiler", 37.2, ["sv1", "sv2"]), ("valve", 74.3, ["sv1"])],
@@ -193,6 +194,7 @@ def test_square_flanges_are_cut_at_the_body_as_well():
 # exactness
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sides", [16, 24, 100, 200])
 def test_the_footprint_is_exact_however_coarse_the_body(sides):
     parts = decompose(from_manifold(three_boxes(sides), "part"))

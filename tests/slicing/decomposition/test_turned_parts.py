@@ -76,6 +76,7 @@ def wedge(half: float, radius: float, height: float) -> float:
 
 
 # 30004: 14 sides far from the origin; 40241: a cone of 14 sides; 710019: a tiny cylinder below a filleted collar
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [*range(300, 312), 30004, 40241, 710019])
 def test_parts_of_known_truth_are_found(seed, tmp_path):
     part = cad_part(seed)

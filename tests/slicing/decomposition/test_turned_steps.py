@@ -110,6 +110,7 @@ def test_a_thread_alone_on_a_bar_is_a_sub_volume_and_told():
     assert Code.BODY_COLLAR in codes(parts)
 
 
+@pytest.mark.slow
 def test_a_ball_of_scattered_facets_is_body():
     ball = trimesh.creation.icosphere(3, 30.0)
     whole = cylinder(15, 0, 120) + from_arrays(np.array(ball.vertices), np.array(ball.faces)).translate((0, 0, 40))
