@@ -219,7 +219,7 @@ all along. Every infeasible target has a reason:
   singular      a margin is too small                 collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
   speed         a joint is too slow for the deposition    gravity   deposited too far off upright (if limited)
-A part that is lost is not searched without end: about what cannot be welded 4,000 configurations (20,000 of up
+A part that is lost is not searched without end: about what cannot be welded 2,000 configurations (20,000 of up
 to 600 targets) and 4 for each target are asked, spread evenly over the part. Targets that this leaves out are told,
 and counted, as not looked at; --all looks at every one.
 
