@@ -74,13 +74,9 @@ class MotionBounds:
         Returns:
             (m,), m: if the clearances at a step's ends add up to more, nothing touches on it.
         """
-        turn = np.abs(b - a)
-        joints = joint_travel_bound(self.radius, a, b)
-        if not len(a):
-            return joints
-        straight = self.straight(*(frames or (self.chain.frames(a), self.chain.frames(b))))
+        joints, way = self._travels(a, b, frames)
         # two parts of the arm may both move, one towards the other
-        return np.minimum(joints, 2 * (straight + bow(self.radius, turn) / 4))
+        return np.minimum(joints, 2 * way)
 
     def against_still(self, a: Floats, b: Floats, frames: Frames | None = None) -> Floats:
         """The same where one of the two things stands still, as :meth:`bound`: half of it, where the way is short.
@@ -93,12 +89,17 @@ class MotionBounds:
         Returns:
             (m,), m.
         """
+        joints, way = self._travels(a, b, frames)
+        return np.minimum(joints, way)
+
+    def _travels(self, a: Floats, b: Floats, frames: Frames | None) -> tuple[Floats, Floats]:
+        """How far one thing gets on steps, by the joints' arcs, and by where the steps lead, both (m,), m."""
         joints = joint_travel_bound(self.radius, a, b)
         if not len(a):
-            return joints
+            return joints, joints
         straight = self.straight(*(frames or (self.chain.frames(a), self.chain.frames(b))))
         # of a point that is off its chord by an eighth of the bow at most, the ways from both ends add up to this
-        return np.minimum(joints, straight + bow(self.radius, np.abs(b - a)) / 4)
+        return joints, straight + bow(self.radius, np.abs(b - a)) / 4
 
     def straight(self, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Floats:
         """How far any point of the arm is after steps from where it was before them.
