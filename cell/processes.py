@@ -313,7 +313,7 @@ def cores() -> int:
 
 
 def _work(pipe: Connection) -> None:
-    """Of a worker process: do what comes until nothing more does."""
+    """Of a worker process: do what comes until nothing more does, or until the parent is gone."""
     begin_worker()
     shared: object = None
 
@@ -321,10 +321,7 @@ def _work(pipe: Connection) -> None:
         pipe.send_bytes(_packed(("tick", None)))
 
     while True:
-        try:
-            message = pickle.loads(pipe.recv_bytes())
-        except EOFError:
-            return
+        message = pickle.loads(_heard(pipe))
         if message is None:
             return
         if message[0] == "shared":
@@ -332,7 +329,19 @@ def _work(pipe: Connection) -> None:
             continue
         _, function, item = message
         del message
-        pipe.send_bytes(_answer(function, shared, item, tick))
+        answer = _answer(function, shared, item, tick)
+        try:
+            pipe.send_bytes(answer)
+        except OSError:  # nobody listens any more
+            return
+
+
+def _heard(pipe: Connection) -> bytes:
+    """The next message; the end, once the parent is gone, be it in the middle of one (then the error is an OSError)."""
+    try:
+        return pipe.recv_bytes()
+    except (EOFError, OSError):
+        return _packed(None)
 
 
 class _Told:

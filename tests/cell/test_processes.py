@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
+import struct
 import time
 from collections.abc import Iterator
 
@@ -12,7 +14,7 @@ import numpy as np
 import pytest
 
 from cell.errors import InputError
-from cell.processes import Crew, Tick, WorkerTraceback, cores, crew, processor_time, working
+from cell.processes import Crew, Tick, WorkerTraceback, _heard, cores, crew, processor_time, working
 from cell.termination import Terminated
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
@@ -189,3 +191,12 @@ def long_after_a_tick(shared: None, item: float, tick: Tick) -> None:
 
 def test_the_cores_are_those_that_may_be_used() -> None:
     assert 1 <= cores() <= (os.cpu_count() or 1)
+
+
+@POSIX
+@pytest.mark.parametrize("came", [b"", struct.pack("!i", 1000), struct.pack("!i", 1000) + b"half of it"])
+def test_a_parent_that_is_gone_ends_the_work_wherever_it_was(came: bytes) -> None:
+    here, there = multiprocessing.Pipe()
+    os.write(here.fileno(), came)
+    here.close()
+    assert pickle.loads(_heard(there)) is None
