@@ -60,7 +60,8 @@ def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_pat
     fresh = made().clearances(q, stage)
     assert (fresh.distance < 0).any()
     order = np.argsort(-fresh.distance)  # a copy is left with little looked for
-    q, stage, fresh = q[order], stage[order], fresh.rows(order)
+    q, stage = q[order], stage[order]
+    fresh = made().clearances(q, stage)
     assert fresh.distance[0] > 0
     groups = groups_of(made(), fresh)
     wires = [wire_checker(made()) for _ in range(2)]
