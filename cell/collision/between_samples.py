@@ -25,7 +25,7 @@ from ..arrays import Ints
 from .clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
 from .open_steps import OpenSteps, asked_sparsely
-from .pair_groups import groups_of, ways
+from .pair_groups import groups_of, travel_bounds
 
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
@@ -128,7 +128,7 @@ def least_on_the_way(
     if not groups:
         open_ = _open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))
         _halve(checker, radius, steps.rows(open_), nearest)
-    for k, (group, way) in enumerate(zip(groups, ways(groups, q) if groups else (), strict=True)):
+    for k, (group, way) in enumerate(zip(groups, travel_bounds(groups, q) if groups else (), strict=True)):
         # a group's clearances are those at the samples at least; of the first one that is much
         left = steps.rows(steps.beyond(nearest.limit) <= way[steps.step])
         if k > 0:
@@ -213,5 +213,5 @@ def _open(checker: Sees, radius: Floats, a: Floats, b: Floats, room: Floats) -> 
     """Steps whose clearances at both ends together do not prove them free; most are settled by the cheaper bound."""
     open_: NDArray[np.bool_] = room <= joint_travel_bound(radius, a, b)
     k = np.flatnonzero(open_)
-    open_[k] = room[k] <= checker.way(radius, a[k], b[k])
+    open_[k] = room[k] <= checker.travel_bound(radius, a[k], b[k])
     return open_

@@ -122,7 +122,7 @@ class Checker:
         # where the table's axes move as well, all of it has to follow
         arm_alone = len(scene.arm_qpos) == scene.chain.n
         self._poses = ArmPoses(scene) if scene.model.ngeom > MANY and arm_alone else None
-        self._nearby = BroadPhase.of(scene, self._model, self._data) if arm_alone else None
+        self._broad_phase = BroadPhase.of(scene, self._model, self._data) if arm_alone else None
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
@@ -134,7 +134,7 @@ class Checker:
         """For another process: made anew of the scene."""
         return _made, (self.scene, self.table, self.reach, self.without, self.pair_gap)
 
-    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything can travel towards anything on steps: what clearances at their ends are held against.
 
         Args:
@@ -203,8 +203,8 @@ class Checker:
         far = self._coarser(far)
         while True:
             self._look_out_to(far)
-            if self._nearby is not None:
-                self._nearby.choose(self._data, far)
+            if self._broad_phase is not None:
+                self._broad_phase.select(self._data, far)
             mujoco.mj_collision(self._model, self._data)
             count = int(self._data.ncon)
             if count or far == self.reach:

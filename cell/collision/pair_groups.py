@@ -2,7 +2,7 @@
 
     groups = groups_of(checker, found)      # () where the table moves as well
     groups[0].clearances(q, stage)          # of the group's pairs alone
-    groups[0].way(radius, a, b)             # what its clearances at the ends of steps are held against
+    groups[0].travel_bound(radius, a, b)    # what its clearances at the ends of steps are held against
 
 Against what stands still a part of the arm gets nearer by its own travel, not by the elbow's, and not by twice as much:
 only of two parts of the arm may both move. Every pair that counts for the checker counts in one group at least.
@@ -47,12 +47,12 @@ class PairGroup(Checker):
         self._moving_body = np.zeros(scene.model.nbody, dtype=bool)
         self._moving_body[scene.model.geom_bodyid[moving]] = True
         if parts is None:
-            self._nearby = None
+            self._broad_phase = None
         else:
             # pairs that the model names count with the arm's own; here they are met where they touch, and no sooner
             self.pair_gap = 0.0
 
-    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """As of the checker, for the pairs of this group."""
         blocks = [slice(i, i + STEPS) for i in range(0, max(len(a), 1), STEPS)]
         return np.concatenate([self.bound(a[some], b[some], None) for some in blocks])
@@ -100,7 +100,7 @@ def groups_of(checker: Sees, found: Clearances) -> tuple[PairGroup, ...]:
     return (*still, itself) if near.any() else (itself, *still)
 
 
-def ways(groups: Sequence[PairGroup], q: Floats) -> list[Floats]:
+def travel_bounds(groups: Sequence[PairGroup], q: Floats) -> list[Floats]:
     """How far each group can travel from each sample to the next, (m - 1,), m: frames are had once for all."""
     out: list[list[Floats]] = [[np.zeros(0)] for _ in groups]
     for first in range(0, len(q) - 1, STEPS):

@@ -104,7 +104,7 @@ class TableChecker:
         # the positioner's own parts turn in one another; what is put onto its table does not
         self._work = np.flatnonzero(hits & scene.put_on_table)
 
-    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything on the table can travel on steps, (m,), m."""
         return joint_travel_bound(radius, a, b)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..job.job import Job
 from ..job.unsupported import targets_over_nothing
-from ..progress import stage
+from ..progress import phase
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..verdict.severity import severity, worst_first
@@ -37,7 +37,7 @@ SCRIPTS = (  # in order of use
 )
 
 
-@stage("writing the report")
+@phase("writing the report")
 def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
     """The report of a check.
 

@@ -201,7 +201,7 @@ def _laid(result: Result, path: DrawnPath) -> Ints:
         before[home] = laid[target[home]]
     # on the way to a bead all of the one before is laid; the ends of a way are samples of the beads
     way = path.arc[at] == 0
-    stage = np.where(way, before, job.stage[target])
+    stage = np.where(way, before, job.deposits_before[target])
     leaves = ~way & (at < last) & (path.arc[np.minimum(at + 1, last)] == 0)
     arrives = ~way & (at > 0) & (path.arc[np.maximum(at - 1, 0)] == 0)
     stage = np.where(leaves, np.maximum(stage, laid[target]), stage)

@@ -141,7 +141,7 @@ class Metal:
         planes: dict[int, Planes] = {}
         for own in np.unique(wires.sub_volume).tolist():
             others = np.flatnonzero((self.sub_volume < 0) | (self.sub_volume != own))
-            search = _Nearby.of(*(box[others] for box in self.boxes))
+            search = _BoxTree.of(*(box[others] for box in self.boxes))
             mine = np.flatnonzero(wires.sub_volume == own)
             for first in range(0, len(mine), CHUNK):
                 index = mine[first : first + CHUNK]
@@ -175,7 +175,7 @@ class Metal:
 
 
 @dataclass(frozen=True, eq=False)
-class _Nearby:
+class _BoxTree:
     """Pieces' boxes, in which those near a wire are looked up.
 
     Attributes:
@@ -195,7 +195,7 @@ class _Nearby:
     tree: cKDTree | None
 
     @classmethod
-    def of(cls, low: Floats, high: Floats) -> _Nearby:
+    def of(cls, low: Floats, high: Floats) -> _BoxTree:
         """Of some boxes."""
         if len(low) <= FEW:
             return cls(low, high, np.arange(len(low)), np.zeros(0, dtype=np.int64), 0.0, None)

@@ -59,7 +59,7 @@ def _nearest(context: Context, i: int, q_before: Floats | None) -> Floats | None
     for k in range(0, len(q), LOOKED_AT):
         tried = q[k : k + LOOKED_AT]
         axes = context.placed.axes(tried, np.full(len(tried), i))
-        seen = context.screen.clearances(axes, np.full(len(tried), context.stage[i]))
+        seen = context.screen.clearances(axes, np.full(len(tried), context.deposits_before[i]))
         free = np.flatnonzero(seen.distance >= context.settings.clearance)
         if len(free):
             return np.asarray(tried[free[0]])

@@ -123,7 +123,7 @@ class Context:
     Attributes:
         solver: the arm.
         placed: the targets.
-        stage: deposits already laid when a target is welded, (n,).
+        deposits_before: deposits already laid when a target is welded, (n,).
         laid: deposits laid once its layer is done, (n,).
         window: allowed roll.
         limits: singularity margins to keep.
@@ -136,7 +136,7 @@ class Context:
 
     solver: Solver
     placed: Placed
-    stage: Ints
+    deposits_before: Ints
     laid: Ints
     window: RollWindow
     limits: SingularityLimits
@@ -169,7 +169,7 @@ class Context:
         return cls(
             solver=job.solver,
             placed=place(job.targets, scene.T_base_part(*table)),
-            stage=job.stage,
+            deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,
             limits=job.singularity_limits,
@@ -200,7 +200,7 @@ class Context:
         return cls(
             solver=job.solver,
             placed=place_moving(job.targets, TableKinematics.of(job.scene), tables),
-            stage=job.stage,
+            deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,
             limits=job.singularity_limits,

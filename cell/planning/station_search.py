@@ -29,7 +29,7 @@ from ..arrays import Ints
 from ..failure import Kind
 from ..scene.placement import Placed
 from .configurations import NEAR, near_cost, standing_cost
-from .edge_check import SearchedBead, Stretch, examine
+from .edge_check import SearchedBead, Stretch, check_edges
 
 STATION, STATION_TURN = 0.04, np.deg2rad(12.0)  # m along the bead, rad of the wire between stations
 LEAST_STATIONS = 4
@@ -104,7 +104,7 @@ class StationSearch:
             group, roll, q = way
             start = np.arange(len(q) - 1)
             pair = np.stack([start, start + 1], axis=1)
-            found = examine(self.bead, start, roll[pair], q[pair])
+            found = check_edges(self.bead, start, roll[pair], q[pair])
             bad = [i for i, cause in enumerate(found.causes) if cause is not None]
             if not bad:
                 return found.whole()
@@ -124,7 +124,7 @@ class StationSearch:
         roll = self._rolls_between(samples)
         every = np.arange(len(self.bead))
         q, cost = self._standing(every, roll, group)
-        cost += self._worry_between(group, roll)[:, None]
+        cost += self._expected_cost_between(group, roll)[:, None]
         cost[0] += self._arriving(q[:, 0])
         shifts = NEARBY if roll.shape[1] > 1 else STILL
         way = banded.cheapest(cost, banded.prices(self.chain, q, roll, self.bounds, shifts, circular=False), shifts)
@@ -142,7 +142,7 @@ class StationSearch:
         roll = np.interp(np.arange(len(self.bead)), self.at, steady)[:, None] + BESIDE * self.roll_step
         return roll if window.is_full else np.clip(roll, window.low, window.high)
 
-    def _worry_between(self, group: int, roll: Floats) -> Floats:
+    def _expected_cost_between(self, group: int, roll: Floats) -> Floats:
         """What rolls (t, b) between stations are worth avoiding for what is known at the stations beside them, s."""
         expected_cost = np.where(self.known[:, group] == HIT, COLLISION_PENALTY, self.expected_cost[:, group])
         if expected_cost.any():  # where something is near, what has not been looked at may be nearer
@@ -197,7 +197,7 @@ class StationSearch:
         """Check nodes of stations; which collide."""
         least = self.context.settings.clearance
         axes = self.bead.placed.axes(self.q[:, s, g, r].T, self.at[s])
-        found = self.context.screen.clearances(axes, self.bead.stage[self.at[s]])
+        found = self.context.screen.clearances(axes, self.bead.deposits_before[self.at[s]])
         hit = found.distance < least
         self.known[s, g, r] = np.where(hit, HIT, FREE)
         self.expected_cost[s, g, r] = near_cost(found.distance, least)

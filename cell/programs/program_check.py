@@ -151,7 +151,7 @@ Found = tuple[Failure, int, int]
 
 def _program_findings(run: SimulatedProgram, job: Job) -> Iterator[Found]:
     """What is wrong, and the first and last move that it is wrong with."""
-    for move, failure in (*run.lost.items(), *run.arc_faults.items()):
+    for move, failure in (*run.failures.items(), *run.arc_faults.items()):
         yield failure, move, move
     yield from _tools(run, job)
     yield from _bases(run)
@@ -254,7 +254,7 @@ def _stretches(failure: Failure, value: Floats) -> Iterator[Found]:
 def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     """What is no fault by itself, and may be another's mistake."""
     program, moves = run.program, run.program.moves
-    for move in run.lost:
+    for move in run.failures:
         text = f"{place(program, move)}: the arm does not get on: nothing after it is run or looked at"
         yield Warning(Code.PROGRAM_CUT, text)
     for k, base in enumerate(program.bases):

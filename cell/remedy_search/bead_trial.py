@@ -35,7 +35,7 @@ def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], 
         if not all(_stands_free(context, i) for i in some if wanted is None or i in wanted):
             return set(range(first, stop))
         plan = plan_bead(context, first, stop, None, 0.0)
-        lost = {*plan.missing, *plan.cuts, *plan.open}
+        lost = {*plan.target_failures, *plan.edge_failures, *plan.open}
         if wanted is not None:
             lost &= wanted
         if lost:
@@ -51,7 +51,7 @@ def _stands_free(context: Context, i: int) -> bool:
     at = at[np.argsort(nodes.cost[tuple(at.T)], kind="stable")]
     for first in range(0, len(at), TOGETHER):
         q = nodes.q[tuple(at[first : first + TOGETHER].T)]
-        found = context.screen.clearances(q, np.full(len(q), context.stage[i]))
+        found = context.screen.clearances(q, np.full(len(q), context.deposits_before[i]))
         if (found.distance >= context.settings.clearance).any():
             return True
     return False

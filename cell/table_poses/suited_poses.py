@@ -192,6 +192,6 @@ def _room(job: Job, pose: Angles) -> float:
         q = nodes.q[k][allowed][np.argsort(cost[allowed], kind="stable")][:CHEAP]
         if not len(q):
             return 0.0
-        found = checker.clearances(q, np.full(len(q), job.stage[i]))
+        found = checker.clearances(q, np.full(len(q), job.deposits_before[i]))
         least = min(least, float(np.minimum(found.distance, CLEARANCE_REACH).max()))
     return least

@@ -29,10 +29,10 @@ from ..motion.motion_file import ReadMotion
 from ..planning.configurations import evaluate
 from ..planning.context import Context
 from ..processes import processor_time
-from ..progress import Progress, stage
+from ..progress import Progress, phase
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
-from ..verification.blended_motion import table_corner_collisions
+from ..verification.blended_motion import table_blend_collisions
 from ..verification.collisions import stages, table_collisions
 from .check import Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
 
@@ -59,7 +59,7 @@ class _Trial:
     seconds: float
 
 
-@stage("checking", spins=False)
+@phase("checking", spins=False)
 def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
     """Check every target, every bead and the way between them, the table moving along.
 
@@ -165,7 +165,7 @@ def _lost(context: Context, some: Ints) -> int:
         for first in range(0, len(at), 8):
             q = nodes.q[k][tuple(at[first : first + 8].T)]
             axes = context.placed.axes(q, np.full(len(q), i))
-            found = context.screen.clearances(axes, np.full(len(q), context.stage[i]))
+            found = context.screen.clearances(axes, np.full(len(q), context.deposits_before[i]))
             if (found.distance >= context.settings.clearance).any():
                 break
         else:
@@ -204,7 +204,7 @@ def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list
     """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
     every = np.arange(len(motion.t_s))
     way, laid = rows_of(job, motion), stages(job, motion, every)
-    rounded = table_corner_collisions(job, ReadMotion(motion, every + 1, ()), way, way, laid)
+    rounded = table_blend_collisions(job, ReadMotion(motion, every + 1, ()), way, way, laid)
     for met in (*table_collisions(job, way, laid), *rounded):
         i = int(motion.target[met.to_row])
         if rows[i].reason is None:

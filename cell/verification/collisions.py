@@ -69,7 +69,7 @@ def stages(job: Job, motion: Motion, row: Ints) -> Ints:
         return np.zeros(len(row), dtype=np.int64)
     welding = motion.arc == 1
     done = np.maximum.accumulate(np.where(welding, job.laid[motion.target], 0))
-    at_row = np.where(welding, job.stage[motion.target], done)
+    at_row = np.where(welding, job.deposits_before[motion.target], done)
     after = np.minimum(row + 1, len(at_row) - 1)
     inside = motion.welding[np.minimum(row, len(motion.welding) - 1)]
     return np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..atomic_files import beside, check_writable
 from ..errors import InputError
-from ..progress import Progress, counted, stage
+from ..progress import Progress, counted, phase
 from .camera import View, camera
 from .picture import Canvas, Pixels, require_gl, require_size
 from .player import Player
@@ -113,7 +113,7 @@ def film_format(path: str | Path, size: tuple[int, int] | None = None, fps: floa
     return Format(path, width, height, fps)
 
 
-@stage("filming", spins=False)
+@phase("filming", spins=False)
 def film(
     result: Result,
     path: str | Path,
@@ -151,11 +151,11 @@ def film(
             f"{path}: {count} frames are too many for {form.kind} (at most {MOST[form.kind]}): "
             f"raise --speed or lower --fps"
         )
-    staging = StagedScene(result)
-    staging.model.vis.quality.shadowsize, staging.model.vis.quality.offsamples = SHADOWS, SAMPLES
-    staging.colour(colour)
-    look = camera(staging, view, form.width / form.height, _moments(player))
-    canvas = Canvas(staging, form.width, form.height, view)
+    staged = StagedScene(result)
+    staged.model.vis.quality.shadowsize, staged.model.vis.quality.offsamples = SHADOWS, SAMPLES
+    staged.colour(colour)
+    look = camera(staged, view, form.width / form.height, _moments(player))
+    canvas = Canvas(staged, form.width, form.height, view)
     with canvas, counted(progress, "frames", count) as written, beside(path) as file:
         frames = (canvas.render(frame, look) for frame in _frames(player, count, form.fps))
         _WRITERS[form.kind](file, _counted(frames, written), form, count)

@@ -21,7 +21,7 @@ from ik.chain import Floats
 from slicing import Bools, LaidSubVolume, Mesh, Overhang, SlicedSubVolume
 
 from ..errors import InputError
-from ..progress import stage
+from ..progress import phase
 from .colours import DEPTH, HEAT, ramp
 from .print_raster import Raster
 
@@ -73,7 +73,7 @@ class _Scale:
         return [float(k * step) + 0.0 for k in np.arange(first, np.floor(self.high / step + 1e-9) + 1)]
 
 
-@stage("drawing")
+@phase("drawing")
 def slice_picture(
     sliced: Sequence[SlicedSubVolume],
     body_mesh: Mesh | None,

@@ -1,10 +1,10 @@
 """What is to be seen at a moment, drawn into MuJoCo's scene: shared by pictures and replay.
 
-    staging = StagedScene(result)
-    staging.pose(Frame(q, table, target=12, done=12.0))
-    staging.draw(scn)                          # beads laid so far, marks, the target's normal
+    staged = StagedScene(result)
+    staged.pose(Frame(q, table, target=12, done=12.0))
+    staged.draw(scn)                          # beads laid so far, marks, the target's normal
 
-A staging has its own copy of the model, so that tinting and translucency never reach a check. World frame, metres.
+It has its own copy of the model, so that tinting and translucency never reach a check. World frame, metres.
 """
 
 from __future__ import annotations

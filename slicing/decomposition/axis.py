@@ -7,7 +7,7 @@
    most lies within the least width is kept.
 3. The axis with the largest round surface wins; the next one that is another axis is its rival.
 
-    axis = find_axis(Skin.of(mesh.vertices, mesh.faces, mesh.noise_mm))
+    axis = find_axis(PartFaces.of(mesh.vertices, mesh.faces, mesh.noise_mm))
     axis.to_z @ point                        # homogeneous: the axis becomes z
 """
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from ..mesh.solid import Bools, Floats, Ints
 from .chord_error import error, errors_through
-from .greedy_walk import Stretches, walk
+from .greedy_walk import Stretches, greedy_points
 
 CORNER_DEG = 30.0
 SPACING_MM = 0.02  # points of the fine curve closer than this are thinned out first
@@ -127,7 +127,7 @@ def _walked(runs: Sequence[tuple[_Run, float]], min_segment_mm: float) -> Iterat
     tolerance = np.array([tolerance_mm for _, tolerance_mm in runs])[of]
     size2 = np.array([float((np.ptp(run.line, axis=0) ** 2).sum()) for run, _ in runs])[of]
     columns = np.ascontiguousarray(np.concatenate([run.line for run, _ in runs]).T)
-    walked = iter(walk(Stretches(columns, begin, end, tolerance, size2), min_segment_mm))
+    walked = iter(greedy_points(Stretches(columns, begin, end, tolerance, size2), min_segment_mm))
     for (run, _), some, base in zip(runs, pieces, first.tolist(), strict=False):
         places: list[int] = []
         for _, last in some:

@@ -1,6 +1,6 @@
 """Greedy walks along many stretches of polylines at once: how far the next segment of each may reach.
 
-    walked = walk(Stretches(columns, begin, end, tolerance_mm, size2), min_segment_mm=3.0)
+    walked = greedy_points(Stretches(columns, begin, end, tolerance_mm, size2), min_segment_mm=3.0)
 
 Every stretch is walked by itself: from its beginning the segment reaches as far as doubling, then halving finds the
 line to stay within the tolerance of it, but no less than the least segment; the next one begins there. All stretches
@@ -43,7 +43,7 @@ class Stretches:
     size2: Floats
 
 
-def walk(stretches: Stretches, min_segment_mm: float) -> list[list[int]]:
+def greedy_points(stretches: Stretches, min_segment_mm: float) -> list[list[int]]:
     """Where the segments of each stretch begin.
 
     Args:

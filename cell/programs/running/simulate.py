@@ -49,7 +49,7 @@ class SimulatedProgram:
         move: number of the move that each row is on, (m,).
         runs: rows between stops, and how their corners are rounded.
         weld: number of the stretch with the arc on that each row belongs to, (m,), -1 with the arc off.
-        lost: what the arm cannot do, by the number of the move; the motion ends there.
+        failures: what the arm cannot do, by the number of the move; the motion ends there.
         arc_faults: what is wrong with the order of arc on and arc off, by the number of the move.
         turned: greatest turn of the TCP from one end of a line to the other, rad.
         rounded: distance from its end at which the corner of every move may be rounded, (k,), m.
@@ -60,7 +60,7 @@ class SimulatedProgram:
     move: Ints
     runs: tuple[BlendedRows, ...]
     weld: Ints
-    lost: dict[int, Failure]
+    failures: dict[int, Failure]
     arc_faults: dict[int, Failure]
     turned: float
     rounded: Floats
@@ -110,13 +110,13 @@ class _Clock:
     def all(self) -> None:
         """Every move and event, in order."""
         self._put(self.path.axes[:1], np.zeros(1), np.zeros(1, dtype=np.int64))
-        i, end = 1, min([len(self.moves), *(k + 1 for k in self.path.lost)])
+        i, end = 1, min([len(self.moves), *(k + 1 for k in self.path.failures)])
         while i < end:
             self._happen(i)
             j = min(self._run_end(i), end)
             self._run(i, j)
             i = j
-        if self.path.lost:
+        if self.path.failures:
             return
         self._happen(len(self.moves))
         if self.on:
@@ -311,7 +311,7 @@ class _Clock:
             move,
             tuple(self.runs),
             weld,
-            path.lost,
+            path.failures,
             self.arc_faults,
             path.turned,
             rounded_distances(self.moves, path),

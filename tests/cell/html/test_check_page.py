@@ -29,7 +29,7 @@ from cell.html.check_page import html_report, packed
 from cell.html.pack import Pack, unpack
 from cell.html.words import in_plain_words, what_went_wrong, worst
 from cell.job.job import prepare
-from cell.motion.deposition_speed import pace_document
+from cell.motion.deposition_speed import speed_document
 from cell.motion.motion import Motion
 from cell.remedy_search.search import Remedy
 from cell.shipped import DEFAULT_CASE
@@ -397,8 +397,8 @@ def test_what_would_help_is_on_top_and_escaped(bad: Result, bad_page: str) -> No
 
 def test_the_header_says_how_far_the_speed_is_held(good: Result, good_page: str) -> None:
     assert good.motion is not None
-    assert good.motion.pace is not None
-    held = pace_document(good.motion.pace, good.job.targets.path)
+    assert good.motion.held_speed is not None
+    held = speed_document(good.motion.held_speed, good.job.targets.path)
     header = good_page[: good_page.index("</header>")]
     assert held["slowed"]
     assert f"held to {100 * held['least_share']:.0f} % or more" in header

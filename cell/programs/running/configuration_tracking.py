@@ -1,7 +1,7 @@
 """The arm's axes along poses that a controller goes through in one configuration.
 
-    follow = Follower(solver)
-    q = follow.along(Ts_base_tcp, q_start)    # (m, n), NaN where the pose is out of reach
+    tracker = ConfigurationTracker(solver)
+    q = tracker.along(Ts_base_tcp, q_start)    # (m, n), NaN where the pose is out of reach
 
 From the axes at the start on, the configuration stays: a branch of the closed form, its angles unwound from row to row;
 of an arm without one, the solution that damped least squares reach from the row before. Where a branch has no
@@ -25,7 +25,7 @@ FIXED = RollWindow.fixed(0.0)
 
 
 @dataclass(frozen=True)
-class Follower:
+class ConfigurationTracker:
     """Follows poses.
 
     Attributes:
