@@ -30,7 +30,7 @@ from .pair_groups import groups_of, travel_bounds
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
 NEAREST_SHARE = 0.03  # of the least clearance, likewise
-MANY = 500  # steps, from which to have checkers of groups of pairs made costs less than they save
+MANY_STEPS = 500  # steps, from which to have checkers of groups of pairs made costs less than they save
 CLOSER = 20  # halvings about the nearest sample found
 
 
@@ -124,7 +124,7 @@ def least_on_the_way(
     laid = np.maximum(stage[step], stage[step + 1])
     steps = OpenSteps(step, q[step], q[step + 1], seen_at[step], seen_at[step + 1], laid)
     steps = steps.rows(steps.beyond(nearest.limit) <= joint_travel_bound(radius, steps.a, steps.b))
-    groups = groups_of(checker, found) if len(steps.step) > MANY else ()
+    groups = groups_of(checker, found) if len(steps.step) > MANY_STEPS else ()
     if not groups:
         open_ = _open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))
         _halve(checker, radius, steps.rows(open_), nearest)

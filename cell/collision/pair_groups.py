@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from .checker import STEPS, Checker
+from .checker import STEPS_TOGETHER, Checker
 from .clearances import Clearances, Sees
 from .motion_bounds import Frames, MotionBounds
 from .reach_radii import radii
 
-NEAR = 1.25  # of the least clearance: what is nearest somewhere within this makes a group of its own
+NEAR_SHARE = 1.25  # of the least clearance: what is nearest somewhere within this makes a group of its own
 
 
 class PairGroup(Checker):
@@ -54,7 +54,7 @@ class PairGroup(Checker):
 
     def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """As of the checker, for the pairs of this group."""
-        blocks = [slice(i, i + STEPS) for i in range(0, max(len(a), 1), STEPS)]
+        blocks = [slice(i, i + STEPS_TOGETHER) for i in range(0, max(len(a), 1), STEPS_TOGETHER)]
         return np.concatenate([self.bound(a[some], b[some], None) for some in blocks])
 
     def bound(self, a: Floats, b: Floats, frames: Frames | None) -> Floats:
@@ -90,7 +90,7 @@ def groups_of(checker: Sees, found: Clearances) -> tuple[PairGroup, ...]:
     scene = checker.scene
     solid = scene.arm_geom & scene.contact_bits.any(axis=0)
     least = float(found.distance.min())
-    pair = found.pair[(found.distance <= NEAR * least) & (found.pair >= 0).all(axis=1)]
+    pair = found.pair[(found.distance <= NEAR_SHARE * least) & (found.pair >= 0).all(axis=1)]
     arm = scene.arm_geom[pair]
     near = np.zeros(len(solid), dtype=bool)
     near[pair[arm & ~arm[:, ::-1]]] = True
@@ -103,8 +103,8 @@ def groups_of(checker: Sees, found: Clearances) -> tuple[PairGroup, ...]:
 def travel_bounds(groups: Sequence[PairGroup], q: Floats) -> list[Floats]:
     """How far each group can travel from each sample to the next, (m - 1,), m: frames are had once for all."""
     out: list[list[Floats]] = [[np.zeros(0)] for _ in groups]
-    for first in range(0, len(q) - 1, STEPS):
-        some = q[first : first + STEPS + 1]
+    for first in range(0, len(q) - 1, STEPS_TOGETHER):
+        some = q[first : first + STEPS_TOGETHER + 1]
         R, p = groups[0].scene.chain.frames(some)
         frames = (R[:-1], p[:-1]), (R[1:], p[1:])
         for group, mine in zip(groups, out, strict=True):

@@ -20,7 +20,7 @@ from ..progress import phase
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..verdict.severity import severity, worst_first
-from .drawn_path import MOST
+from .drawn_path import MOST_SAMPLES
 from .pack import Pack
 from .page import page, script_of, template
 from .scene import scene_json
@@ -77,7 +77,7 @@ def packed(result: Result) -> str:
     pack = Pack()
     job, t = result.job, result.job.targets
     verdicts = ("feasible", *VERDICTS)
-    few, listed = len(t) <= MOST, listed_targets(result)
+    few, listed = len(t) <= MOST_SAMPLES, listed_targets(result)
     document: dict[str, Any] = {
         "schema": "rbam-html/1",
         "case": job.case.title,

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from .edge_check import Stretch
     from .home import HomeWays
 
-EXACT = 1e-5  # m: a controller that rounds corners over less stops in them
+EXACT_STOP = 1e-5  # m: a controller that rounds corners over less stops in them
 TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row
 
 
@@ -208,7 +208,7 @@ def _bead(job: Job, stretch: Stretch, dt_before: float, held_speed: HeldSpeed) -
         edge, cap = stretch.edge[:-1], speeds(job)
         limits = _limits(job, q)
         at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
-        if path.zone < EXACT:
+        if path.zone < EXACT_STOP:
             law = time_stops(q, s, *limits, cap=cap[edge], stops=at)
         else:
             law = time_path(q, s, *limits, cap=cap[edge], zone=path.zone)

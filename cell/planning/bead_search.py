@@ -28,11 +28,11 @@ from .edge_check import SearchedBead, Stretch, check_edges
 from .free_rolls import standing_between
 from .leaving import true_edges, why_none_leads_on
 
-ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
+MOST_SEARCHES = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 MAX_TRIES = 3  # ways that are free, but near something, before one is taken
 FURTHEST = 2 * np.pi  # most that a joint turns from target to target: what a way does is found by following it
 FREE_TURN = np.pi / 2  # most that a free roll turns from target to target, where the joints are fast enough
-SAME = 1e-5  # rad; angles closer than this, whole turns aside, are one
+SAME_ANGLE = 1e-5  # rad; angles closer than this, whole turns aside, are one
 DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
 
 
@@ -104,7 +104,7 @@ class BeadSearch:
         nodes: Nodes,
         *,
         turns_freely: bool = False,
-        rounds: int = ROUNDS,
+        rounds: int = MOST_SEARCHES,
         most: float = np.inf,
     ) -> None:
         """Prepare.
@@ -204,7 +204,7 @@ class BeadSearch:
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
         # standings that differ by whole turns of a joint are one to look at; of a group there may be several others
-        angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME / 3) / SAME).astype(np.int64)
+        angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME_ANGLE / 3) / SAME_ANGLE).astype(np.int64)
         _, first, same = np.unique(
             np.column_stack([index[:, :3], angle]), axis=0, return_index=True, return_inverse=True
         )

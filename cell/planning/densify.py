@@ -29,7 +29,7 @@ from .edge_check import Stretch, between
 
 MOST_BEAD_DISTANCE = 0.03e-3
 MOST_WIRE_ANGLE = np.deg2rad(0.03)
-ROUNDS = 6  # each halves the steps and quarters the error
+MOST_HALVINGS = 6  # each halves the steps and quarters the error
 
 
 def densified(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretch], dict[int, Failure]]:
@@ -71,7 +71,7 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
 def _densified(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, Failure]]:
     failures: dict[int, Failure] = {}
     new = np.zeros(len(stretch.q), dtype=bool)
-    for _ in range(ROUNDS):
+    for _ in range(MOST_HALVINGS):
         step = _open(context, stretch) if len(stretch.q) > 1 else np.zeros(0, dtype=np.int64)
         if not len(step):
             break

@@ -23,7 +23,7 @@ from ..arrays import Ints
 from ..failure import Failure, Kind
 from .configurations import Nodes
 from .edge_check import SearchedBead
-from .edge_tracking import SAME, Ways, along, thinnest
+from .edge_tracking import SAME_CONFIGURATION, Ways, along, thinnest
 
 GRID = np.linspace(0.0, 1.0, 9)  # places at which a way is begun to be tracked: closer where joints turn fast
 MOST_WAYS = 600  # tracked together
@@ -101,7 +101,7 @@ def true_edges(bead: SearchedBead, nodes: Nodes, i: int, edges: Collection[Edge]
     chain = bead.context.solver.chain
     q0, q1 = nodes.q[i][tuple(at[:, 0].T)], nodes.q[i + 1][tuple(at[:, 1].T)]
     w = which.reshape(-1)
-    good = np.abs(q1 - q0 - tracked.total[w]).max(axis=1) <= SAME
+    good = np.abs(q1 - q0 - tracked.total[w]).max(axis=1) <= SAME_CONFIGURATION
     good &= (q0 + tracked.low[w] >= chain.lower - SLACK).all(axis=1)
     good &= (q0 + tracked.high[w] <= chain.upper + SLACK).all(axis=1)
     good &= (tracked.margin[w] >= bead.context.limits.values(bead.context.solver.geometry is not None)).all(axis=1)

@@ -29,7 +29,7 @@ from .travel import travel
 if TYPE_CHECKING:
     from ..job.job import Job
 
-MOST = 12  # beads and travels that are tried again
+MOST_TRIED_AGAIN = 12  # beads and travels that are tried again
 TRIED_FIRST = 3  # targets of a bead looked at by themselves before it is searched
 LOCKOUTS = 5_000  # configurations that trials may ask about, unless every target is to be looked at
 FEWER = 5  # share of a travel's attempts: each is tried several times
@@ -70,7 +70,7 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
     layers = _Layers(job.targets.sub_volume, job.deposits)
     beads, travel_failures = list(plan.beads), dict(plan.travel_failures)
     known: list[int] = []
-    left, every = MOST, context.settings.every_target or not any(bead.open for bead in beads)
+    left, every = MOST_TRIED_AGAIN, context.settings.every_target or not any(bead.open for bead in beads)
     most = np.inf if every else context.work + LOCKOUTS
     for k, bead in enumerate(beads):
         failed = _collided(bead)

@@ -27,7 +27,7 @@ from ik.reachability_proof import certify
 from ..arrays import Ints
 from .bead_search import BeadPlan, BeadSearch, TargetFailure
 from .configurations import evaluate
-from .context import FINER, Context
+from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead
 from .free_rolls import free_rolls
 from .station_search import HIT, Ends, StationSearch
@@ -37,7 +37,7 @@ LARGE_FLOOR = 2_000  # of all others
 PER_TARGET = 4  # and for each of its targets
 BRANCHES = 8  # configurations of a target at a roll
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
-ALONE = 60  # configurations that it takes to judge a target by itself, about, as long as none was
+TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
 FEW, TOGETHER = 4, 16  # targets judged in one go, at least and at most
 BLOCK = 256  # targets evaluated together
 
@@ -58,7 +58,7 @@ class LossJudge:
         self.first = first
         self.spent = 0.0
         self.lost = False
-        self._judged_alone, self._work_alone = 1, float(ALONE)  # targets, and what they cost
+        self._judged_alone, self._work_alone = 1, float(TARGET_WORK)  # targets, and what they cost
         self._suspect: int | None = None  # a target that was found lost: others near it are looked at first
 
     def left(self, target: int) -> float:
@@ -162,7 +162,7 @@ class LossJudge:
 
 def full_work(context: Context, targets: int) -> int:
     """Configurations of some targets at all rolls that a search in full may look at."""
-    rolls = context.window.samples(context.settings.roll_step / FINER)
+    rolls = context.window.samples(context.settings.roll_step / FINER_ROLLS)
     return targets * len(rolls) * BRANCHES
 
 
@@ -208,7 +208,7 @@ def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFail
     open_ = [] if context.window.is_fixed else [i for i, lost in found.items() if not lost.failure.proved]
     between = {i: found[i].failure.between for i in open_}
     also = {i: float(np.deg2rad(b.roll_deg)) for i, b in between.items() if b is not None and b.collision is None}
-    free = free_rolls(context, open_, step / FINER, also)
+    free = free_rolls(context, open_, step / FINER_ROLLS, also)
     return {i: lost for i, lost in found.items() if not free.get(i)}
 
 

@@ -23,9 +23,9 @@ from ik.roll import wrap
 from ..arrays import Ints
 from ..failure import Failure, Place, Where
 from ..progress import Progress, counted
-from .bead_search import ROUNDS, BeadPlan, BeadSearch
+from .bead_search import MOST_SEARCHES, BeadPlan, BeadSearch
 from .configurations import evaluate
-from .context import FINER, Context
+from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead, Stretch
 from .free_rolls import Stretches, free_rolls, stabbing
 from .lost_part import LossJudge
@@ -245,18 +245,18 @@ def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, 
     plan = _search(context, first, stop, q_before, step)
     if plan.whole or context.window.is_fixed or not plan.may_be_mended:
         return plan
-    free = _free_between(context, plan, step / FINER)
+    free = _free_between(context, plan, step / FINER_ROLLS)
     lost = {i for i in plan.target_failures if not free.get(i)}
     left = np.inf if most is None or not lost else most - (context.work - begun)
-    finer = _search(context, first, stop, q_before, step / FINER, free=_Rolls(_all(free), most=left))
+    finer = _search(context, first, stop, q_before, step / FINER_ROLLS, free=_Rolls(_all(free), most=left))
     if finer.open:
         return plan.only(lost)
     plan = _better(plan, finer)
     if plan.whole or not all(i in free and free[i] for i in plan.target_failures):
         return plan
-    free |= _free_between(context, plan, step / FINER, free)
+    free |= _free_between(context, plan, step / FINER_ROLLS, free)
     rolls = _Rolls(_all(free), FINEST_ROUNDS)
-    return _better(plan, _search(context, first, stop, q_before, step / FINER**2, free=rolls))
+    return _better(plan, _search(context, first, stop, q_before, step / FINER_ROLLS**2, free=rolls))
 
 
 def _better(plan: BeadPlan, other: BeadPlan) -> BeadPlan:
@@ -289,7 +289,7 @@ class _Rolls:
     """
 
     also: Floats
-    rounds: int = ROUNDS
+    rounds: int = MOST_SEARCHES
     most: float = np.inf
 
 

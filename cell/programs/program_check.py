@@ -32,7 +32,7 @@ from .cell_frames import T_base_root, T_flange_tcp
 from .program import ANYWHERE, Happens, MoveKind, Program, SourceLine
 from .running.interpolation import angles_between
 from .running.program_path import place
-from .running.simulate import EXACT, SimulatedProgram, run_program
+from .running.simulate import EXACT_STOP, SimulatedProgram, run_program
 
 PROGRAM_REASONS = ("unreachable", "tool", "base", "external", "blend", "arc")
 TOOL_OFF, TOOL_TURNED = 5e-5, np.deg2rad(0.05)  # m and rad that a program's tool may differ from the torch
@@ -237,7 +237,7 @@ def _at_the_arc(run: SimulatedProgram) -> Floats:
     # of a PTP the share counts, whose distance is not known
     known = np.where(moves.kind == MoveKind.AXES, np.where(moves.blend_share > 0, np.inf, 0.0), run.rounded)
     out[before] = known[before] / METRES_PER_MM
-    return np.where(out > EXACT / METRES_PER_MM, out, 0.0)
+    return np.where(out > EXACT_STOP / METRES_PER_MM, out, 0.0)
 
 
 def _stretches(failure: Failure, value: Floats) -> Iterator[Found]:

@@ -38,7 +38,7 @@ from .target_groups import Group, groups
 
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
-LARGE = 600  # targets from which on parts get fewer of them
+LARGE_PART = 600  # targets from which on parts get fewer of them
 CHECKS_OPEN = 2  # of a part that was lost before all of it was looked at
 MAX_TRIES = 4  # times as much where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
@@ -170,7 +170,7 @@ class _RemedySearch:
         """
         n = len(self.result.rows)
         checks *= 1 if np.isfinite(self.deadline) else MAX_TRIES
-        self.left = checks if n <= LARGE else max(checks * LARGE // n, 2)
+        self.left = checks if n <= LARGE_PART else max(checks * LARGE_PART // n, 2)
         if self.result.not_looked_at:
             self.left = min(self.left, CHECKS_OPEN)
         self.tries = TRIALS * self.left

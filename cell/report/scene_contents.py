@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 CONFIGURATIONS = 300
 TURN = 2 * np.pi - 1e-9
-MOST = 12  # pairs that are named
+MOST_PAIRS = 12  # pairs that are named
 DIRECT = {int(mujoco.mjtJoint.mjJNT_HINGE): "hinge", int(mujoco.mjtJoint.mjJNT_SLIDE): "slide"}
 
 
@@ -149,16 +149,16 @@ def scene_lines(found: SceneContents) -> Iterator[RenderableType]:
 
 
 def _facts(found: SceneContents) -> Iterator[tuple[str, str]]:
-    for a, b in found.always[:MOST]:
+    for a, b in found.always[:MOST_PAIRS]:
         yield (
             "always touch",
             f"{a} - {b}: two links of one model need an <exclude>, a torch that stands in a link smaller shapes",
         )
-    if len(found.always) > MOST:
-        yield "always touch", f"and {len(found.always) - MOST} more"
+    if len(found.always) > MOST_PAIRS:
+        yield "always touch", f"and {len(found.always) - MOST_PAIRS} more"
     if not found.always:
         yield "always touch", "no pair"
-    for a, b, distance in found.at_home[:MOST]:
+    for a, b, distance in found.at_home[:MOST_PAIRS]:
         yield "touch at home", f"{a} - {b} {distance:g} mm"
     yield "nothing touches", f"in {100 * found.often:.0f} % of random configurations, but for what always does"
     home = "none: set robot.home_deg, or give the MJCF a key home; a motion then begins and ends at the part"

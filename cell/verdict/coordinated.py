@@ -38,8 +38,8 @@ from .check import Result, SpanVerdict, TargetVerdict, check_span, failed, off_u
 
 LEANS = 4  # directions in which the table may lean where it does no good upright
 LEAN = 0.5  # of the cone
-LOOKED_AT = 40  # targets at which ways of the table are compared
-WHOLE = 3  # ways of the table that are planned whole
+COMPARED_TARGETS = 40  # targets at which ways of the table are compared
+PLANNED_WHOLE = 3  # ways of the table that are planned whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ def _trials(job: Job, *, impossible: bool) -> list[_Trial]:
             break
     upright = [t for t in trials if t.way.off.max() <= schedule.upright] or trials
     upright.sort(key=lambda t: (t.blocked, t.lost, t.seconds))
-    return upright[: WHOLE if not impossible else 1]
+    return upright[: PLANNED_WHOLE if not impossible else 1]
 
 
 def _aims(job: Job, schedule: Schedule) -> Iterator[tuple[int, Floats | None]]:
@@ -147,7 +147,7 @@ def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _
     seconds = (
         float((np.abs(np.diff(way.tables, axis=0)) / speed).max(axis=1).sum()) if np.isfinite(speed).all() else 0.0
     )
-    some = np.unique(np.linspace(0, len(t) - 1, LOOKED_AT).round().astype(np.int64))
+    some = np.unique(np.linspace(0, len(t) - 1, COMPARED_TARGETS).round().astype(np.int64))
     blocked = len(table_in_the_way(job, way.tables))
     lost = len(some) if blocked else _lost(Context.along(job, way.tables), some)
     return _Trial(way, blocked, lost, seconds)

@@ -35,7 +35,7 @@ REASONS = (
     "gravity",
     "overhang",
 )
-NEAR = 1e-6  # m beyond the limit off the bead
+ROUNDING_M = 1e-6  # m beyond the limit off the bead
 FASTEST_SHARE = 1.05  # of the deposition speed: a bead laid faster is too thin
 SHARE_SLACK = 1e-3  # of a share: where a row is along its bead is measured
 SHORT = 1e-4  # m: how fast a shorter way is laid says nothing
@@ -129,7 +129,7 @@ def _blocks(motion: Motion) -> list[tuple[int, int]]:
 
 
 def _tolerance(job: Job) -> float:
-    return job.case.checks.off_bead_mm * METRES_PER_MM + NEAR
+    return job.case.checks.off_bead_mm * METRES_PER_MM + ROUNDING_M
 
 
 def _inside(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Finding]:
@@ -179,8 +179,8 @@ def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.nda
     passed = (along >= s[0] - near) & (along <= s[-1] + near)
     welded[mine[passed]] = True
     # a wait at the start or end of a bead is none of the way between its targets
-    leaves = int(np.searchsorted(s, s[0] + NEAR, side="right")) - 1
-    arrives = int(np.searchsorted(s, s[-1] - NEAR))
+    leaves = int(np.searchsorted(s, s[0] + ROUNDING_M, side="right")) - 1
+    arrives = int(np.searchsorted(s, s[-1] - ROUNDING_M))
     if arrives <= leaves:
         return
     moving = rows[leaves : arrives + 1]
@@ -201,12 +201,12 @@ def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.nda
 def _waits(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Finding]:
     """An arc that burns where the torch stands."""
     process, t, s = job.case.process, motion.t_s, progress[rows]
-    start = rows[: int(np.searchsorted(np.maximum.accumulate(s), s[0] + NEAR, side="right"))]
-    end = rows[int(np.searchsorted(np.maximum.accumulate(s), s[-1] - NEAR)) :]
+    start = rows[: int(np.searchsorted(np.maximum.accumulate(s), s[0] + ROUNDING_M, side="right"))]
+    end = rows[int(np.searchsorted(np.maximum.accumulate(s), s[-1] - ROUNDING_M)) :]
     waits = [(start, process.arc_on_s), (end, process.arc_off_s)]
     if process.least_speed_share > 0:
         # on the way: of a long chord a wait is lost in the mean
-        still = np.diff(s[len(start) - 1 : len(s) - len(end) + 1]) <= NEAR
+        still = np.diff(s[len(start) - 1 : len(s) - len(end) + 1]) <= ROUNDING_M
         ends = np.flatnonzero(np.diff(still, prepend=False, append=False))
         waits += [(rows[len(start) - 1 :][a : b + 1], 0.0) for a, b in zip(ends[::2], ends[1::2], strict=True)]
     found = []

@@ -22,8 +22,7 @@ from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.reach_radii import all_radii, table_radii
 from ..collision.table import TableChecker, with_table_axes
-from ..collision.wire import REACH as WIRE_REACH
-from ..collision.wire import wire_scene
+from ..collision.wire import WIRE_REACH, wire_scene
 from ..failure import IN_ROWS, Contact, Failure, Kind, Seen
 from ..job.job import Job
 from ..job.wire_in_metal import Metal, wire_failure, wire_size, wires_at

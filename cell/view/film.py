@@ -33,7 +33,7 @@ FPS = {".mp4": 25.0, ".gif": 12.5}
 SPEED = 10.0  # s of motion per s of film
 MOMENTS = 5  # of the motion that the camera is chosen for
 FASTEST_GIF = 50.0  # frames a second: browsers show faster ones slowly
-MOST = {".mp4": 60_000, ".gif": 2_000}  # frames; pillow holds those of a gif in memory
+MOST_FRAMES = {".mp4": 60_000, ".gif": 2_000}  # frames; pillow holds those of a gif in memory
 SHADOWS, SAMPLES = 4096, 4  # half of a picture's: a frame is seen for a moment, and costs half as much
 PALETTE_FRAMES = 8  # that a gif's colours are taken from
 NO_ENCODER = "mp4 needs an encoder: pip install 'rbam-cell[video]' (imageio-ffmpeg), or name a .gif"
@@ -146,9 +146,9 @@ def film(
     form = film_format(path, size, fps)
     player = Player(result, speed)
     count = math.ceil(player.end / speed * form.fps - 1e-9) + 1  # the last one shows the end
-    if count > MOST[form.kind]:
+    if count > MOST_FRAMES[form.kind]:
         raise InputError(
-            f"{path}: {count} frames are too many for {form.kind} (at most {MOST[form.kind]}): "
+            f"{path}: {count} frames are too many for {form.kind} (at most {MOST_FRAMES[form.kind]}): "
             f"raise --speed or lower --fps"
         )
     staged = StagedScene(result)

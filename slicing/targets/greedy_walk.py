@@ -19,9 +19,9 @@ from ..mesh.solid import Bools, Floats, Ints
 from .chord_error import error
 
 SLACK, ROUNDING = 1e-9, 1e-14  # of the squared tolerance, of the squared size: nearer than this `error` decides
-SAME = 1e-9  # relative: distances that rounding may change
+SAME_DISTANCE = 1e-9  # relative: distances that rounding may change
 LOOKS = 4  # points of a long segment that are looked at before all of them are
-MANY = 200_000  # points that are looked at in one go: bounds the memory
+MANY_POINTS = 200_000  # points that are looked at in one go: bounds the memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def greedy_points(stretches: Stretches, min_segment_mm: float) -> list[list[int]
 def _far(columns: Floats, i: Ints, j: Ints, min_segment_mm: float) -> Bools:
     """Whether two points are farther apart than the least segment by more than rounding."""
     away2 = sum((column.take(j) - column.take(i)) ** 2 for column in columns)
-    return np.asarray(away2 > (1.0 + SAME) * min_segment_mm**2)
+    return np.asarray(away2 > (1.0 + SAME_DISTANCE) * min_segment_mm**2)
 
 
 def _farthest(stretches: Stretches, rows: Ints, at: Ints) -> Ints:
@@ -129,10 +129,10 @@ def _within(stretches: Stretches, rows: Ints, i: Ints, j: Ints) -> Bools:
 
 
 def _chunks(ends: Ints) -> list[tuple[int, int]]:
-    """Ranges of rows that hold about MANY points each, from how many the rows up to each hold."""
+    """Ranges of rows that hold about MANY_POINTS points each, from how many the rows up to each hold."""
     if len(ends) == 0:
         return []
-    cuts = np.unique(np.searchsorted(ends, np.arange(MANY, int(ends[-1]), MANY)) + 1)
+    cuts = np.unique(np.searchsorted(ends, np.arange(MANY_POINTS, int(ends[-1]), MANY_POINTS)) + 1)
     bounds = [0, *cuts[cuts < len(ends)].tolist(), len(ends)]
     return list(pairwise(bounds))
 

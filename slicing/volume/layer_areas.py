@@ -16,8 +16,8 @@ Three questions, answered from the mesh's surface alone, none of the layers' cur
 
 The last two differ from the first by what slicing rounds. The stack ends where a whole layer ends, above the top or
 below it: that part is told apart (`end_mm`). A bead has the section at its curves over all of its height; a sum with
-the mean of its section and the next one's (the trapezoidal rule) has not. Where neither comes within MOST of the volume
-a line says so, and why where that can be told.
+the mean of its section and the next one's (the trapezoidal rule) has not. Where neither comes within MOST_OFF of the
+volume a line says so, and why where that can be told.
 
 How the fluxes are summed: `slicing.volume.solid_flux`. A layer is reported only if its area fits no surface within
 REACH_MM of its
@@ -45,13 +45,13 @@ from ..warning import WRONG_LAYER, Code, Warning
 from .borders import hold_borders
 from .solid_flux import SolidFlux
 
-MOST = 0.02  # of the volume that may be missing or too much
+MOST_OFF = 0.02  # of the volume that may be missing or too much
 AREA_SHARE, AREA_MM2 = 0.02, 0.05  # what a layer's area may be off
 REACH_MM = 0.02  # how far to either side of its surface it may fit
 PAST_MM = 1e-4  # beyond a layer's curves: faces that lie in its surface count as below it
 STEEP = 3.0  # growth of the radius with z from which on a surface lies too flat
-FINER = 4.0  # how much smaller the faces where a layer seems wrong
-AROUND = 512  # sides of the body that is taken off
+FINER_FACES = 4.0  # how much smaller the faces where a layer seems wrong
+BODY_SIDES = 512  # sides of the body that is taken off
 ALONG = 2000  # places at which thickness is taken along an arc
 GRID = 60  # places a side at which it is taken where it changes in two directions
 
@@ -109,14 +109,14 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
     odd = _odd(flux, layers, area)
     if odd:  # look again, more closely
         again = [layers[k] for k in odd]
-        area[odd] = _areas_by_solid(flux, again, FINER)
-        odd = [odd[i] for i in _odd(flux, again, area[odd], FINER)]
+        area[odd] = _areas_by_solid(flux, again, FINER_FACES)
+        odd = [odd[i] for i in _odd(flux, again, area[odd], FINER_FACES)]
     lines = tuple(_area_line(sliced.name, layers[k], float(area[k])) for k in odd)
     lines += hold_borders(sliced.name, mesh, layers, [_cut_at(layer) for layer in layers])
     held = HeldVolume(mesh.volume + over_ends, float(sum(laid)), end, end_mm, area, lines)
     missing = held.laid_mm3 - end - held.volume_mm3
     off = min(abs(missing), abs(missing + _evened(layers, laid)))
-    return held if off <= MOST * held.volume_mm3 and not odd else _with_volume_line(held, sliced)
+    return held if off <= MOST_OFF * held.volume_mm3 and not odd else _with_volume_line(held, sliced)
 
 
 def _evened(layers: tuple[Layer, ...], laid: list[float]) -> float:
@@ -179,7 +179,7 @@ def _outside(mesh: Mesh, body: RoundBody) -> Mesh:
     z = np.sort(np.array(heights))
     radius = radius_at(surface, z)
     polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
-    turned = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), AROUND)
+    turned = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), BODY_SIDES)
     cutter = turned.translate((float(surface.axis_point[0]), float(surface.axis_point[1]), 0.0))
     data = manifold3d.Mesh64(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces, dtype=np.uint64))
     left = (manifold3d.Manifold(data) - cutter).to_mesh64()

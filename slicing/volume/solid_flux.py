@@ -34,7 +34,7 @@ from ..surfaces.surfaces import Cylinder, Plane, Round, Surface
 
 SAG_MM = 0.02
 LEVEL = 1e-9  # share of a normal that is rounding
-FAR = 1.1  # an axis this often as far from the solid's middle as its corners is beside it
+FAR_AXIS = 1.1  # an axis this often as far from the solid's middle as its corners is beside it
 ENOUGH_FACES, MOST_FACES = 6_000, 60_000
 MOST_LEVELS, MOST_FAMILIES = 255, 8  # that are looked at together: how many lie below a vertex is one byte each
 FEW_LEVELS = 6  # up to here comparing is faster than searching
@@ -176,7 +176,7 @@ class SolidFlux:
     def _is_far(self, surface: Round) -> bool:
         """Whether a surface's axis passes the solid at some distance."""
         (x, y), (middle_x, middle_y) = surface.axis_point, self._middle.tolist()
-        return math.hypot(x - middle_x, y - middle_y) > FAR * self._around
+        return math.hypot(x - middle_x, y - middle_y) > FAR_AXIS * self._around
 
     @cached_property
     def _around(self) -> float:

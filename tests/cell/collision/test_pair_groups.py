@@ -136,7 +136,7 @@ def test_many_samples_are_bounded_in_blocks_as_step_by_step(scenes):
 
 def test_the_least_is_what_dense_samples_have(scenes, monkeypatch):
     """Of motions that are free: nearer than any of many samples but for what is promised."""
-    monkeypatch.setattr(between_samples, "MANY", 0)
+    monkeypatch.setattr(between_samples, "MANY_STEPS", 0)
     rng = np.random.default_rng(4)
     met = 0
     for checker in checkers(scenes, rng):
@@ -185,7 +185,7 @@ def test_what_a_later_group_comes_nearer_to_between_samples_is_found(monkeypatch
         posts = q[rng.integers(9, size=3)] + rng.normal(size=(3, 2)) * 0.3
         groups = [Posts(post) for post in posts]
         found = Posts(posts).clearances(q, np.zeros(9))
-        monkeypatch.setattr(between_samples, "MANY", 0)
+        monkeypatch.setattr(between_samples, "MANY_STEPS", 0)
         monkeypatch.setattr(between_samples, "groups_of", lambda checker, found, groups=groups: groups)
         monkeypatch.setattr(
             between_samples, "travel_bounds", lambda groups, q: [g.travel_bound(None, q[:-1], q[1:]) for g in groups]

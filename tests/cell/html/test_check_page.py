@@ -225,7 +225,7 @@ def test_a_collision_is_said_in_words(hit: Result) -> None:
 def test_gathered_samples_keep_the_peaks_and_every_target(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
     fine = unpack(packed(good))["path"]
     assert fine["note"] == ""
-    monkeypatch.setattr(drawn_path, "MOST", 300)
+    monkeypatch.setattr(drawn_path, "MOST_SAMPLES", 300)
     coarse = unpack(packed(good))["path"]
     assert len(coarse["x"]) < 0.4 * len(fine["x"])
     assert coarse["note"].startswith(f"{len(coarse['x']):,} steps stand for the {len(fine['x']):,} samples")
@@ -236,7 +236,7 @@ def test_gathered_samples_keep_the_peaks_and_every_target(good: Result, monkeypa
 
 
 def test_the_least_clearance_is_drawn_where_it_occurs(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drawn_path, "MOST", 300)
+    monkeypatch.setattr(drawn_path, "MOST_SAMPLES", 300)
     assert good.clearance is not None
     # nearer than at any sample sent: between two of them
     least = replace(good.clearance, value=0.0061, target=77, what=("torch_nozzle", "faceplate"))

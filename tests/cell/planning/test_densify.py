@@ -83,7 +83,7 @@ def test_a_new_row_that_is_near_a_singularity_is_refused(context: Context, bead:
 
 
 def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cell.planning.densify.ROUNDS", 1)
+    monkeypatch.setattr("cell.planning.densify.MOST_HALVINGS", 1)
     monkeypatch.setattr("cell.planning.densify.MOST_WIRE_ANGLE", np.deg2rad(0.001))
     _, failures = densified(context, [bead])
     assert failures

@@ -88,7 +88,7 @@ def test_distances_that_rounding_decides_are_those_of_error():
 def test_looking_at_few_points_at_a_time_changes_nothing(monkeypatch):
     lines = [wobbly(seed, 60 + 37 * seed) for seed in range(12)]
     whole = greedy_points(stretches(lines, [0.2] * 12), 2.0)
-    monkeypatch.setattr(walking, "MANY", 50)
+    monkeypatch.setattr(walking, "MANY_POINTS", 50)
     assert greedy_points(stretches(lines, [0.2] * 12), 2.0) == whole
 
 
