@@ -177,7 +177,9 @@ def _right_side_out(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
             shell.invert()
     import trimesh
 
-    return trimesh.util.concatenate(shells)
+    joined = trimesh.util.concatenate(shells)
+    assert isinstance(joined, trimesh.Trimesh)
+    return joined
 
 
 def _manifold(mesh: trimesh.Trimesh) -> Manifold:

@@ -238,8 +238,8 @@ def test_a_home_in_the_way_is_told_at_a_target_that_was_not_looked_at(make_case)
     job = prepare(load_case(make_case()))
     last = len(job.targets) - 1
     lost = SimpleNamespace(failure=Failure(Kind.OUT_OF_REACH), attempt=None)
-    bead = SimpleNamespace(stretches=[], missing={0: lost}, cuts={}, open=list(range(1, last + 1)))
+    bead = SimpleNamespace(stretches=[], target_failures={0: lost}, edge_failures={}, open=list(range(1, last + 1)))
     home = Failure(Kind.COLLISION, -1.0, 5.0, place=Place(Where.TO_HOME, at_home=True))
-    rows = _rows(job, SimpleNamespace(beads=[bead], stuck={last: home}), np.zeros(len(job.targets)))
+    rows = _rows(job, SimpleNamespace(beads=[bead], travel_failures={last: home}), np.zeros(len(job.targets)))
     assert [i for i, row in rows.items() if row.looked_at] == [0, last]
     assert rows[last].failure.kind is Kind.COLLISION
