@@ -125,7 +125,7 @@ def cut_corners(
     """
     if len(path.s) < 3:
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
-    rows = _Rows(stage, found, least, which)
+    rows = _KnownRows(stage, found, least, which)
     ways = [_cut(checker, radius, one, rows) for one in _between(path, radius, least)]
     step, nearest = np.concatenate([way[0] for way in ways]), Clearances.joined([way[1] for way in ways])
     order = np.argsort(nearest.distance, kind="stable")
@@ -134,7 +134,7 @@ def cut_corners(
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
+class _KnownRows:
     """What :func:`cut_corners` is told of the rows."""
 
     stage: Ints
@@ -153,7 +153,7 @@ def _between(path: BlendedPath, radius: Floats, least: float) -> Iterator[Blende
     yield from (replace(path, zone=path.zone * k / count) for k in range(count - 1, 0, -1))
 
 
-def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _Rows) -> tuple[Ints, Clearances]:
+def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
     """As :func:`cut_corners`, of one rounded path."""
     p, stage, found, least = pieces(path, radius), rows.stage, rows.found, rows.least
     off, bend = np.zeros(len(path.s) - 1), np.zeros(len(path.s) - 1)
