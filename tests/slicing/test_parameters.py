@@ -1,4 +1,4 @@
-"""Every parameter of slicing is refused out of its range, in one line that names it; a case file asks by the same classes."""
+"""Every parameter of slicing is refused out of its range in one line; a case file asks by the same classes."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def test_layers_without_end_are_refused_at_once():
     boss = mesh_from_arrays("boss", 50.0 * boss_mesh().vertices, boss_mesh().faces)
     for cut in (slice_body, slice_sub_volume):
         with pytest.raises(PartError, match=r"h_layer_mm 0\.01 is too thin"):
-            cut(mesh if cut is slice_body else boss, Body(20.0), thin)
+            cut(*((mesh, Body(20.0)) if cut is slice_body else (boss, Body(1000.0))), thin)
 
 
 def test_the_body_comes_first_and_is_not_there_before_it_is_printed(make_case):
