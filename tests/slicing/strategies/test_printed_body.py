@@ -92,10 +92,10 @@ def test_a_profile_that_lies_on_the_axis_is_refused():
 
 def test_layers_without_end_are_refused_at_once():
     mesh, thin = turned((20.0, 0.0), (20.0, 1001.0)), SlicingParameters("nonuniform", 0.01, 0.01, 1.0)
-    boss = mesh_from_arrays("boss", 50.0 * boss_mesh().vertices, boss_mesh().faces)
+    boss = mesh_from_arrays("boss", 100.0 * boss_mesh().vertices, boss_mesh().faces)
     for cut in (slice_body, slice_sub_volume):
         with pytest.raises(PartError, match=r"h_layer_mm 0\.01 is too thin"):
-            cut(*((mesh, Body(20.0)) if cut is slice_body else (boss, Body(1000.0))), thin)
+            cut(*((mesh, Body(20.0)) if cut is slice_body else (boss, Body(2000.0))), thin)
 
 
 def test_the_body_comes_first_and_is_not_there_before_it_is_printed(make_case):
