@@ -48,6 +48,7 @@ LEAST_CORNERS = 6
 FEW_SIDES_WIN = 3.0  # times the area of what has many sides about one axis
 RIVAL = 0.5  # of the area: another axis with as much is told of
 SAME_AXIS_RAD, SAME_AXIS = np.deg2rad(6.0), 0.05  # of the part's reach: axes closer than this are one
+LATERAL = 0.05  # cosine: faces that run along an axis
 Z_FIRST = 0.98  # of the area: as good as equal
 
 
@@ -123,11 +124,35 @@ def find_axis(
     # as good as equal: the one nearest to z
     even = [axis for axis in found if axis.area_mm2 >= Z_FIRST * most]
     best = max(even, key=lambda a: round(abs(float(a.direction[2])), 6))
-    rivals = [axis for axis in found if axis is not best and axis.area_mm2 >= RIVAL * most]
+    rivals = [axis for axis in (*found, *_beside(skin, best, least_turn)) if axis is not best]
+    rivals = [axis for axis in rivals if axis.area_mm2 >= RIVAL * most]
     return replace(best, rival=max(rivals, key=lambda a: a.area_mm2, default=None))
 
 
-def _axes(skin: PartFaces, hint: tuple[Floats | None, Floats | None], least_turn: float, kind: Roundness) -> list[Axis]:
+def _beside(skin: PartFaces, axis: Axis, least_turn: float) -> list[Axis]:
+    """Axes parallel to another one, where the faces that are not turned about it leave room for one."""
+    left = _not_about(skin, axis)
+    corners = left.vertices[left.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.sqrt((normal**2).sum(axis=1))
+    upright = np.abs(normal @ axis.direction) < LATERAL * size
+    if 0.5 * float(size[upright].sum()) < RIVAL * axis.area_mm2:
+        return []
+    return _axes(
+        replace(left, faces=left.faces[upright], plane=left.plane[upright]), (None, axis.direction), least_turn
+    )
+
+
+def _not_about(skin: PartFaces, axis: Axis) -> PartFaces:
+    """The faces that are not turned about an axis."""
+    turned = [f.faces for f in axis.bands if f.is_body()]
+    left = np.delete(np.arange(len(skin.faces)), np.concatenate(turned)) if turned else np.arange(len(skin.faces))
+    return replace(skin, faces=skin.faces[left], plane=skin.plane[left])
+
+
+def _axes(
+    skin: PartFaces, hint: tuple[Floats | None, Floats | None], least_turn: float, kind: Roundness = MANY_SIDES
+) -> list[Axis]:
     """Axes that have something round about them, fitted."""
     reach = skin.extent
     trials = candidates(skin.vertices, skin.faces, hint, kind)
@@ -181,11 +206,9 @@ def parallel_axis(skin: PartFaces, axis: Axis) -> Axis | None:
     Returns:
         The axis with the largest cylinders and cones of the faces that are not turned about the other one.
     """
-    turned = [f.faces for f in axis.bands if f.is_body()]
-    if not turned:
+    if not any(f.is_body() for f in axis.bands):
         return None
-    left = np.delete(np.arange(len(skin.faces)), np.concatenate(turned))
-    return find_axis(replace(skin, faces=skin.faces[left], plane=skin.plane[left]), None, axis.direction)
+    return find_axis(_not_about(skin, axis), None, axis.direction)
 
 
 def _same(a: Axis, b: Axis, reach: float) -> bool:

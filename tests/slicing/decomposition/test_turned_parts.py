@@ -94,6 +94,15 @@ def test_a_hub_of_few_sides_is_the_body_and_not_its_round_boss(sides):
     assert Code.BODY_SMALL not in codes(parts)
 
 
+def test_two_hubs_side_by_side_are_told_of():
+    """Either may be meant: their axes are parallel, and as much is turned about the one as about the other."""
+    arm = box((0, -4, 20), (80, 4, 30))
+    two = cylinder(15, 0, 50) + cylinder(15, 0, 50).translate((80, 0, 0)) + arm
+    assert Code.BODY_RIVAL in codes(decompose(mesh_of(two, turned(40, (1, 2, 0)))))
+    small = cylinder(15, 0, 50) + cylinder(6, 0, 50).translate((80, 0, 0)) + arm
+    assert Code.BODY_RIVAL not in codes(decompose(mesh_of(small)))
+
+
 def test_a_turned_bar_with_an_octagonal_flange_is_a_bar():
     parts = decompose(mesh_of(cylinder(20, 0, 120) + cylinder(34, 50, 60, 8)))
     assert parts.body.radius_mm == 20.0
