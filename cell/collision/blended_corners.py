@@ -4,13 +4,15 @@
 
 The rounded path is the one that ``cell.timing.time_law`` times, the rows' moving average. It is made of parabolas, of
 which it is known exactly how far they are off the rows and how far off their own chords. Where the clearances at the
-rows, less that, prove nothing, the rounded path itself is looked at. Radians and metres; a path's length may be in
-either.
+rows, less that, prove nothing, the rounded path itself is looked at. A controller may round less than it is told to, so
+that paths between the rows and that one are looked at as well where they are far apart. Radians and metres; a path's
+length may be in either.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +20,14 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..timing.blending import kept_zone, rounded
+from ..timing.blending import blended, kept_zone
 from .between_samples import unproven_steps
 from .clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
+APART = 5e-3  # m: paths no further apart are taken for one where a smaller clearance is asked for
+MOST_BETWEEN = 100  # paths of one run that are looked at
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
 
 
@@ -77,7 +81,7 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
     grid = np.concatenate([s, far - zone, far + zone])
     grid = np.unique(grid[(grid >= 0) & (grid <= end)])
     slope = np.diff(path.q, axis=0) / np.diff(s)[:, None]
-    off = np.abs(rounded(path.q, s, zone, grid) - _linear(path.q, s, grid)) @ radius
+    off = np.abs(blended(path.q, s, zone, grid) - _linear(path.q, s, grid)) @ radius
     middle = (grid[:-1] + grid[1:]) / 2
     bend = (_slope_at(slope, s, middle + zone) - _slope_at(slope, s, middle - zone)) / (2 * zone)
     bends = np.abs(bend) @ radius
@@ -121,30 +125,60 @@ def cut_corners(
     """
     if len(path.s) < 3:
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
-    p = pieces(path, radius)
+    rows = _KnownRows(stage, found, least, which)
+    ways = [_cut(checker, radius, one, rows) for one in _between(path, radius, least)]
+    step, nearest = np.concatenate([way[0] for way in ways]), Clearances.joined([way[1] for way in ways])
+    order = np.argsort(nearest.distance, kind="stable")
+    first, index = np.unique(step[order], return_index=True)
+    return first, nearest.rows(order[index])
+
+
+@dataclass(frozen=True, eq=False)
+class _KnownRows:
+    """What :func:`cut_corners` is told of the rows."""
+
+    stage: Ints
+    found: Clearances
+    least: float
+    which: NDArray[np.bool_] | None
+
+
+def _between(path: BlendedPath, radius: Floats, least: float) -> Iterator[BlendedPath]:
+    """A rounded path, and such as round less, until two of them are no further apart than the clearance.
+
+    Where that is kept on all of them and on the rows, whatever lies between two is half of it away at least.
+    """
+    count = min(int(np.ceil(float(pieces(path, radius).off.max(initial=0.0)) / max(least, APART))), MOST_BETWEEN)
+    yield path
+    yield from (replace(path, zone=path.zone * k / count) for k in range(count - 1, 0, -1))
+
+
+def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
+    """As :func:`cut_corners`, of one rounded path."""
+    p, stage, found, least = pieces(path, radius), rows.stage, rows.found, rows.least
     off, bend = np.zeros(len(path.s) - 1), np.zeros(len(path.s) - 1)
     np.maximum.at(off, p.row, p.off)
     np.maximum.at(bend, p.row, p.bend)
-    steps = off > NOTHING if which is None else which & (off > NOTHING)
-    q = rounded(path.q, path.s, path.zone)
-    known, bow = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
+    steps = off > NOTHING if rows.which is None else rows.which & (off > NOTHING)
+    q = blended(path.q, path.s, path.zone)
+    known, sagitta = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
     # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
     low = known - joint_travel_bound(radius, path.q, q)
     near = _ends(steps) & (low < least)
-    # between its ends a point is off the chord by the bow at most, and the chord no nearer than half of what the ends'
-    # clearances have beyond its way: the rounded path keeps `least` where low + low - 2 least > way + 2 bow
-    maybe = steps & (low[:-1] + low[1:] - 2 * least <= joint_travel_bound(radius, q[:-1], q[1:]) + 2 * bow)
+    # between its ends a point is off the chord by the sagitta at most, and the chord no nearer than half of what the
+    # ends' clearances have beyond its way: the rounded path keeps `least` where low + low - 2 least > way + 2 sagitta
+    maybe = steps & (low[:-1] + low[1:] - 2 * least <= joint_travel_bound(radius, q[:-1], q[1:]) + 2 * sagitta)
     again = np.flatnonzero(near | _ends(maybe))
-    low[again] = known[again] - checker.way(radius, path.q[again], q[again])
-    rows = np.flatnonzero(near & (low < least))
-    seen = checker.clearances(q[rows], stage[rows])
-    low[rows] = np.minimum(seen.distance, checker.reach)
+    low[again] = known[again] - checker.travel_bound(radius, path.q[again], q[again])
+    at = np.flatnonzero(near & (low < least))
+    seen = checker.clearances(q[at], stage[at])
+    low[at] = np.minimum(seen.distance, checker.reach)
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
-    k = k[low[k] + low[k + 1] - 2 * least <= checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]
-    open_, nearest = _not_proved(checker, radius, _Rounded(path, p, bow, low, stage), k, least)
+    k = k[low[k] + low[k + 1] - 2 * least <= checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]
+    open_, nearest = _not_proved(checker, radius, _BlendedSteps(path, p, sagitta, low, stage), k, least)
     both = Clearances.joined([seen.rows(hit), nearest])
-    first, index = np.unique(np.concatenate([np.minimum(rows[hit], len(path.s) - 2), open_]), return_index=True)
+    first, index = np.unique(np.concatenate([np.minimum(at[hit], len(path.s) - 2), open_]), return_index=True)
     return first, both.rows(index)
 
 
@@ -160,9 +194,9 @@ class _Nearer:
     def __init__(self, checker: Sees, by: float) -> None:
         self.checker, self.by, self.reach = checker, by, checker.reach - by
 
-    def way(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
         """As of the checker."""
-        return self.checker.way(radius, a, b)
+        return self.checker.travel_bound(radius, a, b)
 
     def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
         """As of the checker, less the distance."""
@@ -171,25 +205,27 @@ class _Nearer:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rounded:
+class _BlendedSteps:
     """A rounded path and what is known of it.
 
     Attributes:
         path: the rows.
         pieces: its parabolas.
-        bow: how far each step's rounded path is off its chord at most, (m - 1,), m.
+        sagitta: how far each step's rounded path is off its chord at most, (m - 1,), m.
         low: clearance at least where the rows come to lie, (m,), m.
         stage: deposits laid at each row, (m,).
     """
 
     path: BlendedPath
     pieces: Parabolas
-    bow: Floats
+    sagitta: Floats
     low: Floats
     stage: Ints
 
 
-def _not_proved(checker: Sees, radius: Floats, run: _Rounded, steps: Ints, least: float) -> tuple[Ints, Clearances]:
+def _not_proved(
+    checker: Sees, radius: Floats, run: _BlendedSteps, steps: Ints, least: float
+) -> tuple[Ints, Clearances]:
     """Steps whose rounded path cannot be proved to keep a clearance: by chords of it, the arm taken for thicker.
 
     Args:
@@ -202,13 +238,13 @@ def _not_proved(checker: Sees, radius: Floats, run: _Rounded, steps: Ints, least
     Returns:
         Those that are not proved, and the nearest pair on each.
     """
-    path, p, bow, low, stage = run.path, run.pieces, run.bow, run.low, run.stage
+    path, p, sagitta, low, stage = run.path, run.pieces, run.sagitta, run.low, run.stage
     if not len(steps):
         return steps, Clearances.none(0)
     first = np.searchsorted(p.row, np.arange(len(path.s)))
-    s = [_chords(p, int(first[k]), int(first[k + 1]), float(bow[k])) for k in steps]
+    s = [_chords(p, int(first[k]), int(first[k + 1]), float(sagitta[k])) for k in steps]
     at, of = np.concatenate(s), np.repeat(steps, [len(some) for some in s])
-    q, laid = rounded(path.q, path.s, path.zone, at), np.maximum(stage[of], stage[of + 1])
+    q, laid = blended(path.q, path.s, path.zone, at), np.maximum(stage[of], stage[of + 1])
     begins = np.diff(of, prepend=-1) != 0
     ends_ = np.append(begins[1:], True)
     thick = _Nearer(checker, CHORD)
@@ -227,11 +263,11 @@ def _not_proved(checker: Sees, radius: Floats, run: _Rounded, steps: Ints, least
     return left, nearest.rows(index)
 
 
-def _chords(p: Parabolas, first: int, last: int, bow: float) -> Floats:
+def _chords(p: Parabolas, first: int, last: int, sagitta: float) -> Floats:
     """Path lengths on a step, its ends among them, between which its parabolas are within ``CHORD`` of straight."""
-    if bow <= CHORD:
+    if sagitta <= CHORD:
         return p.s[[first, last]]
-    bows = np.diff(p.s[first : last + 1]) ** 2 / 8 * p.bend[first:last]
-    count = np.maximum(np.ceil(np.sqrt(bows / CHORD)), 1).astype(np.int64)
+    sagittas = np.diff(p.s[first : last + 1]) ** 2 / 8 * p.bend[first:last]
+    count = np.maximum(np.ceil(np.sqrt(sagittas / CHORD)), 1).astype(np.int64)
     some = [np.linspace(p.s[first + i], p.s[first + i + 1], n + 1)[:-1] for i, n in enumerate(count.tolist())]
     return np.concatenate([*some, p.s[last : last + 1]])

@@ -26,8 +26,8 @@ from ..mjcf.chain_from_model import chain_of, check_base, check_count, check_nam
 from ..mjcf.detection import make_detectable
 from ..mjcf.held_joints import Held
 from ..mjcf.model_names import require
-from ..progress import stage
-from .absent_shapes import links_without_shapes
+from ..progress import phase
+from .absent_shapes import links_without_shapes, wires_told
 from .composition import Piece, Pieces, one_line
 from .contacts import pair_tool_with_arm, set_contact_bits
 from .equipment import add_positioner, add_robot, leave_out_table
@@ -41,7 +41,7 @@ WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a l
 WIRE_AHEAD = 0.1  # share of its length by which a wire's middle may lie ahead of the TCP
 
 
-@stage("composing the cell")
+@phase("composing the cell")
 def compose(case: Case, part: PartShape) -> Scene:
     """Build the cell.
 
@@ -126,7 +126,11 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
         table_joints=np.array(table_joints, dtype=np.int64),
         base_body=require(model, "body", base, "robot.base"),
         sites=sites,
-        warnings=(*pieces.warnings, *links_without_shapes(model, arm_joints, there, piece)),
+        warnings=(
+            *pieces.warnings,
+            *links_without_shapes(model, arm_joints, there, piece),
+            *wires_told(model, wire_geom),
+        ),
     )
 
 

@@ -23,9 +23,8 @@ from ..mesh.solid import Floats
 from ..surfaces.charts import Chart, PoleChart, RoundChart
 from ..surfaces.surfaces import Cone, Revolved
 from .overhang_regions import one_period, region_right_round
+from .regions import FINE_CUT, MOST_STRETCH
 
-MOST_STRETCH = 1.25  # of parallels in a pole's map
-FINE_CUT = 256  # chords in a quarter of the parallel up to which it is used
 ANNULI = 64  # by which areas on a dome are summed
 Border = tuple[Floats, int]
 
