@@ -335,7 +335,9 @@ def _slice_input(args: argparse.Namespace) -> Case:
     beads = {key: value for key, value in beads.items() if value is not None}
     if not changes and not beads:
         return case
-    merged = {**case.slicing.model_dump(), **changes}
+    from dataclasses import asdict
+
+    merged = {**asdict(case.slicing), **changes}
     if args.h_layer is not None:
         # the limits keep their share of the layer height, as when a process is scaled
         for key in ("h_min_mm", "h_max_mm"):
