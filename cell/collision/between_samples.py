@@ -25,12 +25,12 @@ from ..arrays import Ints
 from .clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
 from .open_steps import OpenSteps, asked_sparsely
-from .pair_groups import groups_of, ways
+from .pair_groups import groups_of, travel_bounds
 
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
 NEAREST_SHARE = 0.03  # of the least clearance, likewise
-MANY = 500  # steps, from which to have checkers of groups of pairs made costs less than they save
+MANY_STEPS = 500  # steps, from which to have checkers of groups of pairs made costs less than they save
 CLOSER = 20  # halvings about the nearest sample found
 
 
@@ -124,11 +124,11 @@ def least_on_the_way(
     laid = np.maximum(stage[step], stage[step + 1])
     steps = OpenSteps(step, q[step], q[step + 1], seen_at[step], seen_at[step + 1], laid)
     steps = steps.rows(steps.beyond(nearest.limit) <= joint_travel_bound(radius, steps.a, steps.b))
-    groups = groups_of(checker, found) if len(steps.step) > MANY else ()
+    groups = groups_of(checker, found) if len(steps.step) > MANY_STEPS else ()
     if not groups:
         open_ = _open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))
         _halve(checker, radius, steps.rows(open_), nearest)
-    for k, (group, way) in enumerate(zip(groups, ways(groups, q) if groups else (), strict=True)):
+    for k, (group, way) in enumerate(zip(groups, travel_bounds(groups, q) if groups else (), strict=True)):
         # a group's clearances are those at the samples at least; of the first one that is much
         left = steps.rows(steps.beyond(nearest.limit) <= way[steps.step])
         if k > 0:
@@ -213,5 +213,5 @@ def _open(checker: Sees, radius: Floats, a: Floats, b: Floats, room: Floats) -> 
     """Steps whose clearances at both ends together do not prove them free; most are settled by the cheaper bound."""
     open_: NDArray[np.bool_] = room <= joint_travel_bound(radius, a, b)
     k = np.flatnonzero(open_)
-    open_[k] = room[k] <= checker.way(radius, a[k], b[k])
+    open_[k] = room[k] <= checker.travel_bound(radius, a[k], b[k])
     return open_

@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
-STEPS = 5_000  # that are bounded together: each takes some 4 kB meanwhile
+STEPS_TOGETHER = 5_000  # that are bounded together: each takes some 4 kB meanwhile
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
 CONTACTS = 20  # that cost as much as a configuration without any
-MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
+MANY_GEOMS = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
 
 def _named_pairs(scene: Scene) -> tuple[int, ...]:
@@ -115,8 +115,8 @@ class Checker:
         mujoco.mj_kinematics(self._model, self._data)  # what stands on the table stays there
         # where the table's axes move as well, all of it has to follow
         arm_alone = len(scene.arm_qpos) == scene.chain.n
-        self._poses = ArmPoses(scene) if scene.model.ngeom > MANY and arm_alone else None
-        self._nearby = BroadPhase.of(scene, self._model, self._data) if arm_alone else None
+        self._poses = ArmPoses(scene) if scene.model.ngeom > MANY_GEOMS and arm_alone else None
+        self._broad_phase = BroadPhase.of(scene, self._model, self._data) if arm_alone else None
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
@@ -128,7 +128,7 @@ class Checker:
         """For another process: made anew of the scene."""
         return _made, (self.scene, self.table, self.reach, self.without, self.pair_gap)
 
-    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything can travel towards anything on steps: what clearances at their ends are held against.
 
         Args:
@@ -145,7 +145,10 @@ class Checker:
         if self._swept is None:
             arm = replace(self.scene, arm_qpos=self.scene.arm_qpos[:n])
             self._swept = MotionBounds(arm, radius) if axes == n else CoupledBounds(arm, radius)
-        bounds = [self._swept.bound(a[i : i + STEPS], b[i : i + STEPS]) for i in range(0, max(len(a), 1), STEPS)]
+        bounds = [
+            self._swept.bound(a[i : i + STEPS_TOGETHER], b[i : i + STEPS_TOGETHER])
+            for i in range(0, max(len(a), 1), STEPS_TOGETHER)
+        ]
         return np.concatenate(bounds)
 
     def clearances(self, q: Floats, stage: Ints) -> Clearances:
@@ -197,8 +200,8 @@ class Checker:
         far = self._coarser(far)
         while True:
             self._look_out_to(far)
-            if self._nearby is not None:
-                self._nearby.choose(self._data, far)
+            if self._broad_phase is not None:
+                self._broad_phase.select(self._data, far)
             mujoco.mj_collision(self._model, self._data)
             count = int(self._data.ncon)
             if count or far == self.reach:

@@ -2,7 +2,7 @@
 
     groups = groups_of(checker, found)      # () where the table moves as well
     groups[0].clearances(q, stage)          # of the group's pairs alone
-    groups[0].way(radius, a, b)             # what its clearances at the ends of steps are held against
+    groups[0].travel_bound(radius, a, b)             # what its clearances at the ends of steps are held against
 
 Against what stands still a part of the arm gets nearer by its own travel, not by the elbow's, and not by twice as much:
 only of two parts of the arm may both move. Every pair that counts for the checker counts in one group at least.
@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from .checker import STEPS, Checker
+from .checker import STEPS_TOGETHER, Checker
 from .clearances import Clearances, Sees
 from .motion_bounds import Frames, MotionBounds
 from .reach_radii import radii
 
-NEAR = 1.25  # of the least clearance: what is nearest somewhere within this makes a group of its own
+NEAR_SHARE = 1.25  # of the least clearance: what is nearest somewhere within this makes a group of its own
 
 
 class PairGroup(Checker):
@@ -47,14 +47,14 @@ class PairGroup(Checker):
         self._moving_body = np.zeros(scene.model.nbody, dtype=bool)
         self._moving_body[scene.model.geom_bodyid[moving]] = True
         if parts is None:
-            self._nearby = None
+            self._broad_phase = None
         else:
             # pairs that the model names count with the arm's own; here they are met where they touch, and no sooner
             self.pair_gap = 0.0
 
-    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """As of the checker, for the pairs of this group."""
-        blocks = [slice(i, i + STEPS) for i in range(0, max(len(a), 1), STEPS)]
+        blocks = [slice(i, i + STEPS_TOGETHER) for i in range(0, max(len(a), 1), STEPS_TOGETHER)]
         return np.concatenate([self.bound(a[some], b[some], None) for some in blocks])
 
     def bound(self, a: Floats, b: Floats, frames: Frames | None) -> Floats:
@@ -90,7 +90,7 @@ def groups_of(checker: Sees, found: Clearances) -> tuple[PairGroup, ...]:
     scene = checker.scene
     solid = scene.arm_geom & scene.contact_bits.any(axis=0)
     least = float(found.distance.min())
-    pair = found.pair[(found.distance <= NEAR * least) & (found.pair >= 0).all(axis=1)]
+    pair = found.pair[(found.distance <= NEAR_SHARE * least) & (found.pair >= 0).all(axis=1)]
     arm = scene.arm_geom[pair]
     near = np.zeros(len(solid), dtype=bool)
     near[pair[arm & ~arm[:, ::-1]]] = True
@@ -100,11 +100,11 @@ def groups_of(checker: Sees, found: Clearances) -> tuple[PairGroup, ...]:
     return (*still, itself) if near.any() else (itself, *still)
 
 
-def ways(groups: Sequence[PairGroup], q: Floats) -> list[Floats]:
+def travel_bounds(groups: Sequence[PairGroup], q: Floats) -> list[Floats]:
     """How far each group can travel from each sample to the next, (m - 1,), m: frames are had once for all."""
     out: list[list[Floats]] = [[np.zeros(0)] for _ in groups]
-    for first in range(0, len(q) - 1, STEPS):
-        some = q[first : first + STEPS + 1]
+    for first in range(0, len(q) - 1, STEPS_TOGETHER):
+        some = q[first : first + STEPS_TOGETHER + 1]
         R, p = groups[0].scene.chain.frames(some)
         frames = (R[:-1], p[:-1]), (R[1:], p[1:])
         for group, mine in zip(groups, out, strict=True):

@@ -60,7 +60,7 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
     for bead in stretches:
         if len(bead.q) < 3:
             continue
-        stage = context.stage[bead.edge]
+        stage = context.deposits_before[bead.edge]
         path, least = bead_path(bead, blend), context.settings.kept
         step, nearest = cut_corners(context.checker, context.radius, path, stage, bead.clearances, least)
         for n in np.argsort(nearest.distance, kind="stable").tolist():

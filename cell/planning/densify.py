@@ -1,9 +1,9 @@
 """Rows close enough that straight joint motion between them stays on the bead.
 
-    dense, failures = refined(context, stretches)
+    dense, failures = densified(context, stretches)
 
 What replays or runs a motion moves the joints on straight lines from row to row. Where that leaves the bead by more
-than ``OFF`` or the wire by more than ``ASKEW`` half-way, a row is put in between: exactly on the bead, checked like any
+than ``MOST_BEAD_DISTANCE`` or the wire by more than ``MOST_WIRE_ANGLE`` half-way, a row is put in between: exactly on the bead, checked like any
 other. Metres and radians.
 """
 
@@ -27,12 +27,12 @@ from ..rigid import frames, great_circle
 from .context import Context
 from .edge_check import Stretch, between
 
-OFF = 0.03e-3
-ASKEW = np.deg2rad(0.03)
-ROUNDS = 6  # each halves the steps and quarters the error
+MOST_BEAD_DISTANCE = 0.03e-3
+MOST_WIRE_ANGLE = np.deg2rad(0.03)
+MOST_HALVINGS = 6  # each halves the steps and quarters the error
 
 
-def refined(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretch], dict[int, Failure]]:
+def densified(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretch], dict[int, Failure]]:
     """Put rows between the samples of beads where they are needed.
 
     Args:
@@ -46,7 +46,7 @@ def refined(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretc
     out: list[Stretch] = []
     failures: dict[int, Failure] = {}
     for stretch in stretches:
-        dense, found = _refined(context, stretch)
+        dense, found = _densified(context, stretch)
         out.append(dense)
         failures.update(found)
     return out, failures
@@ -68,10 +68,10 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
     return position, great_circle(n[edge], n[edge + 1], fraction)
 
 
-def _refined(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, Failure]]:
+def _densified(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, Failure]]:
     failures: dict[int, Failure] = {}
     new = np.zeros(len(stretch.q), dtype=bool)
-    for _ in range(ROUNDS):
+    for _ in range(MOST_HALVINGS):
         step = _open(context, stretch) if len(stretch.q) > 1 else np.zeros(0, dtype=np.int64)
         if not len(step):
             break
@@ -108,7 +108,7 @@ def _open(context: Context, stretch: Stretch) -> Ints:
     off = np.linalg.norm(T[:, :3, 3] - position, axis=1)
     # half the chord, since an angle as small as this is lost in its cosine
     wire_angle = 2 * np.arcsin(np.clip(np.linalg.norm(T[:, :3, 2] + normal, axis=1) / 2, 0.0, 1.0))
-    return np.flatnonzero((off > OFF) | (wire_angle > ASKEW))
+    return np.flatnonzero((off > MOST_BEAD_DISTANCE) | (wire_angle > MOST_WIRE_ANGLE))
 
 
 def _seen(context: Context, q: Floats, table: Floats) -> Floats:
@@ -144,7 +144,7 @@ def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, I
         q=q,
         position=position,
         table=table,
-        clearances=context.checker.clearances(np.concatenate([q, table], axis=1), context.stage[edge]),
+        clearances=context.checker.clearances(np.concatenate([q, table], axis=1), context.deposits_before[edge]),
         margin=margins(chain, context.solver.geometry, q),
     )
     return more, np.unique(edge[~ok])
@@ -189,7 +189,7 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> dict[int, F
     rows = np.flatnonzero(np.append(wanted, False) | np.insert(wanted, 0, False))
     joined = (np.diff(rows) == 1) & wanted[rows[:-1]]
     part = np.concatenate([[0], np.cumsum(~joined)])
-    stage, q = context.stage[stretch.edge[rows]], stretch.axes[rows]
+    stage, q = context.deposits_before[stretch.edge[rows]], stretch.axes[rows]
     seen, kept = stretch.clearances.rows(rows), context.settings.kept
     step, nearest = unproven_steps(context.checker, context.radius, q, stage, seen, part, least=kept)
     for n, at in enumerate(rows[step].tolist()):

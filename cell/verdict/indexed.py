@@ -29,7 +29,7 @@ from ..job.table_groups import TableGroup, table_groups
 from ..job.table_section_check import BODY
 from ..planning.context import Context
 from ..processes import Tick, processor_time
-from ..progress import Progress, counted, stage
+from ..progress import Progress, counted, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..table_poses.indexed_motion import joined_motion
@@ -70,7 +70,7 @@ class _Built:
         return self.trial.group
 
 
-@stage("checking", spins=False)
+@phase("checking", spins=False)
 def check_indexed(job: Job, progress: Progress | None = None) -> Result:
     """Check a part whose groups are built at poses of their own.
 

@@ -14,7 +14,7 @@ class Spots:
     def __init__(self, spots, laid_at):
         self.spots, self.laid_at, self.looked_at = spots, laid_at, 0
 
-    def way(self, radius, a, b):
+    def travel_bound(self, radius, a, b):
         return np.linalg.norm(b - a, axis=1)
 
     def distance(self, q, laid):
@@ -42,7 +42,7 @@ def test_no_step_is_passed_on_which_something_is_nearer():
         apart, stage = np.arange(60) // 30, np.arange(60) // rng.integers(7, 60)
         spots = Spots(q[rng.integers(60, size=3)] + rng.normal(size=(3, 2)) * 0.5, rng.integers(-1, 6, 3))
         steps = steps_of(q, stage, apart)
-        travel, limit = spots.way(None, q[:-1], q[1:]), rng.uniform(0.05, 0.5)
+        travel, limit = spots.travel_bound(None, q[:-1], q[1:]), rng.uniform(0.05, 0.5)
         left = asked_sparsely(spots, q, steps, travel, limit)
         looked_at += spots.looked_at
         for k, laid in zip(steps.step.tolist(), steps.laid.tolist(), strict=True):
@@ -62,7 +62,7 @@ def test_where_all_is_far_two_looks_a_motion_are_enough():
     q = np.linspace(0, 1, 200)[:, None] * np.ones(2)
     spots = Spots(np.array([[2.0, 0.0]]), np.array([-1]))
     apart = np.arange(200) // 100
-    left = asked_sparsely(spots, q, steps_of(q, 0 * apart, apart), spots.way(None, q[:-1], q[1:]), 0.1)
+    left = asked_sparsely(spots, q, steps_of(q, 0 * apart, apart), spots.travel_bound(None, q[:-1], q[1:]), 0.1)
     assert len(left.step) == 0
     assert spots.looked_at == 4
 

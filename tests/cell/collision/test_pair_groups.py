@@ -14,7 +14,7 @@ from cell.collision import between_samples
 from cell.collision.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
-from cell.collision.pair_groups import groups_of, ways
+from cell.collision.pair_groups import groups_of, travel_bounds
 from cell.collision.reach_radii import radii
 from cell.collision.table import with_table_axes
 from cell.job.job import prepare
@@ -102,13 +102,15 @@ def test_no_point_of_a_group_gets_further_on_a_step_than_it_is_said_to(scenes):
                 q = rng.uniform(chain.lower, chain.upper, (6, chain.n))
                 step = rng.normal(size=q.shape) * size
                 step[:, 1] = -step[:, 2]  # against one another: where the arcs are far too much
-                bound = group.way(group.radius, q, q + step)
+                bound = group.travel_bound(group.radius, q, q + step)
                 for a, b, most in zip(q, q + step, bound, strict=True):
                     at = middles(scene, geoms, a + np.linspace(0, 1, 13)[:, None] * (b - a))
                     both = np.linalg.norm(at - at[0], axis=2) + np.linalg.norm(at - at[-1], axis=2)
                     assert both.max() <= most * (1 + 1e-9)
                     tight.append(both.max() / most)
-                np.testing.assert_allclose(ways([group], np.concatenate([q[:1], q[:1] + step[:1]]))[0], bound[:1])
+                np.testing.assert_allclose(
+                    travel_bounds([group], np.concatenate([q[:1], q[:1] + step[:1]]))[0], bound[:1]
+                )
     assert np.median(tight) > 0.6
 
 
@@ -118,7 +120,7 @@ def test_two_parts_of_the_arm_may_both_move(scenes):
         itself, radius = groups_of(checker, near_of(checker, rng))[-1], radii(checker.scene)
         a = rng.uniform(checker.scene.chain.lower, checker.scene.chain.upper, (20, checker.scene.chain.n))
         b = a + rng.normal(size=a.shape) * 0.05
-        np.testing.assert_allclose(itself.way(radius, a, b), checker.way(radius, a, b), rtol=1e-12)
+        np.testing.assert_allclose(itself.travel_bound(radius, a, b), checker.travel_bound(radius, a, b), rtol=1e-12)
 
 
 def test_many_samples_are_bounded_in_blocks_as_step_by_step(scenes):
@@ -126,15 +128,15 @@ def test_many_samples_are_bounded_in_blocks_as_step_by_step(scenes):
     checker = checkers(scenes, rng)[0]
     groups = groups_of(checker, near_of(checker, rng))
     q = np.cumsum(rng.normal(size=(10_010, checker.scene.chain.n)) * 0.01, axis=0)
-    for group, way in zip(groups, ways(groups, q), strict=True):
+    for group, way in zip(groups, travel_bounds(groups, q), strict=True):
         assert len(way) == len(q) - 1
         few = np.array([0, 4_998, 4_999, 5_000, 9_999, 10_008])
-        np.testing.assert_allclose(way[few], group.way(group.radius, q[few], q[few + 1]), rtol=1e-12)
+        np.testing.assert_allclose(way[few], group.travel_bound(group.radius, q[few], q[few + 1]), rtol=1e-12)
 
 
 def test_the_least_is_what_dense_samples_have(scenes, monkeypatch):
     """Of motions that are free: nearer than any of many samples but for what is promised."""
-    monkeypatch.setattr(between_samples, "MANY", 0)
+    monkeypatch.setattr(between_samples, "MANY_STEPS", 0)
     rng = np.random.default_rng(4)
     met = 0
     for checker in checkers(scenes, rng):
@@ -167,7 +169,7 @@ class Posts:
     def __init__(self, posts):
         self.posts = np.atleast_2d(posts)
 
-    def way(self, radius, a, b):
+    def travel_bound(self, radius, a, b):
         return np.linalg.norm(b - a, axis=1)
 
     def clearances(self, q, stage):
@@ -183,9 +185,11 @@ def test_what_a_later_group_comes_nearer_to_between_samples_is_found(monkeypatch
         posts = q[rng.integers(9, size=3)] + rng.normal(size=(3, 2)) * 0.3
         groups = [Posts(post) for post in posts]
         found = Posts(posts).clearances(q, np.zeros(9))
-        monkeypatch.setattr(between_samples, "MANY", 0)
+        monkeypatch.setattr(between_samples, "MANY_STEPS", 0)
         monkeypatch.setattr(between_samples, "groups_of", lambda checker, found, groups=groups: groups)
-        monkeypatch.setattr(between_samples, "ways", lambda groups, q: [g.way(None, q[:-1], q[1:]) for g in groups])
+        monkeypatch.setattr(
+            between_samples, "travel_bounds", lambda groups, q: [g.travel_bound(None, q[:-1], q[1:]) for g in groups]
+        )
         stage = np.zeros(9, dtype=np.int64)
         _, nearest = least_on_the_way(Posts(posts), np.ones(2), q, stage, found)
         dense = np.concatenate([a + np.linspace(0, 1, 400)[:, None] * (b - a) for a, b in pairwise(q)])
