@@ -131,8 +131,8 @@ def cut_corners(
     # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
     low = known - joint_travel_bound(radius, path.q, q)
     near = _ends(steps) & (low < least)
-    # between its ends a point is off the chord by the sagitta at most, and the chord no nearer than half of what the ends'
-    # clearances have beyond its way: the rounded path keeps `least` where low + low - 2 least > way + 2 sagitta
+    # between its ends a point is off the chord by the sagitta at most, and the chord no nearer than half of what the
+    # ends' clearances have beyond its way: the rounded path keeps `least` where low + low - 2 least > way + 2 sagitta
     maybe = steps & (low[:-1] + low[1:] - 2 * least <= joint_travel_bound(radius, q[:-1], q[1:]) + 2 * sagitta)
     again = np.flatnonzero(near | _ends(maybe))
     low[again] = known[again] - checker.travel_bound(radius, path.q[again], q[again])

@@ -2,7 +2,7 @@
 
     groups = groups_of(checker, found)      # () where the table moves as well
     groups[0].clearances(q, stage)          # of the group's pairs alone
-    groups[0].travel_bound(radius, a, b)             # what its clearances at the ends of steps are held against
+    groups[0].travel_bound(radius, a, b)    # what its clearances at the ends of steps are held against
 
 Against what stands still a part of the arm gets nearer by its own travel, not by the elbow's, and not by twice as much:
 only of two parts of the arm may both move. Every pair that counts for the checker counts in one group at least.

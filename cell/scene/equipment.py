@@ -109,7 +109,11 @@ def _put(pieces: Pieces, child: mujoco.MjSpec, piece: Piece, parent: mujoco.MjsB
     excludes say.
     """
     what = piece.name.lower()
-    holds = [(e.bodyname1, e.bodyname2) for e in child.excludes if "world" in (e.bodyname1, e.bodyname2)]
+    # the world of a model is its own: what it excludes from that says nothing of this cell's floor
+    of_world = [e for e in child.excludes if "world" in (e.bodyname1, e.bodyname2)]
+    holds = [(e.bodyname1, e.bodyname2) for e in of_world]
+    for exclude in of_world:
+        child.delete(exclude)
     world = pieces.world
     if len(child.worldbody.geoms):
         parent = parent.add_body(name=what, pos=pos, quat=quat)

@@ -212,6 +212,22 @@ def test_couplings_that_are_left_out_are_said(tmp_path):
     assert [w.code for w in job.warnings if w.code is not Code.DEPOSIT_SHARE] == [Code.MODEL_ELEMENT_LEFT_OUT]
 
 
+@pytest.mark.parametrize("plinth", ["", '<geom name="plinth" type="box" size="0.2 0.2 0.01" pos="-3 0 0"/>'])
+def test_what_a_model_excludes_from_its_own_world_says_nothing_of_the_floor(plinth, tmp_path):
+    """Public models exclude their links from a floor of their own; the arm is not to go through this cell's."""
+    held = '<exclude body1="world" body2="link_4"/><exclude body1="link_6" body2="world"/>'
+    arm = ARM.replace("</contact>", held + "</contact>").replace("<worldbody>", "<worldbody>" + plinth, 1)
+    torch = '<mujoco><worldbody><body name="t"><site name="tcp" pos="0 0 0.3"/></body></worldbody></mujoco>'
+    scene = prepare(load_case(write_case(tmp_path, "arm", arm=arm, torch=torch, tool={"wire": []}))).scene
+    excluded = np.array([divmod(int(s), 1 << 16) for s in scene.model.exclude_signature])
+    assert (excluded > 0).all()
+    # the forearm's end and the flange hang under the floor
+    q = np.deg2rad([[180.0, 30.0, 60.0, 0.0, 0.0, 0.0]])
+    found = Checker(scene, (np.pi / 2, 0.0), REACH).clearances(q, np.zeros(1, dtype=np.int64))
+    assert "floor" in {scene.geom_name(int(g)) for g in found.pair[0]}
+    assert found.distance[0] < -0.1
+
+
 def test_a_pair_that_touches_at_zero_is_no_affair_of_the_table_nor_of_the_wire(verdicts):
     # with all joints at zero the guide stands in the hose; at home, and wherever the arm works, it does not
     torch = TORCH.replace('fromto="-0.03 0 0.1 -0.08 0 0.06"', 'fromto="-0.03 0 0.1 -0.14 0 0.03"')
