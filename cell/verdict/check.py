@@ -256,22 +256,32 @@ def check(
     begun = processor_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     context = Context.of(job, table)
-    gravity = off_upright(job, context.placed)
     with working(jobs):
-        found = check_span(job, context, gravity, progress)
+        found = check_span(job, context, off_upright(job, context.placed), progress)
         seconds = processor_time() - begun
+    return replace(standing_result(job, context, asked, found), seconds=seconds)
+
+
+def standing_result(job: Job, context: Context, asked: tuple[float, float], found: SpanVerdict) -> Result:
+    """The verdict on a part all of which is built at one pose of the table.
+
+    Args:
+        job: the part.
+        context: of the job at the pose.
+        asked: E1, E2 as asked for, deg.
+        found: the verdict on all of its targets.
+    """
     return Result(
         job=replace(job, warnings=(*job.warnings, *found.warnings)),
         asked=asked,
-        table=table,
+        table=context.checker.table,
         placed=context.placed,
         rows=found.rows,
         clearance=found.clearance,
         singularity=found.singularity,
         sigma=found.sigma,
-        gravity=gravity,
+        gravity=off_upright(job, context.placed),
         motion=found.motion,
-        seconds=seconds,
     )
 
 
