@@ -86,8 +86,12 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
         return replace(_Build(job, progress).result(), seconds=processor_time() - begun)
     search = _OrderSearch(job)
     best: Result | None = None
-    for _ in range(ORDERS):
-        result = _Build(in_order(job, search.runs()), progress, search.suited).result()
+    tried: list[list[LayerRun]] = []
+    while (
+        len(tried) < ORDERS and search.runs() not in tried
+    ):  # what is learned may leave no order but one that is known
+        tried.append(search.runs())
+        result = _Build(in_order(job, tried[-1]), progress, search.suited).result()
         lost = result.infeasible + result.not_looked_at
         if best is None or lost < best.infeasible + best.not_looked_at:
             best = result

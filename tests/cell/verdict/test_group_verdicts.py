@@ -38,8 +38,8 @@ def test_the_verdict_does_not_depend_on_how_many_processes_work_it_out(
 ) -> None:
     monkeypatch.setattr("cell.table_poses.side_by_side.LARGE", 0)
     # a wall that some of the poses are in the way of, and one that nothing gets past
-    wall = {"box": {"size_mm": [40, 40, 700]}, "position_mm": [1280, 0, 350]}
-    shut = {"box": {"size_mm": [900, 900, 20]}, "position_mm": [1500, 0, 1900]}
+    wall = {"name": "wall", "box": {"size_mm": [40, 40, 700]}, "position_mm": [1280, 0, 350]}
+    shut = {"name": "shut", "box": {"size_mm": [900, 900, 20]}, "position_mm": [1500, 0, 1900]}
     for mode, fixtures in (("indexed", []), ("indexed", [wall]), ("best", []), ("indexed", [shut])):
         job = prepare(with_table(three_case(tmp_path), {"mode": mode}, fixtures=fixtures))
         alone = check_as_asked(job)
