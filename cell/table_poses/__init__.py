@@ -2,5 +2,6 @@
 
 Modules: ``hopeless_poses`` (poses excluded by few targets), ``suited_poses`` (those that lay upright, best first),
 ``locked_layers`` and ``layer_order`` (which layers after which), ``table_turn`` (the way between two poses),
-``indexed_motion`` (motions and turns in one), ``side_by_side`` (who looks at poses).
+``nearer_place`` (where the arm stands meanwhile), ``indexed_motion`` (motions and turns in one), ``side_by_side`` (who
+looks at poses).
 """

@@ -35,7 +35,7 @@ from ..part_chunks.least import Least as Least
 from ..part_chunks.least import least_margin, least_sigma, nearest_sample, samples_of
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
-from ..planning.home import HomeWays, with_home
+from ..planning.home import HomeWays, SpanEnds, with_home
 from ..planning.lockouts import with_lockouts
 from ..planning.part_plan import PartPlan
 from ..planning.travel import STRAIGHT, straight_retract
@@ -302,6 +302,7 @@ class SpanVerdict:
         singularity: and
         sigma: this.
         warnings: what is to be said of the ways.
+        ends: how it is come to and left, where it is feasible.
     """
 
     rows: tuple[TargetVerdict, ...]
@@ -310,6 +311,7 @@ class SpanVerdict:
     singularity: Least | None = None
     sigma: float | None = None
     warnings: tuple[Warning, ...] = ()
+    ends: SpanEnds | None = None
 
 
 def check_span(
@@ -348,6 +350,7 @@ def check_span(
         singularity=least_margin(context, stretches) if run is None else run.singularity,
         sigma=least_sigma(context, stretches) if run is None else run.sigma,
         warnings=tuple(_short_retracts(context, plan, home)),
+        ends=None if run is None or run.failures or home is None else SpanEnds(stretches[0], stretches[-1], home),
     )
 
 

@@ -27,7 +27,9 @@ from ..job.job import Job
 from ..job.reordered import in_order
 from ..job.table_groups import TableGroup, table_groups
 from ..job.table_section_check import BODY
+from ..planning.assemble import with_ways
 from ..planning.context import Context
+from ..planning.home import HomeWays
 from ..processes import Tick, processor_time
 from ..progress import Progress, counted, phase
 from ..scene.placement import Placed
@@ -35,6 +37,7 @@ from ..scene.scene import table_angles
 from ..table_poses.indexed_motion import joined_motion
 from ..table_poses.layer_order import shortest_order
 from ..table_poses.locked_layers import locked_layers
+from ..table_poses.nearer_place import CheckedWay, TurnEnd, nearer_place
 from ..table_poses.side_by_side import crew_for
 from ..table_poses.suited_poses import SuitedPose, suited_poses, upright_band, upright_poses
 from ..table_poses.table_turn import Angles, TableTurn, TurnSearch, nearest_turn, turn_time
@@ -165,7 +168,22 @@ class _Build:
             for group in self.groups:
                 self.built.append(self._best_of(group))
                 count()
+        if all(one.found.motion is not None for one in self.built):
+            for k in range(1, len(self.built)):
+                self._stand_nearer(k)
         return self._put_together()
+
+    def _stand_nearer(self, k: int) -> None:
+        """Have the arm stand nearer than at home while the table turns for a group, where that is clear."""
+        before, after = self.built[k - 1], self.built[k]
+        ends = [_turn_end(one) for one in (before, after)]
+        if after.turn is None or ends[0] is None or ends[1] is None:
+            return
+        found = nearer_place(self.turns, ends[0], ends[1], after.turn)
+        if found is None:
+            return
+        self.built[k - 1] = _come_to(self.job, before, None, found.back)
+        self.built[k] = replace(_come_to(self.job, after, found.out, None), turn=found.turn)
 
     def _best_of(self, group: TableGroup) -> _Built:
         """The group at the first pose that holds, or else at the one that loses fewest targets."""
@@ -330,6 +348,30 @@ class _Build:
         found = [one.found.singularity for one in self.built if one.found.singularity is not None]
         limits = self.job.singularity_limits.values(self.job.solver.geometry is not None)
         return min(found, key=lambda least: least.value / limits[KINDS.index(least.what[0])]) if found else None
+
+
+def _turn_end(one: _Built) -> TurnEnd | None:
+    """A group as a turn before or after it sees it; None where it is not known how it is come to."""
+    found = one.found
+    if found.ends is None or found.clearance is None:
+        return None
+    return TurnEnd(one.context, found.ends, found.clearance.value)
+
+
+def _come_to(job: Job, one: _Built, out: CheckedWay | None, back: CheckedWay | None) -> _Built:
+    """A group that is come to, or left, on another way."""
+    found, ends = one.found, one.found.ends
+    assert found.motion is not None
+    assert ends is not None
+    rows = [None if way is None else way.way[0] for way in (out, back)]
+    least = [found.clearance] if found.clearance is not None else []
+    for way, target in ((out, one.group.first), (back, one.group.stop - 1)):
+        if way is not None and np.isfinite(way.least):
+            least.append(Least(way.least, target, tuple(job.scene.geom_name(g) for g in way.pair)))
+    ways = HomeWays(ends.ways.out if out is None else out.way, ends.ways.back if back is None else back.way)
+    motion = with_ways(job, found.motion, *rows)
+    clearance = min(least, key=lambda one: one.value, default=None)
+    return replace(one, found=replace(found, motion=motion, clearance=clearance, ends=replace(ends, ways=ways)))
 
 
 def _placed(built: list[_Built]) -> Placed:

@@ -147,12 +147,46 @@ def test_the_command_builds_with_a_table_that_indexes(tmp_path: Path, capsys: py
 
 
 class ShutAtHome(TurnSearch):
-    """Home is in the way of every turn."""
+    """Home is in the way of every turn, and so is all that is nearer to the part."""
 
     def search(self, q, a, b, stage):
-        if (q == self.scene.home).all():
+        home = self.scene.home
+        if (q == home).all() or (q[1:] != home[1:]).any():
             return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
         return super().search(q, a, b, stage)
+
+
+class AtHomeAlone(TurnSearch):
+    """Every place but home is in the way of every turn."""
+
+    def search(self, q, a, b, stage):
+        if (q != self.scene.home).any():
+            return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
+        return super().search(q, a, b, stage)
+
+
+def test_the_arm_stands_nearer_than_at_home_where_that_is_clear_of_the_turn(
+    found: Result, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motion = found.motion
+    assert motion is not None
+    turning = np.abs(np.diff(motion.table, axis=0)).max(axis=1) > 0
+    stood = motion.q[np.flatnonzero(turning & ~np.append(False, turning[:-1]))]
+    home = found.job.scene.home
+    assert len(stood) == len(found.poses) - 1
+    assert (np.abs(stood - home).max(axis=1) > np.deg2rad(20)).all()
+    assert np.allclose(motion.q[[0, -1]], home)
+    monkeypatch.setattr("cell.verdict.indexed.TurnSearch", AtHomeAlone)
+    from_home = check_as_asked(prepare(three_case(folder)))
+    assert from_home.motion is not None
+    turning = np.abs(np.diff(from_home.motion.table, axis=0)).max(axis=1) > 0
+    assert np.allclose(from_home.motion.q[:-1][turning], home)
+    # the beads are what they are, and take as long; the rest is shorter
+    for a, b in zip(from_home.rows, found.rows, strict=True):
+        assert np.array_equal(a.q, b.q)
+    assert motion.arc_time == pytest.approx(from_home.motion.arc_time, abs=1e-3)
+    assert motion.t_s[-1] < from_home.motion.t_s[-1] - 1.0 * len(stood)
+    assert motion.home_s == pytest.approx(from_home.motion.home_s, abs=1e-3)
 
 
 @pytest.mark.slow
