@@ -11,6 +11,7 @@ names the file, the key, the value and what is allowed; a misspelt key names the
 
 from __future__ import annotations
 
+from dataclasses import asdict, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -191,6 +192,8 @@ def _data(value: Any) -> Any:
     """A section as the data it is read from, so that it is checked again; other values as they are."""
     if isinstance(value, BaseModel):
         return value.model_dump(exclude_unset=True)
+    if is_dataclass(value) and not isinstance(value, type):
+        return asdict(value)
     return [_data(item) for item in value] if isinstance(value, list) else value
 
 

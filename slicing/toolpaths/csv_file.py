@@ -25,8 +25,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..beads.bead import BeadParameters
 from ..mesh.solid import Bools, Floats, Ints, PartError
+from ..parameters import BeadParameters
 from ..targets.speeds import BeadSpeed
 from ..targets.targets import Targets
 from ..warning import Code, Warning
