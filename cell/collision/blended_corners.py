@@ -4,13 +4,15 @@
 
 The rounded path is the one that ``cell.timing.time_law`` times, the rows' moving average. It is made of parabolas, of
 which it is known exactly how far they are off the rows and how far off their own chords. Where the clearances at the
-rows, less that, prove nothing, the rounded path itself is looked at. Radians and metres; a path's length may be in
-either.
+rows, less that, prove nothing, the rounded path itself is looked at. A controller may round less than it is told to, so
+that paths between the rows and that one are looked at as well where they are far apart. Radians and metres; a path's
+length may be in either.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,8 @@ from .clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
+APART = 5e-3  # m: paths no further apart are taken for one where a smaller clearance is asked for
+MOST_BETWEEN = 100  # paths of one run that are looked at
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
 
 
@@ -121,11 +125,41 @@ def cut_corners(
     """
     if len(path.s) < 3:
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
-    p = pieces(path, radius)
+    rows = _KnownRows(stage, found, least, which)
+    ways = [_cut(checker, radius, one, rows) for one in _between(path, radius, least)]
+    step, nearest = np.concatenate([way[0] for way in ways]), Clearances.joined([way[1] for way in ways])
+    order = np.argsort(nearest.distance, kind="stable")
+    first, index = np.unique(step[order], return_index=True)
+    return first, nearest.rows(order[index])
+
+
+@dataclass(frozen=True, eq=False)
+class _KnownRows:
+    """What :func:`cut_corners` is told of the rows."""
+
+    stage: Ints
+    found: Clearances
+    least: float
+    which: NDArray[np.bool_] | None
+
+
+def _between(path: BlendedPath, radius: Floats, least: float) -> Iterator[BlendedPath]:
+    """A rounded path, and such as round less, until two of them are no further apart than the clearance.
+
+    Where that is kept on all of them and on the rows, whatever lies between two is half of it away at least.
+    """
+    count = min(int(np.ceil(float(pieces(path, radius).off.max(initial=0.0)) / max(least, APART))), MOST_BETWEEN)
+    yield path
+    yield from (replace(path, zone=path.zone * k / count) for k in range(count - 1, 0, -1))
+
+
+def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
+    """As :func:`cut_corners`, of one rounded path."""
+    p, stage, found, least = pieces(path, radius), rows.stage, rows.found, rows.least
     off, bend = np.zeros(len(path.s) - 1), np.zeros(len(path.s) - 1)
     np.maximum.at(off, p.row, p.off)
     np.maximum.at(bend, p.row, p.bend)
-    steps = off > NOTHING if which is None else which & (off > NOTHING)
+    steps = off > NOTHING if rows.which is None else rows.which & (off > NOTHING)
     q = blended(path.q, path.s, path.zone)
     known, sagitta = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
     # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
@@ -136,15 +170,15 @@ def cut_corners(
     maybe = steps & (low[:-1] + low[1:] - 2 * least <= joint_travel_bound(radius, q[:-1], q[1:]) + 2 * sagitta)
     again = np.flatnonzero(near | _ends(maybe))
     low[again] = known[again] - checker.travel_bound(radius, path.q[again], q[again])
-    rows = np.flatnonzero(near & (low < least))
-    seen = checker.clearances(q[rows], stage[rows])
-    low[rows] = np.minimum(seen.distance, checker.reach)
+    at = np.flatnonzero(near & (low < least))
+    seen = checker.clearances(q[at], stage[at])
+    low[at] = np.minimum(seen.distance, checker.reach)
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
     k = k[low[k] + low[k + 1] - 2 * least <= checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]
     open_, nearest = _not_proved(checker, radius, _BlendedSteps(path, p, sagitta, low, stage), k, least)
     both = Clearances.joined([seen.rows(hit), nearest])
-    first, index = np.unique(np.concatenate([np.minimum(rows[hit], len(path.s) - 2), open_]), return_index=True)
+    first, index = np.unique(np.concatenate([np.minimum(at[hit], len(path.s) - 2), open_]), return_index=True)
     return first, both.rows(index)
 
 

@@ -85,6 +85,8 @@ def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
     for pair in pairs:
         spec.delete(pair)
     _with_the_cells_options(spec, pieces.world)
+    for body in spec.bodies:
+        body.mocap = False  # what a user drags in a viewer stays where it is drawn
     for eye in (*spec.cameras, *spec.lights):
         if eye.targetbody:
             eye.targetbody, eye.mode = "", mujoco.mjtCamLight.mjCAMLIGHT_FIXED

@@ -23,6 +23,7 @@ from cell.collision.checker import Checker
 from cell.collision.table import table_alone
 from cell.collision.wire import wire_checker
 from cell.job.job import prepare
+from cell.job.wire_in_metal import wire_size
 from cell.scene.composition import Piece
 from cell.verdict.check import check
 from slicing.warning import Code
@@ -204,6 +205,18 @@ def test_an_arm_of_visuals_alone_is_feasible_with_a_warning_that_names_its_links
     _, _, _, warnings = verdicts("visual", arm=arm)
     (line,) = [w for w in warnings if w.code is Code.LINK_WITHOUT_SHAPES]
     assert all(f"link_{k}" in line for k in range(1, 7))
+
+
+@pytest.mark.parametrize(
+    ("wire", "words"),
+    [([], "no wire that collides"), (["wire", "neck"], "neck (24 mm) thicker than any wire"), (["wire"], None)],
+)
+def test_a_wire_that_is_none_is_said(wire, words, tmp_path):
+    job = prepare(load_case(write_case(tmp_path, "wire", tool={"wire": wire})))
+    told = [w for w in job.warnings if w.code is Code.WIRE_SHAPE]
+    assert [words in line for line in told] == ([] if words is None else [True])
+    # of a wire and what is no wire the wire's own thickness counts
+    assert not wire or wire_size(job.scene)[1] == pytest.approx(0.6)
 
 
 def test_couplings_that_are_left_out_are_said(tmp_path):
