@@ -21,7 +21,7 @@ from typing import IO, TYPE_CHECKING, Any
 from ..atomic_files import STDOUT, check_outputs, discard_unfinished, write_bytes, write_csv, write_text
 from ..errors import InputError
 from ..printable import printable
-from ..processes import WorkerTraceback
+from ..processes import WorkerTraceback, begin_own_process
 from ..streams import standard_streams
 from ..termination import Terminated, terminable
 from .arguments import BAD_INPUT, build_parser
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ..verdict.check import Result
 
 FEASIBLE, INFEASIBLE, INTERRUPTED, ENDED_BY_SIGNAL = 0, 1, 130, 128
+DRAWS = ("replay",)  # commands that MuJoCo draws for
 PROGRAM_ERROR = 70  # EX_SOFTWARE of sysexits.h: never a verdict
 TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are told with a traceback
 # of processor time that the search for remedies may take unless it is asked for, and that of so many whole checks
@@ -52,11 +53,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
+    own = argv is None
     argv = sys.argv[1:] if argv is None else argv
     with standard_streams():
         try:
             with terminable():
-                code = _run(argv)
+                code = _run(argv, own)
                 sys.stdout.flush()
                 return code
         except InputError as error:
@@ -72,8 +74,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stderr.flush()
 
 
-def _run(argv: Sequence[str]) -> int:
+def _run(argv: Sequence[str], own: bool) -> int:
+    """Run the command; ``own``: the process is there for nothing else."""
     args = build_parser().parse_args(_joined_negatives(argv))
+    if own:
+        begin_own_process(draws=args.command in DRAWS)
     with speaking(args.quiet, args.verbose, sys.stderr):
         return COMMANDS[args.command](args)
 

@@ -78,6 +78,24 @@ def test_what_is_against_itself_is_none_of_the_other_groups(scenes):
             assert (scene.arm_geom[seen.pair[free]].all(axis=1) == both).all()
 
 
+def test_groups_and_the_checker_they_are_of_may_be_asked_in_turn(scenes):
+    """They work with one copy of the model: what one of them has set in it means nothing to the others."""
+    rng = np.random.default_rng(3)
+    met = 0
+    for checker in checkers(scenes, rng):
+        scene = checker.scene
+        near = near_of(checker, rng)
+        alone = [Checker(scene, checker.table, REACH), *groups_of(Checker(scene, checker.table, REACH), near)]
+        together = [checker, *groups_of(checker, near)]
+        for q in rng.uniform(scene.chain.lower, scene.chain.upper, (60, scene.chain.n)):
+            for k in rng.permutation(len(together)).tolist():
+                stage = rng.integers(0, scene.n_deposits + 1, 1)
+                mine, other = (some[k].clearances(q[None], stage).distance[0] for some in (together, alone))
+                assert mine == pytest.approx(other, rel=1e-3, abs=2e-6)
+                met += np.isfinite(mine)
+    assert met > 200
+
+
 def middles(scene, geoms, rows):
     """Points of geoms, (m, k, 3): their middles and what is as far from them as their shapes' farthest points."""
     model, data, out = scene.model, mujoco.MjData(scene.model), []
