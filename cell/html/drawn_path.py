@@ -1,7 +1,7 @@
 """The samples of a result that its page shows.
 
     path = path_of(result)
-    worst_of_steps(path, lambda first, stop: margins_of(path.arm[first:stop]))      # (k, c), one row a step sent
+    worst_of_steps(path, lambda first, stop: path.arm[first:stop])      # (k, c), one row a step sent
 
 A feasible result is shown over time. Where its samples are too many to be sent they are gathered into steps, each with
 the worst of what it stands for, so that no peak of a speed or a margin is lost. An infeasible one has no motion and is

@@ -83,14 +83,14 @@ def test_stations_are_near_each_other_and_hold_both_ends(boss):
     rng = np.random.default_rng(3)
     position = np.cumsum(rng.uniform(0, 0.01, (200, 3)), axis=0)
     placed = replace(context.placed, position=position, normal=np.tile([0.0, 0.0, 1.0], (200, 1)))
-    at = stations(placed)
+    at = stations(placed, Spacing())
     assert (at[0], at[-1]) == (0, 199)
     length = np.linalg.norm(np.diff(position, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(length)])[at]
     assert np.diff(along).max() <= 0.04 + 2 * length.max()
     angle = np.linspace(0, np.pi, 200)
     placed = replace(placed, normal=np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), position=0 * position)
-    assert np.diff(angle[stations(placed)]).max() <= np.deg2rad(12) + 2 * np.pi / 199
+    assert np.diff(angle[stations(placed, Spacing())]).max() <= np.deg2rad(12) + 2 * np.pi / 199
 
 
 def test_what_moves_with_the_tcp_collides_alike_in_every_branch(boss):

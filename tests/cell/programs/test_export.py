@@ -21,7 +21,7 @@ from cell.cli.main import main
 from cell.motion.motion_file import write_motion
 from cell.programs.cell_controller import cell_controller, frames_of
 from cell.programs.export import export_program
-from cell.programs.from_motion import PointThinning, _farthest, program_of_motion
+from cell.programs.from_motion import PointThinning, _farthest, _told, program_of_motion
 from cell.programs.orientation import frame_of
 from cell.programs.pose_table import pose_table
 from cell.programs.program import Happens, MoveKind
@@ -89,16 +89,13 @@ def test_thinning_is_at_most_half_of_what_the_checks_allow() -> None:
 
 def test_dense_points_and_small_memories_are_told() -> None:
     boss = boss_program()
-    thinning = boss.job.case.controller.thinning.model_copy(update={"chord_mm": 0.001, "angle_deg": 0.001})
-    codes = []
-    for change in ({}, {"thinning": thinning}):
-        tight = {"points_a_second": 0.2, "memory_mb": 0.1, **change}
-        controller = boss.job.case.controller.model_copy(update=tight)
-        job = replace(boss.job, case=with_changes(boss.job.case, controller=controller))
-        frames = frames_of(job, cell_controller(job))
-        codes.append([line.code for line in program_of_motion(job, boss.motion, frames).warnings])
-    # few points are far from any memory; a point for nearly every row of the motion takes more than a tenth of a MiB
-    assert codes == [["program_dense"], ["program_dense", "program_memory"]]
+    tight = boss.job.case.controller.model_copy(update={"points_a_second": 0.2, "memory_mb": 0.1})
+    job = replace(boss.job, case=with_changes(boss.job.case, controller=tight))
+    frames = frames_of(job, cell_controller(job))
+    # 29 points of 100 bytes are far from any memory, more than a thousand are not
+    assert [line.code for line in program_of_motion(job, boss.motion, frames).warnings] == ["program_dense"]
+    assert [line.code for line in _told(job.case, 1100, 0.1)] == ["program_memory"]
+    assert not _told(job.case, 1000, 0.1)
     assert not boss.made.written.warnings
 
 
