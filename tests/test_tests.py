@@ -18,6 +18,7 @@ REPLACED = {
     "CHUNK": "of all measures of faces: an argument of each would be in the way of all that call them",
     "CONNECT_S": "of a command: how long it waits for a scheduler that is not there",
     "FLOOR": "of a whole check: a part that is large enough would take a minute",
+    "LARGE": "of a whole check: groups that are large enough would take a minute",
     "MANY_GEOMS": "of every checker: a cell that is large enough takes seconds to compile",
     "MOST_FACES": "of every reader of meshes: a mesh that is large enough takes a gigabyte",
 }
