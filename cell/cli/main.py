@@ -186,11 +186,10 @@ def _check(args: argparse.Namespace) -> int:
     if args.all:
         case = _with_every_target(case)
     _outputs(args, case, "json", "motion", "html")
-    from ..job.job import prepare
     from ..report.check_report import report_lines
-    from ..verdict.as_asked import check_as_asked
+    from ..verdict.as_asked import prepare_and_check
 
-    result = check_as_asked(prepare(case), Bars(sys.stderr), jobs=jobs)
+    result = prepare_and_check(case, Bars(sys.stderr), jobs=jobs)
     if args.motion:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")

@@ -73,13 +73,12 @@ def export(args: argparse.Namespace, case: Case) -> int:
 
 def _checked_motion(path: str | None, case: Case, jobs: int) -> tuple[Job, Motion | None]:
     """The motion that is searched, or a file's, and whose it is: layers in the order of building; None: infeasible."""
-    from ..job.job import prepare
-
     if path is None:
-        from ..verdict.as_asked import check_as_asked
+        from ..verdict.as_asked import prepare_and_check
 
-        result = check_as_asked(prepare(case), Bars(sys.stderr), jobs=jobs)
+        result = prepare_and_check(case, Bars(sys.stderr), jobs=jobs)
         return result.job, result.motion
+    from ..job.job import prepare
     from ..motion.file_order import read_in_order
     from ..motion.motion_file import check_suffix
     from ..verification.motion_check import check_motion

@@ -16,7 +16,6 @@ from support.cases import little_case
 from support.paths import ROOT
 
 from cell.cli.main import main
-from cell.job.job import Job
 from cell.processes import WorkerTraceback, cores
 from cell.verdict.check import Result
 
@@ -69,11 +68,11 @@ def test_all_cores_are_used_unless_it_says_otherwise(
 ) -> None:
     asked: list[int] = []
 
-    def checked(job: Job, _: object = None, *, jobs: int = 1) -> Result:
+    def checked(*_: object, jobs: int = 1) -> Result:
         asked.append(jobs)
         return little
 
-    monkeypatch.setattr("cell.verdict.as_asked.check_as_asked", checked)
+    monkeypatch.setattr("cell.verdict.as_asked.prepare_and_check", checked)
     case = str(little_case(tmp_path))
     assert main(["check", case, "-q"]) == 0
     assert main(["check", case, "-q", "--jobs", "3"]) == 0
@@ -88,7 +87,7 @@ def test_an_error_of_a_worker_is_told_with_its_own_place(
         error.__cause__ = WorkerTraceback("Traceback: in there\n", "planning/travel.py:7")
         raise error
 
-    monkeypatch.setattr("cell.verdict.as_asked.check_as_asked", checked)
+    monkeypatch.setattr("cell.verdict.as_asked.prepare_and_check", checked)
     case = str(little_case(tmp_path))
     assert main(["check", case]) == 70
     assert "(ZeroDivisionError: division by zero; at planning/travel.py:7)" in capsys.readouterr().err
