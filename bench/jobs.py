@@ -4,8 +4,8 @@ The same part is checked with each number of processes. Told are wall time; proc
 critical path, which is the first process' own and of each round of work that of the worker that had most to do, and so
 what the wall time would be on a machine with nothing else to do (the start of workers counts, but for what passes of it
 while the first process composes the cell, as it does in ``rbam check``); memory of the first process and of the largest
-worker; how long the motion takes; and a digest of verdict and motion, which has to be one and the same. ``one chunk`` is
-the part planned bead after bead, as small ones are.
+worker; how long the motion takes; and a digest of verdict and motion, which has to be one and the same. ``one chunk``
+is the part planned bead after bead, as small ones are.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from ..atomic_files import STDOUT, beside, check_outputs
 from ..case.files import case_files
 from ..errors import InputError
+from ..processes import working
 from .bar import Bars
 from .console import put_json, say
 from .jobs import jobs_of
@@ -215,7 +216,8 @@ def check_program_file(args: argparse.Namespace, case: Case) -> int:
     if case.part.absent and args.html:
         raise InputError("--html: shows a part being built; the case has none (part: none)")
     job = bare_job(case) if case.part.absent else prepare(case)
-    result = checked_program(args.program, job)
+    with working(jobs_of(args)):
+        result = checked_program(args.program, job)
     if args.json:
         put_json(args.json, program_report(result, args.program))
     if args.html:

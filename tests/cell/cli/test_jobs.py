@@ -53,13 +53,9 @@ def test_a_number_that_is_none_is_one_line(
     assert not list(tmp_path.glob("out*"))
 
 
-@pytest.mark.parametrize(
-    "argv", [["check", "--motion-in", "m.csv"], ["check", "--program", "p.src"], ["export", "--motion-in", "m.csv"]]
-)
-def test_it_goes_with_a_search_alone(argv: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    case = str(little_case(tmp_path))
-    wanted = ["--krl", str(tmp_path)] if argv[0] == "export" else []
-    assert main([argv[0], case, *argv[1:], *wanted, "--jobs", "2"]) == 2
+def test_a_motion_is_exported_without_a_search(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["export", str(little_case(tmp_path)), "--motion-in", "m.csv", "--krl", str(tmp_path), "--jobs", "2"]
+    assert main(argv) == 2
     assert capsys.readouterr().err.startswith("rbam: --jobs: does not go with")
 
 
