@@ -19,7 +19,7 @@ import yaml
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from ..errors import InputError
-from ..shipped import is_path
+from ..shipped import case_path, is_path
 from .fields import FileName
 from .problems import first_problem, shortened
 from .sections import NO_TABLE, Case
@@ -33,7 +33,7 @@ def load_case(path: str | Path) -> Case:
     """Read and check a case file.
 
     Args:
-        path: the YAML file.
+        path: the YAML file, or the name of a shipped case.
 
     Returns:
         The case.
@@ -42,7 +42,8 @@ def load_case(path: str | Path) -> Case:
         InputError: the file is missing or no YAML, a key is unknown or a value not allowed; one line.
     """
     read: list[Path] = []
-    case = parse_case(_read(Path(path), read), path)
+    path = case_path(path)
+    case = parse_case(_read(path, read), path)
     case._read_from = tuple(read)
     return case
 

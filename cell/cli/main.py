@@ -375,11 +375,11 @@ def _sweep(args: argparse.Namespace) -> int:
     from ..case.read import with_changes
     from ..pose_sweep.grid import grid
     from ..pose_sweep.ranking import sweep_document
-    from ..pose_sweep.sweep import require_one_pose, sweep
+    from ..pose_sweep.sweep import require_standing, sweep
     from ..report.sweep_lines import sweep_lines
 
     case = _load(args)
-    require_one_pose(case)
+    require_standing(case)
     _outputs(args, case, "json", "out", "csv", "picture", "html")
     rolls = list(dict.fromkeys(args.rolls or ()))
     if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one
