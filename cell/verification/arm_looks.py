@@ -78,7 +78,7 @@ class ArmSeen:
 
 
 @dataclass(frozen=True, eq=False)
-class _Piece:
+class _MotionPiece:
     """Samples that are looked at by one process; its runs' are counted from its first one on."""
 
     first: int
@@ -136,7 +136,7 @@ def _light(job: Job) -> Job:
     return replace(job, sliced=(), beads=())
 
 
-def _pieces(way: Way, stage: Ints, runs: Sequence[SampledRun]) -> list[_Piece]:
+def _pieces(way: Way, stage: Ints, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
     """A motion cut where runs end, once there are samples enough on both sides."""
     last = len(way.q) - 1
     cuts = [0]
@@ -146,7 +146,7 @@ def _pieces(way: Way, stage: Ints, runs: Sequence[SampledRun]) -> list[_Piece]:
     pieces = []
     for a, b in zip(cuts, [*cuts[1:], last], strict=True):
         mine = tuple(replace(run, low=run.low - a, high=run.high - a) for run in runs if a <= run.low < run.high <= b)
-        pieces.append(_Piece(a, way.q[a : b + 1], stage[a : b + 1], mine))
+        pieces.append(_MotionPiece(a, way.q[a : b + 1], stage[a : b + 1], mine))
     return pieces
 
 
@@ -157,7 +157,7 @@ def _checker(job: Job, q: Floats) -> Checker:
     return Checker(with_table_axes(job.scene), table, reach)
 
 
-def _looked_at(job: Job, piece: _Piece, tick: Tick) -> ArmSeen:
+def _looked_at(job: Job, piece: _MotionPiece, tick: Tick) -> ArmSeen:
     q, stage, least = piece.q, piece.stage, job.case.checks.clearance_mm * METRES_PER_MM
     checker, radius = _checker(job, q), all_radii(job.scene)
     clear = checker.clearances(q, stage)
@@ -171,7 +171,7 @@ def _looked_at(job: Job, piece: _Piece, tick: Tick) -> ArmSeen:
     return ArmSeen(clear, unproven, tuple(rounded))
 
 
-def _nearest(job: Job, item: tuple[_Piece, Clearances, float], tick: Tick) -> tuple[int, Clearances]:
+def _nearest(job: Job, item: tuple[_MotionPiece, Clearances, float], tick: Tick) -> tuple[int, Clearances]:
     piece, clear, known = item
     found = least_on_the_way(_checker(job, piece.q), all_radii(job.scene), piece.q, piece.stage, clear, known=known)
     tick()
