@@ -86,6 +86,8 @@ MUTANTS = (
     Mutant("cell/collision/blended_corners.py", "joint_travel_bound(radius, a, b) + 2 * sagitta) &", "joint_travel_bound(radius, a, b)) &", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", 'np.searchsorted(p.s, high, side="left"), first + 1, len(p.bend))', "first + 1, first + 1, len(p.bend))", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "return np.unique(np.concatenate([*lost, of]))", "return np.unique(of)", (BOUNDS,)),
+    Mutant("cell/collision/blended_corners.py", "DENSER = 3.0", "DENSER = 1.5", (ROUNDED,)),
+    Mutant("cell/collision/blended_corners.py", "for share in (1.0, 0.5):", "for share in (0.5,):", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "low = known - joint_travel_bound(radius, path.q, q)", "low = known", (BOUNDS,)),
     Mutant("cell/collision/blended_corners.py", "hit = np.flatnonzero(seen.distance < least)", "hit = np.flatnonzero(seen.distance < -1)", (BOUNDS, "cell/collision/test_blended_corners.py")),
     Mutant("cell/planning/assemble.py", "        if not _dwell(job, before, first):\n", "        if True:\n", (BOUNDS,)),
