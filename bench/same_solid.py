@@ -11,12 +11,14 @@ is 1 then.
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import tempfile
 import time
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +37,7 @@ from slicing.mesh.load import solid_from_arrays  # noqa: E402
 
 INCH = 25.4
 WAYS = ("turned", "inches", "diagonals", "refined", "shuffled", "file")
+ALIKE = "refused alike"
 MOST_FACES = 4000  # in whose triangles changes are made
 RADIUS, VOLUME, AREA, AREA_MM2 = 2e-5, 5e-4, 2e-3, 0.05  # shares that may differ, and an area
 
@@ -110,37 +113,53 @@ def differs(one: Found, other: Found) -> str:
     return ""
 
 
+def one(part: CadPart, seed: int) -> dict[str, Any]:
+    """What differs of a part in two ways, by way: "" where nothing does."""
+    start, rng = time.process_time(), np.random.default_rng([seed, 17])
+    ways = WAYS if len(part.faces) <= MOST_FACES else ("turned", "inches", "shuffled", "file")
+    strategy = str(rng.choice(("cylindrical", "nonuniform", "planar", "revolved")))
+    how = strategy, float(rng.random()), float(1 / rng.uniform(4, 12))
+    first = found(solid_from_arrays("part", part.vertices, part.faces), *how)
+    texts = {}
+    for way in rng.choice(ways, 2, replace=False).tolist():
+        try:
+            texts[way] = differs(first, found(otherwise(part, way, rng), *how))
+        except PartError as error:
+            texts[way] = f"not read: {error}"
+        if first.refused and not texts[way]:
+            texts[way] = ALIKE
+    seconds = round(time.process_time() - start, 3)
+    return {"seed": seed, "ways": texts, "words": f"{part.words}; {strategy}", "process_s": seconds}
+
+
 def main() -> int:
     """Run the comparison."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--varied", action="store_true", help="parts of tests/support/varied_parts.py")
+    parser.add_argument("--log", type=Path, help="takes a line a part; seeds that it holds are not run again")
     args = parsed(parser, count=2)
-    tally: Counter[str] = Counter()
-    start = time.process_time()
+    rows = (
+        [json.loads(line) for line in args.log.read_text("utf-8").splitlines()]
+        if args.log and args.log.is_file()
+        else []
+    )
+    known = {row["seed"] for row in rows}
     for seed in range(args.seed, args.seed + args.count):
-        part, rng = (varied_part if args.varied else cad_part)(seed), np.random.default_rng([seed, 17])
-        ways = WAYS if len(part.faces) <= MOST_FACES else ("turned", "inches", "shuffled", "file")
-        strategy = str(rng.choice(("cylindrical", "nonuniform", "planar", "revolved")))
-        how = strategy, float(rng.random()), float(1 / rng.uniform(4, 12))
-        part = replace(part, words=f"{part.words}; {strategy}")
-        try:
-            first = found(solid_from_arrays("part", part.vertices, part.faces), *how)
-        except PartError as error:
-            print(f"{seed}: not read: {error} [{part.words}]", flush=True)
+        if seed in known:
             continue
-        for way in rng.choice(ways, 2, replace=False).tolist():
-            try:
-                text = differs(first, found(otherwise(part, way, rng), *how))
-            except PartError as error:
-                text = f"not read: {error}"
-            tally[f"{way}: {'differs' if text else 'refused alike' if first.refused else 'the same'}"] += 1
-            if text:
-                print(f"{seed}, {way}: {text} [{part.words}]", flush=True)
+        rows.append(one((varied_part if args.varied else cad_part)(seed), seed))
+        if args.log:
+            with args.log.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(rows[-1]) + "\n")
+        for way, text in rows[-1]["ways"].items():
+            if text not in ("", ALIKE):
+                print(f"{seed}, {way}: {text} [{rows[-1]['words']}]", flush=True)
+    kinds = {"": "the same", ALIKE: ALIKE}
+    tally = Counter(f"{way}: {kinds.get(text, 'differs')}" for row in rows for way, text in row["ways"].items())
     for key, count in sorted(tally.items()):
         print(f"{count:5d}  {key}")
-    print(f"{time.process_time() - start:.0f} s of processor time")
     return int(any("differs" in key for key in tally))
 
 
