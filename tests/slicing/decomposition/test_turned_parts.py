@@ -110,6 +110,13 @@ def test_two_hubs_side_by_side_are_told_of():
     assert Code.BODY_RIVAL not in codes(decompose(mesh_of(small)))
 
 
+def test_a_box_with_its_edges_cut_off_is_no_round_body():
+    """Four of its eight sides lie as far from the axis as an octagon's, the others do not."""
+    bar = box((-20, -20, 0), (20, 20, 60)) ^ Manifold.cylinder(60, 26, 26, 4)
+    with pytest.raises(PartError, match="no round body"):
+        decompose(mesh_of(bar + radial_cylinder(5, 5, 40, 48).translate((0, 0, 30))))
+
+
 def test_a_turned_bar_with_an_octagonal_flange_is_a_bar():
     parts = decompose(mesh_of(cylinder(20, 0, 120) + cylinder(34, 50, 60, 8)))
     assert parts.body.radius_mm == 20.0
