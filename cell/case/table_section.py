@@ -11,8 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from .fields import MOST_LIST, Angle, Name, Section, within
-from .seam_section import LayerNumber
+from .fields import MOST_LIST, Angle, LayerNumber, Name, Section, within
 
 
 class TablePoseSection(Section):
@@ -20,8 +19,8 @@ class TablePoseSection(Section):
 
     sub_volume: Name = Field(description="whose layers")
     layers: tuple[LayerNumber, LayerNumber] | None = Field(None, description="first and last; all where left out")
-    E1_deg: Angle = 0.0
-    E2_deg: Angle = 0.0
+    E1_deg: Angle = Field(0.0, description="tilt")
+    E2_deg: Angle = Field(0.0, description="turn")
 
     @model_validator(mode="after")
     def _first_before_last(self) -> TablePoseSection:

@@ -36,7 +36,9 @@ class PairGroup(Checker):
             checker: of all pairs, of an arm at a table that stands.
             parts: geoms of the arm, (ngeom,), which are held against what is none of it; None: the arm against itself.
         """
-        super().__init__(checker.scene, checker.table, checker.reach, checker.without, pair_gap=checker.pair_gap)
+        super().__init__(
+            checker.scene, checker.table, checker.reach, checker.without, pair_gap=checker.pair_gap, beside=checker
+        )
         scene = self.scene
         self.asked = checker.asked
         self.parts = parts

@@ -78,6 +78,24 @@ def test_what_is_against_itself_is_none_of_the_other_groups(scenes):
             assert (scene.arm_geom[seen.pair[free]].all(axis=1) == both).all()
 
 
+def test_groups_and_the_checker_they_are_of_may_be_asked_in_turn(scenes):
+    """They work with one copy of the model: what one of them has set in it means nothing to the others."""
+    rng = np.random.default_rng(3)
+    met = 0
+    for checker in checkers(scenes, rng):
+        scene = checker.scene
+        near = near_of(checker, rng)
+        alone = [Checker(scene, checker.table, REACH), *groups_of(Checker(scene, checker.table, REACH), near)]
+        together = [checker, *groups_of(checker, near)]
+        for q in rng.uniform(scene.chain.lower, scene.chain.upper, (60, scene.chain.n)):
+            for k in rng.permutation(len(together)).tolist():
+                stage = rng.integers(0, scene.n_deposits + 1, 1)
+                mine, other = (some[k].clearances(q[None], stage).distance[0] for some in (together, alone))
+                assert mine == pytest.approx(other, rel=1e-3, abs=2e-6)
+                met += np.isfinite(mine)
+    assert met > 200
+
+
 def middles(scene, geoms, rows):
     """Points of geoms, (m, k, 3): their middles and what is as far from them as their shapes' farthest points."""
     model, data, out = scene.model, mujoco.MjData(scene.model), []
@@ -134,9 +152,8 @@ def test_many_samples_are_bounded_in_blocks_as_step_by_step(scenes):
         np.testing.assert_allclose(way[few], group.travel_bound(group.radius, q[few], q[few + 1]), rtol=1e-12)
 
 
-def test_the_least_is_what_dense_samples_have(scenes, monkeypatch):
+def test_the_least_is_what_dense_samples_have(scenes):
     """Of motions that are free: nearer than any of many samples but for what is promised."""
-    monkeypatch.setattr(between_samples, "MANY_STEPS", 0)
     rng = np.random.default_rng(4)
     met = 0
     for checker in checkers(scenes, rng):
@@ -148,7 +165,7 @@ def test_the_least_is_what_dense_samples_have(scenes, monkeypatch):
             way = start + np.array([-3.0, -1.0, 1.0, 3.0])[:, None] * rng.normal(size=chain.n) * 0.03
             stage = np.zeros(len(way), dtype=np.int64)
             found = checker.clearances(way, stage)
-            _, nearest = least_on_the_way(checker, np.full(chain.n, 4.0), way, stage, found)
+            _, nearest = least_on_the_way(checker, np.full(chain.n, 4.0), way, stage, found, many=0)
             t = np.linspace(0, 1, 15)[:, None]
             dense = np.concatenate([a + t * (b - a) for a, b in pairwise(way)])
             true = checker.clearances(dense, np.zeros(len(dense), dtype=np.int64)).distance.min()
@@ -185,13 +202,12 @@ def test_what_a_later_group_comes_nearer_to_between_samples_is_found(monkeypatch
         posts = q[rng.integers(9, size=3)] + rng.normal(size=(3, 2)) * 0.3
         groups = [Posts(post) for post in posts]
         found = Posts(posts).clearances(q, np.zeros(9))
-        monkeypatch.setattr(between_samples, "MANY_STEPS", 0)
         monkeypatch.setattr(between_samples, "groups_of", lambda checker, found, groups=groups: groups)
         monkeypatch.setattr(
             between_samples, "travel_bounds", lambda groups, q: [g.travel_bound(None, q[:-1], q[1:]) for g in groups]
         )
         stage = np.zeros(9, dtype=np.int64)
-        _, nearest = least_on_the_way(Posts(posts), np.ones(2), q, stage, found)
+        _, nearest = least_on_the_way(Posts(posts), np.ones(2), q, stage, found, many=0)
         dense = np.concatenate([a + np.linspace(0, 1, 400)[:, None] * (b - a) for a, b in pairwise(q)])
         each = [group.clearances(dense, None).distance.min() for group in groups]
         true = min(each)

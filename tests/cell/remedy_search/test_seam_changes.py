@@ -11,21 +11,19 @@ import yaml
 from support.meshes import BODY, box
 
 from cell.case.read import load_case, parse_case
-from cell.case.seam_section import SeamSection
 from cell.errors import InputError
 from cell.failure import Failure, Kind, Where
 from cell.failure import Place as FailurePlace
 from cell.job.job import prepare
-from cell.remedy_search import search as remedies_module
 from cell.remedy_search.seam_changes import reseamed, seam_places
 from cell.remedy_search.search import remedies
 from cell.shipped import MODELS_DIR
 from cell.verdict.check import check
-from slicing.beads.bead import BeadParameters
-from slicing.beads.bead import SeamPlace as Place
+from slicing import SeamPlace
 from slicing.beads.lay import lay_beads
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.solid import PartError
+from slicing.parameters import BeadParameters, SlicingParameters
+from slicing.parameters import SeamPlace as Place
 from slicing.strategies.slice import slice_sub_volume
 
 HALF, R0 = -60.0, 70.0
@@ -105,14 +103,13 @@ def ring_case(folder, turns_deg):
 
 
 @pytest.mark.slow
-def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path, monkeypatch):
+def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path):
     path = ring_case(tmp_path, 200.0)
     job = prepare(load_case(path))
     found = check(job, 0, 0)
     assert {row.reason for row in found.rows} == {None, "no_path"}
     assert all(row.reason is None or row.detail["on_the_way"] == "configuration change" for row in found.rows)
-    monkeypatch.setattr(remedies_module, "SHOWN", 1)
-    best = next(iter(remedies(found)))
+    best = next(iter(remedies(found, shown=1)))
     assert best.checked == "part"
     assert best.change["key"] == "beads.seams"
     assert best.change["from"] == []
@@ -129,7 +126,7 @@ def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path, mo
     # with less than one turn no start helps, so that it was the turns that ran out
     short = prepare(load_case(ring_case(tmp_path, 175.0)))
     for angle in (-90.0, 0.0, 90.0):
-        assert not check(reseamed(short, SeamSection(angle_deg=angle)), 0, 0).feasible
+        assert not check(reseamed(short, SeamPlace(angle_deg=angle)), 0, 0).feasible
 
 
 def test_only_closed_beads_that_a_start_could_mend_get_other_seams(make_case):
@@ -151,4 +148,4 @@ def test_only_closed_beads_that_a_start_could_mend_get_other_seams(make_case):
     assert gaps.min() > 0.2
     open_ones = replace(job, targets=replace(job.targets, closed=np.zeros_like(job.targets.closed)))
     assert seam_places(open_ones, mixed) == {}
-    assert isinstance(places[0], SeamSection)
+    assert isinstance(places[0], SeamPlace)

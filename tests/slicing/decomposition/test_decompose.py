@@ -16,9 +16,9 @@ from support.paths import ROOT
 
 from slicing.decomposition.body_hint import BodyHint
 from slicing.decomposition.decompose import decompose
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.load import load_mesh
 from slicing.mesh.solid import PartError, mesh_from_arrays
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.bodies import Body
 

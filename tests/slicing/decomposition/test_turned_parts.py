@@ -23,9 +23,9 @@ from slicing.decomposition.doubts import domed_body, what_is_left
 from slicing.decomposition.outline import Outline
 from slicing.decomposition.turned_faces import Band
 from slicing.layers.body_ends import body_ends
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.load import load_mesh
 from slicing.mesh.solid import Mesh, PartError, mesh_from_arrays
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.warning import Code, Warning
 

@@ -15,9 +15,10 @@ from support.paths import ROOT
 from slicing.curves.intersect import intersect
 from slicing.document import slices_document
 from slicing.layers.body_ends import NO_ENDS
-from slicing.layers.layer import Body, ConicalBody, RevolvedBody, SlicedSubVolume, SlicingParameters
+from slicing.layers.layer import Body, ConicalBody, RevolvedBody, SlicedSubVolume
 from slicing.mesh.load import load_mesh
 from slicing.paper.indices import indices
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 from slicing.volume.layer_areas import hold_volume, laid_volume
