@@ -76,9 +76,9 @@ def wedge(half: float, radius: float, height: float) -> float:
 
 
 # 30004: 14 sides far from the origin; 40241: a cone of 14 sides; 710019: a tiny cylinder below a filleted collar;
-# 3007, 3044: 9 and 11 sides; 3092: a rounded end and a collar's root fillet have facets of one slope
+# 3007, 3044, 4090: 9, 11 and 8 sides; 3092: a rounded end and a collar's root fillet have facets of one slope
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [*range(300, 312), 30004, 40241, 710019, 3007, 3044, 3092])
+@pytest.mark.parametrize("seed", [*range(300, 312), 30004, 40241, 710019, 3007, 3044, 3092, 4090])
 def test_parts_of_known_truth_are_found(seed, tmp_path):
     part = cad_part(seed)
     found = judged(part, load_mesh(part.save(tmp_path, FORMATS[seed % len(FORMATS)])))
