@@ -130,7 +130,7 @@ def cut_corners(
     every = np.ones(len(path.s) - 1, dtype=bool) if which is None else which
     rows = _KnownRows(stage, found, least, every)
     ways = [
-        _cut(checker, radius, one, replace(rows, which=every & far))
+        _cut_on(checker, radius, one, replace(rows, which=every & far))
         for one, far in _between(checker, radius, path, least)
     ]
     step, nearest = np.concatenate([way[0] for way in ways]), Clearances.joined([way[1] for way in ways])
@@ -175,6 +175,26 @@ def _between(
     count = int(need.max())
     for k in range(count - 1, 0, -1):
         yield replace(path, zone=path.zone * k / count), (need > 1) & (k * need // count > (k - 1) * need // count)
+
+
+def _cut_on(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
+    """As :func:`_cut`, of the part of a path on which there are steps to be looked at: the rest is not taken apart.
+
+    Rows further than the zone from a step say nothing of how it is rounded.
+    """
+    steps = np.flatnonzero(rows.which)
+    if not len(steps):
+        return steps, Clearances.none(0)
+    # by another zone, so that the part is long enough for its zone
+    low = int(np.searchsorted(path.s, path.s[steps[0]] - 2.1 * path.zone, side="right")) - 1
+    high = int(np.searchsorted(path.s, path.s[steps[-1] + 1] + 2.1 * path.zone))
+    low, high = max(low, 0), min(high, len(path.s) - 1)
+    if high - low < 2:
+        low, high = 0, len(path.s) - 1
+    mine = slice(low, high + 1)
+    known = _KnownRows(rows.stage[mine], rows.found.rows(np.arange(low, high + 1)), rows.least, rows.which[low:high])
+    step, nearest = _cut(checker, radius, BlendedPath(path.q[mine], path.s[mine], path.zone), known)
+    return step + low, nearest
 
 
 def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
