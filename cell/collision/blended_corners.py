@@ -20,11 +20,14 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..timing.blending import kept_zone, rounded
 from .between_samples import unproven_steps
+from .checker import Checker
 from .clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
+MANY = 20  # steps, from which to prove them together costs less than each by itself
+SPARE = 5e-4  # m that may be given for what is between rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +107,7 @@ def cut_corners(
     found: Clearances,
     least: float,
     which: NDArray[np.bool_] | None = None,
+    kept: Floats | None = None,
 ) -> tuple[Ints, Clearances]:
     """Steps of a path on which it comes too near to something, or may, once its corners are rounded.
 
@@ -112,9 +116,10 @@ def cut_corners(
         radius: from ``cell.collision.reach_radii.radii``, (j,), m.
         path: rows that are free themselves, between them as well.
         stage: deposits laid at each row, (m,).
-        found: clearances at the rows.
+        found: clearances at the rows, at least.
         least: clearance to be kept, m; 0: nothing is touched.
         which: steps that are looked at, (m - 1,); all of them where left out.
+        kept: clearance kept on each of them, at least, (m - 1,), m; where it is not known, left out or -inf.
 
     Returns:
         First rows of these steps, (k,), ascending, and the nearest pair on each.
@@ -126,6 +131,9 @@ def cut_corners(
     np.maximum.at(off, p.row, p.off)
     np.maximum.at(bend, p.row, p.bend)
     steps = off > NOTHING if which is None else which & (off > NOTHING)
+    if kept is not None:
+        # off the rows' own way by so much at most
+        steps &= kept - off < least
     q = rounded(path.q, path.s, path.zone)
     known, bow = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
     # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
@@ -142,6 +150,11 @@ def cut_corners(
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
     k = k[low[k] + low[k + 1] - 2 * least <= checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]
+    proofs = checker.proofs if isinstance(checker, Checker) else None
+    if proofs is not None and len(k) > MANY:
+        # by the planes that the rows' own way keeps to
+        proved = proofs.along(path.q, k, np.maximum(stage[k], stage[k + 1]), least + off[k], SPARE)
+        k = k[proved.kept - off[k] < least]
     open_, nearest = _not_proved(checker, radius, _Rounded(path, p, bow, low, stage), k, least)
     both = Clearances.joined([seen.rows(hit), nearest])
     first, index = np.unique(np.concatenate([np.minimum(rows[hit], len(path.s) - 2), open_]), return_index=True)

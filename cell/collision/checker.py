@@ -16,6 +16,7 @@ import copy
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -30,9 +31,11 @@ from .arm_poses import ArmPoses
 from .broad_phase import BroadPhase
 from .clearances import Clearances
 from .motion_bounds import CoupledBounds, MotionBounds, joint_travel_bound
+from .near_pairs import NearPairs
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
+    from .plane_proofs import PlaneProofs
 
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
@@ -180,10 +183,51 @@ class Checker:
                     far = FURTHER * max(float(distance[k]), 0.0) + LEAST_FAR  # the next one is often alike
                 else:
                     far = self.reach
+        self._check_room()
+        return out
+
+    def pairs_within(self, q: Floats, stage: Ints, far: float) -> NearPairs:
+        """All pairs that come within some distance.
+
+        Args:
+            q: configurations of the arm, (m, n), rad.
+            stage: number of deposits already laid, (m,).
+            far: the distance, m; it may be more than the reach.
+
+        Returns:
+            The pairs; every other is further apart.
+
+        Raises:
+            InputError: there are more of them than MuJoCo has room for.
+        """
+        self.asked.count += len(q)
+        found = []
+        for laid in np.unique(stage):
+            self._lay(int(laid), arm_alone=True)
+            rows = np.flatnonzero(stage == laid)
+            for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
+                if count := self._look(far):
+                    self.asked.contacts += count
+                    c = self._data.contact
+                    found.append((i, c.geom.copy(), c.dist.copy(), c.frame.reshape(-1, 9).copy(), c.pos.copy()))
+        self._check_room()
+        return NearPairs.of(found)
+
+    def _check_room(self) -> None:
         if self._data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
             # pairs were left out: the nearest may be among them
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
-        return out
+
+    @cached_property
+    def proofs(self) -> PlaneProofs | None:
+        """Proofs by few configurations, where the arm alone moves; else None."""
+        from .plane_proofs import PlaneProofs  # it is made of checkers
+
+        return PlaneProofs(self) if PlaneProofs.suits(self) else None
+
+    def posed(self) -> mujoco.MjData:
+        """MuJoCo's own data at the table's pose: of what does not move with the arm."""
+        return self._data
 
     def of_tool(self, pair: Ints) -> NDArray[np.bool_]:
         """Whether a pair is what moves with the TCP against what is no part of the arm: alike in every configuration.
@@ -202,14 +246,18 @@ class Checker:
         """Find what is near: first out to some distance, then further as long as there is nothing; how many pairs."""
         far = self._coarser(far)
         while True:
-            self._look_out_to(far)
-            if self._nearby is not None:
-                self._nearby.choose(self._data, far)
-            mujoco.mj_collision(self._model, self._data)
-            count = int(self._data.ncon)
+            count = self._look(far)
             if count or far == self.reach:
                 return count
             far = self._coarser(2.0 * far)
+
+    def _look(self, far: float) -> int:
+        """Find all pairs out to some distance; how many."""
+        self._look_out_to(far)
+        if self._nearby is not None:
+            self._nearby.choose(self._data, far)
+        mujoco.mj_collision(self._model, self._data)
+        return int(self._data.ncon)
 
     def _coarser(self, far: float) -> float:
         """One of a few distances, at least as far; the reach is the furthest."""
