@@ -26,6 +26,7 @@ from .motion_bounds import joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
+CLOSELY, PLACES = 100, 12  # of what is too near so many steps are looked at again, in so many places
 MANY = 20  # steps, from which to prove them together costs less than each by itself
 SPARE = 5e-4  # m that may be given for what is between rows
 
@@ -158,7 +159,12 @@ def cut_corners(
     open_, nearest = _not_proved(checker, radius, _Rounded(path, p, bow, low, stage), k, least)
     both = Clearances.joined([seen.rows(hit), nearest])
     first, index = np.unique(np.concatenate([np.minimum(rows[hit], len(path.s) - 2), open_]), return_index=True)
-    return first, both.rows(index)
+    both = both.rows(index)
+    for n, k in enumerate(first[:CLOSELY].tolist()):
+        at = rounded(path.q, path.s, path.zone, np.linspace(path.s[k], path.s[k + 1], PLACES))
+        there = checker.clearances(at, np.full(PLACES, max(stage[k], stage[k + 1])))
+        both.nearer(np.array([n]), there.rows(np.array([int(np.argmin(there.distance))])))
+    return first, both
 
 
 def _ends(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -63,9 +63,7 @@ class KeptAlong:
     nearest: Clearances
 
 
-def kept_along(
-    checker: Checker, radius: Floats, samples: Samples, least: float
-) -> KeptAlong:
+def kept_along(checker: Checker, radius: Floats, samples: Samples, least: float) -> KeptAlong:
     """Prove that a clearance is kept.
 
     Args:

@@ -32,6 +32,7 @@ from .convex_shapes import ConvexShape, convex_shape
 from .motion_bounds import bow
 from .near_pairs import NearPairs
 from .pair_groups import PairGroup
+from .reach_radii import radii
 
 SPACINGS = (0.08, 0.04, 0.02, 0.01, 0.0)  # m of travel between the samples that are looked at, one after the other
 BEYOND_STILL, BEYOND_ITSELF = 0.03, 0.1  # m: how much further than what is wanted is looked out to
@@ -120,9 +121,9 @@ class PlaneProofs:
         scene = self._scene = checker.scene
         self._chain = scene.chain
         solid = scene.arm_geom & scene.contact_bits.any(axis=0)
-        still, itself = PairGroup(checker, solid), PairGroup(checker, None)
+        still, itself = PairGroup(checker, itself=False), PairGroup(checker, itself=True)
         self._groups = ((still, 1.0, BEYOND_STILL), (itself, 2.0, BEYOND_ITSELF))
-        self._radius = itself.radius
+        self._radius = radii(scene)
         self._T_world_base = scene.T_world_base()
         self._owner, self._shapes = _arm_shapes(checker, solid)
         self._moving = np.flatnonzero(solid)

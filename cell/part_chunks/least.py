@@ -107,9 +107,7 @@ def least_clearance(context: Context, samples: RunSamples, known: float) -> Leas
     """
     s = samples
     checker, radius = context.checker, context.radius
-    at, nearest = least_on_the_way(
-        checker, radius, s.axes, s.stage, s.clearances, s.run, known=known, kept=s.kept
-    )
+    at, nearest = least_on_the_way(checker, radius, s.axes, s.stage, s.clearances, s.run, known=known, kept=s.kept)
     return _named(context, samples, at, nearest)
 
 

@@ -174,7 +174,7 @@ def test_what_goes_round_and_ends_where_it_began_has_been_away(scene, turn):
     at = points_at(scene, geoms, scene.arm_qpos, q + np.linspace(0, 1, 25)[:, None] * step)
     both = (np.linalg.norm(at - at[0], axis=2) + np.linalg.norm(at - at[-1], axis=2)).max()
     assert both > 0.1
-    assert both <= swept.against_still(q, q + step)[0] <= swept.bound(q, q + step)[0]
+    assert both <= swept.bound(q, q + step)[0] / 2
 
 
 @pytest.mark.parametrize("least", [0.0, 0.02])

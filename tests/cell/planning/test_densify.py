@@ -93,7 +93,7 @@ def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch, mon
 
 def test_new_rows_that_come_too_near_are_refused(context: Context, bead: Stretch) -> None:
     # the bead's own rows were passed before: what is found now is found of what is put between them
-    beyond = float(bead.clearances.distance.max()) + 1e-3
+    beyond = float(bead.low.max()) + 1e-3
     (dense,), failures = refined(replace(context, settings=replace(context.settings, clearance=beyond)), [bead])
     assert len(dense.q) > len(bead.q)
     assert {failure.kind for failure in failures.values()} == {Kind.COLLISION}
