@@ -137,23 +137,21 @@ def least_on_the_way(
     step = steps_between(q, apart)
     laid = np.maximum(stage[step], stage[step + 1])
     nearest = _Nearest.of(checker, q, stage, found, step, known)
-    low = np.minimum(found.distance, checker.reach) if kept is None else None
-    on_step = kept_on_steps(low, q, radius)[step] if low is not None else kept[step]
-    k = np.flatnonzero(on_step <= nearest.limit)
+    low = np.minimum(found.distance, checker.reach)
+    on_step = kept_on_steps(low, q, radius) if kept is None else kept
+    k = np.flatnonzero(on_step[step] <= nearest.limit)
     if isinstance(checker, Checker) and checker.proofs is not None and len(k) > MANY:
         proved = checker.proofs.along(q, step[k], laid[k], nearest.limit, nearest.allowed / BENT)
         nearest.sees(proved.seen, q, stage, step)
         k = k[proved.kept <= nearest.limit]
-    if low is None and len(k):
+    if kept is not None and len(k):
         rows = np.unique(np.concatenate([step[k], step[k] + 1]))
-        low, seen = np.full(len(q), np.nan), Clearances.none(len(q))
+        seen = Clearances.none(len(q))
         seen.put(rows, checker.clearances(q[rows], stage[rows]))
-        low[rows] = np.minimum(seen.distance[rows], checker.reach)
+        low = np.minimum(seen.distance, checker.reach)
         nearest.sees(seen, q, stage, step)
-    if low is not None:
-        steps = OpenSteps(step[k], q[step[k]], q[step[k] + 1], low[step[k]], low[step[k] + 1], laid[k])
-        steps = steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit)))
-        _halve(checker, radius, steps, nearest)
+    steps = OpenSteps(step[k], q[step[k]], q[step[k] + 1], low[step[k]], low[step[k] + 1], laid[k])
+    _halve(checker, radius, steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))), nearest)
     best = nearest.best
     return nearest.at, best if best.distance[0] > known else _closest(checker, nearest.about, nearest.there, best)
 

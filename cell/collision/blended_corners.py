@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..timing.blending import kept_zone, rounded
+from ..timing.blending import kept_zone, mirrored, rounded
 from .between_samples import unproven_steps
 from .checker import Checker
 from .clearances import Clearances, Sees
-from .motion_bounds import joint_travel_bound
+from .motion_bounds import bow, joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
@@ -89,6 +89,29 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
     return Parabolas(grid + path.s[0], row, np.maximum(off[:-1], off[1:]) + np.diff(grid) ** 2 / 8 * bends, bends)
 
 
+def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas, steps: Ints) -> Floats:
+    """How far anything is off where the rows have it on some steps, by where the arm's links are, (k,), m.
+
+    Where the parabolas end that is measured; between, the difference of both ways bends by so much at most: by the
+    joints' bend times their radii, and each way by what its joints' turning bends it.
+    """
+    piece = np.flatnonzero(np.isin(p.row, steps))
+    ends, at = np.unique(np.stack([p.s[piece], p.s[piece + 1]], axis=1), return_inverse=True)
+    at = at.reshape(-1, 2)
+    there = rounded(path.q, path.s, path.zone, ends)
+    away = checker.way(radius, _linear(path.q, path.s, ends), there)
+    t, far = mirrored(path.q, path.s - path.s[0])
+    zone, off = kept_zone(path.zone, path.s[-1] - path.s[0]), ends - path.s[0]
+    slope = np.abs(_linear(far, t, off + zone) - _linear(far, t, off - zone)) / (2 * zone)
+    straight = np.abs(np.diff(path.q, axis=0)) / np.diff(path.s)[:, None]
+    steepest = np.maximum.reduce([slope[at[:, 0]], slope[at[:, 1]], straight[p.row[piece]]])
+    bends = p.bend[piece] + 2 * bow(radius, steepest)
+    here = away[at].max(axis=1) + np.diff(ends[at], axis=1)[:, 0] ** 2 / 8 * bends
+    out = np.zeros(len(path.s))
+    np.maximum.at(out, p.row[piece], here)
+    return out[steps]
+
+
 def _linear(q: Floats, s: Floats, at: Floats) -> Floats:
     return np.stack([np.interp(at, s, column) for column in q.T], axis=1)
 
@@ -134,6 +157,8 @@ def cut_corners(
     steps = off > NOTHING if which is None else which & (off > NOTHING)
     if kept is not None:
         # off the rows' own way by so much at most
+        close = np.flatnonzero(steps & (kept - off < least) & (kept >= least))
+        off[close] = np.minimum(off[close], _off_closely(checker, radius, path, p, close))
         steps &= kept - off < least
     q = rounded(path.q, path.s, path.zone)
     known, bow = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend

@@ -23,7 +23,8 @@ from .clearances import Clearances
 from .open_steps import OpenSteps
 
 SPARE = 3e-3  # m: so much more is aimed at, for what is put in between or rounded afterwards
-BEND = 1e-3  # m that may be given for what is between samples
+NEARLY = 0.975  # of the least that is seen is aimed at as well: the least clearance need not be looked for again
+BEND = 1e-4  # m that may be given for what is between samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,7 @@ def kept_along(checker: Checker, radius: Floats, samples: Samples, least: float)
     laid = np.maximum(stage[step], stage[step + 1])
     seen = Clearances.none(len(q))
     if checker.proofs is not None:
-        proved = checker.proofs.along(q, step, laid, least + SPARE, BEND)
+        proved = checker.proofs.along(q, step, laid, least + SPARE, BEND, NEARLY)
         kept[step], seen = proved.kept, proved.seen
     low = np.maximum(kept, np.append(-np.inf, kept[:-1]))
     k = np.flatnonzero(kept[step] < least)

@@ -137,15 +137,18 @@ class PlaneProofs:
         """Whether a checker is one that these proofs are for: of all pairs, of an arm at a table that stands."""
         return type(checker) is Checker and len(checker.scene.arm_qpos) == checker.scene.chain.n
 
-    def along(self, q: Floats, step: Ints, laid: Ints, wanted: Floats | float, bend: float) -> ProvedSteps:
+    def along(
+        self, q: Floats, step: Ints, laid: Ints, wanted: Floats | float, bend: float, share: float = 0.0
+    ) -> ProvedSteps:
         """Prove what can be proved.
 
         Args:
             q: samples, (m, n), rad.
             step: steps in question by their first samples, ascending, (k,).
             laid: deposits laid on each, (k,).
-            wanted: clearance that is wanted, (k,) or one for all, m: of steps on which it is proved no more is asked for.
+            wanted: clearance that is wanted, (k,) or one for all, m: where it is proved no more is asked for.
             bend: how much of it may be given for what is between samples, m; steps are divided until that is enough.
+            share: of the least that is seen is wanted as well.
 
         Returns:
             What is proved of the steps.
@@ -155,8 +158,8 @@ class PlaneProofs:
         least = np.broadcast_to(np.asarray(wanted, dtype=float), len(step))
         parts = self._parts(q, step, bend)
         if parts.max() > 1:
-            return self._in_parts(q, step, laid, least, parts)
-        return self._whole(q, step, laid, least)
+            return self._in_parts(q, step, laid, (least, share), parts)
+        return self._whole(q, step, laid, (least, share))
 
     def _bend(self, q: Floats, step: Ints) -> Floats:
         """How far any point of the arm is off the straight line between its places at the ends of steps, (k,), m."""
@@ -165,7 +168,7 @@ class PlaneProofs:
     def _parts(self, q: Floats, step: Ints, bend: float) -> Ints:
         return np.maximum(np.ceil(np.sqrt(self._bend(q, step) / bend)), 1).astype(np.int64)
 
-    def _in_parts(self, q: Floats, step: Ints, laid: Ints, wanted: Floats, parts: Ints) -> ProvedSteps:
+    def _in_parts(self, q: Floats, step: Ints, laid: Ints, wanted: tuple[Floats, float], parts: Ints) -> ProvedSteps:
         """The same with steps divided into equal parts."""
         of = np.repeat(np.arange(len(step)), parts)
         first = np.cumsum(parts) - parts
@@ -177,7 +180,7 @@ class PlaneProofs:
         finer[at] = q[step[of]] + share[:, None] * (q[step[of] + 1] - q[step[of]])
         last = (first + parts)[ends] + shift[ends]
         finer[last] = q[step[ends] + 1]
-        found = self._whole(finer, at, laid[of], wanted[of])
+        found = self._whole(finer, at, laid[of], (wanted[0][of], wanted[1]))
         seen = Clearances.none(len(q))
         sample = np.full(len(finer), -1)
         sample[at[first]], sample[last] = step, step[ends] + 1
@@ -185,17 +188,21 @@ class PlaneProofs:
         seen.put(sample[there], found.seen.rows(there))
         return ProvedSteps(np.minimum.reduceat(found.kept, first), seen)
 
-    def _whole(self, q: Floats, step: Ints, laid: Ints, wanted: Floats) -> ProvedSteps:
+    def _whole(self, q: Floats, step: Ints, laid: Ints, wanted: tuple[Floats, float]) -> ProvedSteps:
         kept, seen = np.full(len(step), np.inf), Clearances.none(len(q))
         poses = self._poses(q)
         bend = self._bend(q, step)
+        least = wanted[0]
         for group, share, beyond in self._groups:
             mine = np.full(len(step), -np.inf)
             for spacing in SPACINGS:
-                open_ = np.flatnonzero(mine < wanted)
+                nearest = wanted[1] * float(seen.distance.min())
+                if np.isfinite(nearest):
+                    least = np.maximum(wanted[0], nearest)
+                open_ = np.flatnonzero(mine < least)
                 if not len(open_):
                     break
-                most = float(wanted[open_].max())
+                most = float(least[open_].max())
                 cells, of = _cells(poses.way, step[open_], laid[open_], spacing, most + beyond)
                 near = group.pairs_within(q[cells.at], cells.laid, cells.far)
                 seen.nearer(cells.at, near.nearest(len(cells.at)))
@@ -235,7 +242,7 @@ class PlaneProofs:
         return out - LESS
 
     def _travel(self, poses: _Poses, cells: _Cells) -> Floats:
-        """How far any point of the arm is at most from where it was at the sample that its cell is proved from, (t,)."""
+        """How far any point of the arm is at most from where it was at the sample of its cell that is looked at, (t,)."""
         a, b = cells.sample, cells.at[cells.cell]
         # the chord of a turn, of what is 1 from its centre
         chord = np.sqrt(((poses.R[a] - poses.R[b]) ** 2).sum(axis=(2, 3)) / 2.0)

@@ -202,8 +202,8 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> tuple[Stret
     part = np.cumsum((np.diff(rows, prepend=-2) > 1) | ~wanted[rows - 1])
     samples = Samples(stretch.axes[rows], context.stage[stretch.edge[rows]], part, part)
     found = kept_along(context.checker, context.radius, samples, context.settings.kept)
-    for k in np.flatnonzero(found.seen.distance < context.settings.clearance).tolist():
-        blame(int(stretch.edge[rows[k]]), context.describe(found.seen, k))
+    for i in np.flatnonzero(found.seen.distance < context.settings.clearance).tolist():
+        blame(int(stretch.edge[rows[i]]), context.describe(found.seen, i))
     for n, at in enumerate(rows[found.open].tolist()):
         blame(int(stretch.edge[at]), context.describe(found.nearest, n, seen=between(found.nearest, n, context)))
     clearances, low, kept = stretch.clearances.rows(np.arange(len(new))), stretch.low.copy(), stretch.kept.copy()

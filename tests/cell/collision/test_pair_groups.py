@@ -1,7 +1,10 @@
 """The arm's pairs in two groups: together they are all, and what is nearest in one or the other is nearest of all."""
 
+import itertools
+
 import numpy as np
 import pytest
+from support.random_cells import random_cell, write_meshes
 
 from cell import prepare
 from cell.collision.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
@@ -9,7 +12,6 @@ from cell.collision.checker import Checker
 from cell.collision.pair_groups import PairGroup
 from cell.collision.reach_radii import radii
 from cell.scene.compose import compose
-from support.random_cells import random_cell, write_meshes
 
 REACH = 0.3
 
@@ -95,7 +97,7 @@ def test_the_least_is_what_dense_samples_have(scenes, monkeypatch, many):
             found = checker.clearances(way, stage)
             _, nearest = least_on_the_way(checker, radius, way, stage, found)
             t = np.linspace(0, 1, 15)[:, None]
-            dense = np.concatenate([a + t * (b - a) for a, b in zip(way[:-1], way[1:], strict=True)])
+            dense = np.concatenate([a + t * (b - a) for a, b in itertools.pairwise(way)])
             true = checker.clearances(dense, np.zeros(len(dense), dtype=np.int64)).distance.min()
             if not np.isfinite(true) or true < 0:
                 continue

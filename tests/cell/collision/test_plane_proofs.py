@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from support.random_cells import random_cell, write_meshes
 
 from cell import prepare
 from cell.collision.checker import Checker
@@ -12,7 +13,6 @@ from cell.collision.plane_proofs import PlaneProofs
 from cell.collision.reach_radii import radii
 from cell.collision.table import with_table_axes
 from cell.scene.compose import compose
-from support.random_cells import random_cell, write_meshes
 
 REACH, STEPS = 0.3, 20
 
