@@ -41,7 +41,7 @@ STAGES = (
     ("cell.verdict.check", "plan_in_chunks", "planning"),
     ("cell.verdict.check", "with_lockouts", "planning"),
     ("cell.verdict.check", "with_home", "planning"),
-    ("cell.part_chunks.chunked_run", "refined", "after"),
+    ("cell.part_chunks.chunked_run", "densified", "after"),
     ("cell.part_chunks.chunked_run", "corners", "after"),
     ("cell.part_chunks.chunked_run", "timed", "after"),
     ("cell.part_chunks.chunked_run", "assemble", "after"),

@@ -44,9 +44,9 @@ def verdicts(job: Job, checker: Checker, placed, clearance: float, roll_step: fl
         if not len(todo):
             break
         here = q[todo, order[todo, k]]
-        found = checker.clearances(here, job.stage[todo])
+        found = checker.clearances(here, job.deposits_before[todo])
         free[todo[found.distance >= clearance]] = True
-        looked.append((here, job.stage[todo]))
+        looked.append((here, job.deposits_before[todo]))
     return free, looked
 
 

@@ -70,7 +70,7 @@ class Search:
         raw = closed_form.solve(self.form, apply_roll(self.placed.rows([i]).Ts_base_target[0], rolls))
         q = with_turns(self.chain, raw, packed=True)[..., 0, :]
         good = np.isfinite(q[..., 0]) & (margins(self.chain, self.form, q) >= self.least).all(axis=-1)
-        good[good] = self.free(q[good], int(self.job.stage[i]))
+        good[good] = self.free(q[good], int(self.job.deposits_before[i]))
         return q, good
 
     def target(self, i: int) -> bool:
@@ -144,7 +144,7 @@ class Search:
         turns = np.ceil((self.chain.lower - 1e-9 - low) / (2 * np.pi))
         if (high + 2 * np.pi * turns > self.chain.upper + 1e-9).any():
             return False
-        return bool(self.free(q + 2 * np.pi * turns, int(self.job.stage[i])).all())
+        return bool(self.free(q + 2 * np.pi * turns, int(self.job.deposits_before[i])).all())
 
     def travel(self, i: int, k: int, seconds: float) -> bool:
         """Whether a tree joins the end of one bead to the start of the next."""

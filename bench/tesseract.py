@@ -127,7 +127,7 @@ class TargetsAlone(StationSearch):
             if way is None:
                 break
             q = way[2]
-            found = self.context.screen.clearances(q, self.bead.stage)
+            found = self.context.screen.clearances(q, self.bead.deposits_before)
             hit = np.flatnonzero(found.distance < self.context.settings.clearance)
             if not len(hit):
                 return q
@@ -155,12 +155,12 @@ def refused(context: Context, first: int, q: Floats) -> tuple[int, int]:
     turned = np.linalg.solve(T, chain.forward(q))
     off = np.linalg.norm(turned[:, :3, 3], axis=1) + np.abs(turned[:, 2, 2] - 1)
     roll = np.arctan2(turned[:, 1, 0], turned[:, 0, 0])
-    near = context.screen.clearances(q, context.stage[targets]).distance < context.settings.clearance - TOUCH
+    near = context.screen.clearances(q, context.deposits_before[targets]).distance < context.settings.clearance - TOUCH
     pairs = np.stack([np.arange(len(q) - 1), np.arange(1, len(q))], axis=1)
     track = track_edges(
         context.solver, placed, targets[:-1], roll[pairs], q[pairs], context.limits, context.settings.steps
     )
-    stage = context.stage[targets[:-1][track.edge]]
+    stage = context.deposits_before[targets[:-1][track.edge]]
     clear = context.checker.clearances(track.q, stage)
     bad = set(np.flatnonzero(track.broken != "").tolist())
     bad.update(track.edge[clear.distance < context.settings.clearance - TOUCH].tolist())

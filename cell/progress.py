@@ -6,8 +6,8 @@
     with counted(tell, "beads", total=2) as count:
         count(); count()
 
-A `Progress` is a callback of three values. Work that is timed as a whole is a :func:`stage`; :func:`watched` names
-who is told of stages. Without either nothing is told and nothing is timed.
+A `Progress` is a callback of three values. Work that is timed as a whole is a :func:`phase`; :func:`watched` names
+who is told of phases. Without either nothing is told and nothing is timed.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ Progress = Callable[[str, int, int], None]  # what is counted, how many are done
 
 
 class Watcher(Protocol):
-    """Is told of stages of the work."""
+    """Is told of phases of the work."""
 
-    def during(self, stage: str, spins: bool, /) -> AbstractContextManager[None]:
-        """Entered when a stage begins and left when it ends.
+    def during(self, phase: str, spins: bool, /) -> AbstractContextManager[None]:
+        """Entered when a phase begins and left when it ends.
 
         Args:
             stage: its name.
@@ -72,7 +72,7 @@ def counted(progress: Progress | None, what: str, total: int, done: int = 0) -> 
 
 @contextmanager
 def watched(watcher: Watcher) -> Iterator[None]:
-    """Tell a watcher of all stages.
+    """Tell a watcher of all phases.
 
     Args:
         watcher: whom.
@@ -84,18 +84,18 @@ def watched(watcher: Watcher) -> Iterator[None]:
         _watcher.reset(token)
 
 
-def stage(name: str, *, spins: bool = True) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Make a function a stage of the work.
+def phase(name: str, *, spins: bool = True) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Make a function a phase of the work.
 
     Args:
-        name: of the stage.
+        name: of the phase.
         spins: whether it shows no progress of its own.
 
     Returns:
         A decorator.
     """
 
-    def staged(function: Callable[P, R]) -> Callable[P, R]:
+    def timed(function: Callable[P, R]) -> Callable[P, R]:
         @functools.wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
             watcher = _watcher.get()
@@ -106,4 +106,4 @@ def stage(name: str, *, spins: bool = True) -> Callable[[Callable[P, R]], Callab
 
         return call
 
-    return staged
+    return timed

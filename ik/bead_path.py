@@ -30,7 +30,7 @@ OTHERS = (
 )
 SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; standing still is preferred
 LARGEST_STEP = np.deg2rad(60.0)  # a flip of wrist, elbow or shoulder turns some joint further
-DEAR = 10.0  # s: what is tried last, a large turn of a joint or a speed that is not held
+COSTLY = 10.0  # s: what is tried last, a large turn of a joint or a speed that is not held
 SPANS = np.array([1, 2, 3, 5, 8, 13, 21, 34, 55, 89])  # samples that the roll may change by where it turns freely
 Edge = tuple[tuple[int, int, int], tuple[int, int, int]]
 
@@ -195,7 +195,7 @@ def _forward(ends: _Ends, limits: _Limits, forbidden: set[Edge]) -> tuple[Floats
     price = np.where(allowed, move_price(needed, total) + came[:, None], np.inf)
     dear = allowed & ((furthest > limits.usual_step) | (needed > limits.usual_time))
     if dear.any():
-        price[dear] += DEAR + DEAR * np.maximum(needed[dear] / limits.usual_time - 1.0, 0.0)
+        price[dear] += COSTLY + COSTLY * np.maximum(needed[dear] / limits.usual_time - 1.0, 0.0)
     _forbid(price, forbidden, (g, k0, k1), shifts)
     price = price.reshape(len(g), len(k1), -1, rolls)
     choice = np.argmin(price, axis=2)

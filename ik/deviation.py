@@ -15,7 +15,7 @@ import numpy as np
 
 from .chain import Chain, Floats
 
-STEPS = 4  # of Newton's method at most; each squares the error
+NEWTON_STEPS = 4  # of Newton's method at most; each squares the error
 REACHED = 1e-10  # m and rad; what a closed form itself is worth
 NEXT_TO = 0.2  # rad; a solution further from where it began is another one
 DAMPING = 1e-16  # keeps a step finite in a singularity
@@ -91,13 +91,13 @@ def refined(chain: Chain, q: Floats, Ts_base_tcp: Floats) -> Floats:
 def _newton(chain: Chain, q0: Floats, Ts: Floats) -> Floats:
     q, good = q0.copy(), np.zeros(len(q0), dtype=bool)
     open_ = np.arange(len(q0))
-    for step in range(STEPS + 1):
+    for step in range(NEWTON_STEPS + 1):
         T, J = chain.forward_and_jacobian(q[open_])
         e = _twist(T, Ts[open_])
         size = np.maximum(np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1))
         good[open_] = size < REACHED
         left = size >= REACHED
-        if step == STEPS or not left.any():
+        if step == NEWTON_STEPS or not left.any():
             break
         open_, J, e = open_[left], J[left], e[left]
         Jt = np.swapaxes(J, 1, 2)

@@ -30,7 +30,7 @@ MOST_STANDINGS = 12  # of one configuration, that all combinations of turns are 
 WINDOW = 1.25 * np.pi  # half of what a joint of several turns stands in where there are more
 TWIN = 1e-4  # rad; solutions closer than this are one
 NEXT = 0.1  # rad that a joint is off a guess of which the closed form says the configuration
-ALONE = 4.0  # times as far off has any other configuration to be
+ALONE_TIMES = 4.0  # times as far off has any other configuration to be
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ class Solver:
         if kind == "closed_form" and form is None:
             raise ValueError("solver closed_form: this arm has none (it needs A2 parallel to A3 and a spherical wrist)")
         # an arm too far off for proofs still has the margins of the one next to it
-        geometry = form or closed_form.recognise(chain, closed_form.NEAR)
+        geometry = form or closed_form.recognise(chain, closed_form.NEAR_CLASS)
         return cls(chain, None if kind == "dls" else form, geometry)
 
     @property
@@ -157,7 +157,7 @@ class Solver:
         least = off[row, best]
         off[row, best] = np.inf
         q = guess + np.where(np.isfinite(least)[:, None], move[row, best], 0.0)
-        ok = (least <= NEXT) & (off.min(axis=1) > ALONE * least)
+        ok = (least <= NEXT) & (off.min(axis=1) > ALONE_TIMES * least)
         ok &= ((q >= self.chain.lower) & (q <= self.chain.upper)).all(axis=1)
         left = np.flatnonzero(~ok)
         if len(left):

@@ -429,7 +429,7 @@ def _scene(args: argparse.Namespace) -> int:
     case = _load(args)
     _outputs(args, case, "xml")
     from ..job.job import prepare
-    from ..report.scene_probe import probe_lines, probe_scene
+    from ..report.scene_contents import look_into_scene, scene_lines
     from ..scene.scene import table_angles
     from ..scene.standalone import standalone_xml
 
@@ -437,7 +437,7 @@ def _scene(args: argparse.Namespace) -> int:
     if args.xml:
         write_text(args.xml, standalone_xml(scene))
         return FEASIBLE
-    _say(probe_lines(probe_scene(scene, table_angles(scene, case.table.E1_deg, case.table.E2_deg))), sys.stdout)
+    _say(scene_lines(look_into_scene(scene, table_angles(scene, case.table.E1_deg, case.table.E2_deg))), sys.stdout)
     return FEASIBLE
 
 

@@ -25,7 +25,7 @@ class Speech:
         quiet: nothing but errors is said.
         verbose: everything is said.
         stream: where progress goes.
-        seconds: by stage.
+        seconds: by phase.
     """
 
     quiet: bool = False
@@ -34,19 +34,19 @@ class Speech:
     seconds: dict[str, float] = field(default_factory=dict)
 
     @contextmanager
-    def during(self, stage: str, spins: bool) -> Iterator[None]:
-        """Time a stage, and show that it is at work."""
+    def during(self, phase: str, spins: bool) -> Iterator[None]:
+        """Time a phase, and show that it is at work."""
         start = time.perf_counter()
         try:
             if spins and not self.quiet and self.stream is not None and self.stream.isatty():
                 from rich.console import Console
 
-                with Console(file=self.stream).status(stage):
+                with Console(file=self.stream).status(phase):
                     yield
             else:
                 yield
         finally:
-            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
+            self.seconds[phase] = self.seconds.get(phase, 0.0) + time.perf_counter() - start
 
 
 _speech: ContextVar[Speech | None] = ContextVar("speech", default=None)

@@ -30,7 +30,7 @@ from .open_steps import OpenSteps
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
 NEAREST_SHARE = 0.03  # of the least clearance, likewise
-MANY = 100  # steps, from which to have proofs by planes prepared costs less than they save
+MANY_STEPS = 100  # steps, from which to have proofs by planes prepared costs less than they save
 BENT = 4  # share of what a least clearance may be too large by that proofs may give for what is between samples
 CLOSER = 20  # halvings about the nearest sample found
 
@@ -140,7 +140,7 @@ def least_on_the_way(
     low = np.minimum(found.distance, checker.reach)
     on_step = kept_on_steps(low, q, radius) if kept is None else kept
     k = np.flatnonzero(on_step[step] <= nearest.limit)
-    if isinstance(checker, Checker) and checker.proofs is not None and len(k) > MANY:
+    if isinstance(checker, Checker) and checker.proofs is not None and len(k) > MANY_STEPS:
         proved = checker.proofs.along(q, step[k], laid[k], nearest.limit, nearest.allowed / BENT)
         nearest.sees(proved.seen, q, stage, step)
         k = k[proved.kept <= nearest.limit]
@@ -248,5 +248,5 @@ def _open(checker: Sees, radius: Floats, a: Floats, b: Floats, room: Floats) -> 
     """Steps whose clearances at both ends together do not prove them free; most are settled by the cheaper bound."""
     open_: NDArray[np.bool_] = room <= joint_travel_bound(radius, a, b)
     k = np.flatnonzero(open_)
-    open_[k] = room[k] <= checker.way(radius, a[k], b[k])
+    open_[k] = room[k] <= checker.travel_bound(radius, a[k], b[k])
     return open_

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..timing.blending import kept_zone, mirrored, rounded
+from ..timing.blending import blended, kept_zone, mirrored
 from .between_samples import unproven_steps
 from .checker import Checker
 from .clearances import Clearances, Sees
-from .motion_bounds import bow, joint_travel_bound
+from .motion_bounds import curvature, joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
@@ -81,7 +81,7 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
     grid = np.concatenate([s, far - zone, far + zone])
     grid = np.unique(grid[(grid >= 0) & (grid <= end)])
     slope = np.diff(path.q, axis=0) / np.diff(s)[:, None]
-    off = np.abs(rounded(path.q, s, zone, grid) - _linear(path.q, s, grid)) @ radius
+    off = np.abs(blended(path.q, s, zone, grid) - _linear(path.q, s, grid)) @ radius
     middle = (grid[:-1] + grid[1:]) / 2
     bend = (_slope_at(slope, s, middle + zone) - _slope_at(slope, s, middle - zone)) / (2 * zone)
     bends = np.abs(bend) @ radius
@@ -98,14 +98,14 @@ def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas,
     piece = np.flatnonzero(np.isin(p.row, steps))
     ends, at = np.unique(np.stack([p.s[piece], p.s[piece + 1]], axis=1), return_inverse=True)
     at = at.reshape(-1, 2)
-    there = rounded(path.q, path.s, path.zone, ends)
-    away = checker.way(radius, _linear(path.q, path.s, ends), there)
+    there = blended(path.q, path.s, path.zone, ends)
+    away = checker.travel_bound(radius, _linear(path.q, path.s, ends), there)
     t, far = mirrored(path.q, path.s - path.s[0])
     zone, off = kept_zone(path.zone, path.s[-1] - path.s[0]), ends - path.s[0]
     slope = np.abs(_linear(far, t, off + zone) - _linear(far, t, off - zone)) / (2 * zone)
     straight = np.abs(np.diff(path.q, axis=0)) / np.diff(path.s)[:, None]
     steepest = np.maximum.reduce([slope[at[:, 0]], slope[at[:, 1]], straight[p.row[piece]]])
-    bends = p.bend[piece] + 2 * bow(radius, steepest)
+    bends = p.bend[piece] + 2 * curvature(radius, steepest)
     here = away[at].max(axis=1) + np.diff(ends[at], axis=1)[:, 0] ** 2 / 8 * bends
     out = np.zeros(len(path.s))
     np.maximum.at(out, p.row[piece], here)
@@ -160,33 +160,33 @@ def cut_corners(
         close = np.flatnonzero(steps & (kept - off < least) & (kept >= least))
         off[close] = np.minimum(off[close], _off_closely(checker, radius, path, p, close))
         steps &= kept - off < least
-    q = rounded(path.q, path.s, path.zone)
-    known, bow = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
+    q = blended(path.q, path.s, path.zone)
+    known, sagitta = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
     # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
     low = known - joint_travel_bound(radius, path.q, q)
     near = _ends(steps) & (low < least)
-    # between its ends a point is off the chord by the bow at most, and the chord no nearer than half of what the ends'
-    # clearances have beyond its way: the rounded path keeps `least` where low + low - 2 least > way + 2 bow
-    maybe = steps & (low[:-1] + low[1:] - 2 * least <= joint_travel_bound(radius, q[:-1], q[1:]) + 2 * bow)
+    # between its ends a point is off the chord by the sagitta at most, and the chord no nearer than half of what the ends'
+    # clearances have beyond its way: the rounded path keeps `least` where low + low - 2 least > way + 2 sagitta
+    maybe = steps & (low[:-1] + low[1:] - 2 * least <= joint_travel_bound(radius, q[:-1], q[1:]) + 2 * sagitta)
     again = np.flatnonzero(near | _ends(maybe))
-    low[again] = known[again] - checker.way(radius, path.q[again], q[again])
+    low[again] = known[again] - checker.travel_bound(radius, path.q[again], q[again])
     rows = np.flatnonzero(near & (low < least))
     seen = checker.clearances(q[rows], stage[rows])
     low[rows] = np.minimum(seen.distance, checker.reach)
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
-    k = k[low[k] + low[k + 1] - 2 * least <= checker.way(radius, q[k], q[k + 1]) + 2 * bow[k]]
+    k = k[low[k] + low[k + 1] - 2 * least <= checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]
     proofs = checker.proofs if isinstance(checker, Checker) else None
     if proofs is not None and len(k) > MANY:
         # by the planes that the rows' own way keeps to
         proved = proofs.along(path.q, k, np.maximum(stage[k], stage[k + 1]), least + off[k], SPARE)
         k = k[proved.kept - off[k] < least]
-    open_, nearest = _not_proved(checker, radius, _Rounded(path, p, bow, low, stage), k, least)
+    open_, nearest = _not_proved(checker, radius, _BlendedSteps(path, p, sagitta, low, stage), k, least)
     both = Clearances.joined([seen.rows(hit), nearest])
     first, index = np.unique(np.concatenate([np.minimum(rows[hit], len(path.s) - 2), open_]), return_index=True)
     both = both.rows(index)
     for n, k in enumerate(first[:CLOSELY].tolist()):
-        at = rounded(path.q, path.s, path.zone, np.linspace(path.s[k], path.s[k + 1], PLACES))
+        at = blended(path.q, path.s, path.zone, np.linspace(path.s[k], path.s[k + 1], PLACES))
         there = checker.clearances(at, np.full(PLACES, max(stage[k], stage[k + 1])))
         both.nearer(np.array([n]), there.rows(np.array([int(np.argmin(there.distance))])))
     return first, both
@@ -204,9 +204,9 @@ class _Nearer:
     def __init__(self, checker: Sees, by: float) -> None:
         self.checker, self.by, self.reach = checker, by, checker.reach - by
 
-    def way(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
         """As of the checker."""
-        return self.checker.way(radius, a, b)
+        return self.checker.travel_bound(radius, a, b)
 
     def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
         """As of the checker, less the distance."""
@@ -215,25 +215,27 @@ class _Nearer:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rounded:
+class _BlendedSteps:
     """A rounded path and what is known of it.
 
     Attributes:
         path: the rows.
         pieces: its parabolas.
-        bow: how far each step's rounded path is off its chord at most, (m - 1,), m.
+        sagitta: how far each step's rounded path is off its chord at most, (m - 1,), m.
         low: clearance at least where the rows come to lie, (m,), m.
         stage: deposits laid at each row, (m,).
     """
 
     path: BlendedPath
     pieces: Parabolas
-    bow: Floats
+    sagitta: Floats
     low: Floats
     stage: Ints
 
 
-def _not_proved(checker: Sees, radius: Floats, run: _Rounded, steps: Ints, least: float) -> tuple[Ints, Clearances]:
+def _not_proved(
+    checker: Sees, radius: Floats, run: _BlendedSteps, steps: Ints, least: float
+) -> tuple[Ints, Clearances]:
     """Steps whose rounded path cannot be proved to keep a clearance: by chords of it, the arm taken for thicker.
 
     Args:
@@ -246,13 +248,13 @@ def _not_proved(checker: Sees, radius: Floats, run: _Rounded, steps: Ints, least
     Returns:
         Those that are not proved, and the nearest pair on each.
     """
-    path, p, bow, low, stage = run.path, run.pieces, run.bow, run.low, run.stage
+    path, p, sagitta, low, stage = run.path, run.pieces, run.sagitta, run.low, run.stage
     if not len(steps):
         return steps, Clearances.none(0)
     first = np.searchsorted(p.row, np.arange(len(path.s)))
-    s = [_chords(p, int(first[k]), int(first[k + 1]), float(bow[k])) for k in steps]
+    s = [_chords(p, int(first[k]), int(first[k + 1]), float(sagitta[k])) for k in steps]
     at, of = np.concatenate(s), np.repeat(steps, [len(some) for some in s])
-    q, laid = rounded(path.q, path.s, path.zone, at), np.maximum(stage[of], stage[of + 1])
+    q, laid = blended(path.q, path.s, path.zone, at), np.maximum(stage[of], stage[of + 1])
     begins = np.diff(of, prepend=-1) != 0
     ends_ = np.append(begins[1:], True)
     thick = _Nearer(checker, CHORD)
@@ -271,11 +273,11 @@ def _not_proved(checker: Sees, radius: Floats, run: _Rounded, steps: Ints, least
     return left, nearest.rows(index)
 
 
-def _chords(p: Parabolas, first: int, last: int, bow: float) -> Floats:
+def _chords(p: Parabolas, first: int, last: int, sagitta: float) -> Floats:
     """Path lengths on a step, its ends among them, between which its parabolas are within ``CHORD`` of straight."""
-    if bow <= CHORD:
+    if sagitta <= CHORD:
         return p.s[[first, last]]
-    bows = np.diff(p.s[first : last + 1]) ** 2 / 8 * p.bend[first:last]
-    count = np.maximum(np.ceil(np.sqrt(bows / CHORD)), 1).astype(np.int64)
+    sagittas = np.diff(p.s[first : last + 1]) ** 2 / 8 * p.bend[first:last]
+    count = np.maximum(np.ceil(np.sqrt(sagittas / CHORD)), 1).astype(np.int64)
     some = [np.linspace(p.s[first + i], p.s[first + i + 1], n + 1)[:-1] for i, n in enumerate(count.tolist())]
     return np.concatenate([*some, p.s[last : last + 1]])

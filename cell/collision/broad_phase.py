@@ -1,7 +1,7 @@
 """Which bodies of a large part are near enough to the arm to be looked at.
 
-    nearby = BroadPhase.of(scene, model, data)       # None for a part of one body
-    nearby.choose(data, reach)                   # before mj_collision: leaves out what is too far off
+    near = BroadPhase.of(scene, model, data)       # None for a part of one body
+    near.select(data, reach)                   # before mj_collision: leaves out what is too far off
 
 MuJoCo goes through every geom of each body that may be hit, which for a part of thousands of layers costs more than the
 collisions. Spheres around geoms and bodies overlap wherever the geoms come within reach of each other: nothing within
@@ -68,7 +68,7 @@ class BroadPhase:
         both = model.geom_rbound[geoms][:, None] + radius + SLACK
         return cls(model, np.array(bodies), scene.body_conaffinity[bodies], centre, geoms, both)
 
-    def choose(self, data: mujoco.MjData, reach: float) -> None:
+    def select(self, data: mujoco.MjData, reach: float) -> None:
         """Let bodies collide that something of the arm may be within reach of (m), and no others."""
         place = data.geom_xpos[self.geoms]
         square = np.einsum("gi,gi->g", place, place)[:, None] - 2.0 * place @ self.centre.T

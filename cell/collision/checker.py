@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
 AWAY = 1e4  # m
-STEPS = 5_000  # that are bounded together: each takes some 4 kB meanwhile
+STEPS_TOGETHER = 5_000  # that are bounded together: each takes some 4 kB meanwhile
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
 CONTACTS = 20  # that cost as much as a configuration without any
-MANY = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
+MANY_GEOMS = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
 
 def _without_pairs(scene: Scene) -> mujoco.MjModel:
@@ -124,8 +124,8 @@ class Checker:
         mujoco.mj_kinematics(self._model, self._data)  # what stands on the table stays there
         # where the table's axes move as well, all of it has to follow
         arm_alone = len(scene.arm_qpos) == scene.chain.n
-        self._poses = ArmPoses(scene) if scene.model.ngeom > MANY and arm_alone else None
-        self._nearby = BroadPhase.of(scene, self._model, self._data) if arm_alone else None
+        self._poses = ArmPoses(scene) if scene.model.ngeom > MANY_GEOMS and arm_alone else None
+        self._broad_phase = BroadPhase.of(scene, self._model, self._data) if arm_alone else None
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
@@ -137,7 +137,7 @@ class Checker:
         """For another process: made anew of the scene."""
         return _made, (self.scene, self.table, self.reach, self.without, self.pair_gap)
 
-    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything can travel towards anything on steps: what clearances at their ends are held against.
 
         Args:
@@ -154,7 +154,10 @@ class Checker:
         if self._swept is None:
             arm = replace(self.scene, arm_qpos=self.scene.arm_qpos[:n])
             self._swept = MotionBounds(arm, radius) if axes == n else CoupledBounds(arm, radius)
-        bounds = [self._swept.bound(a[i : i + STEPS], b[i : i + STEPS]) for i in range(0, max(len(a), 1), STEPS)]
+        bounds = [
+            self._swept.bound(a[i : i + STEPS_TOGETHER], b[i : i + STEPS_TOGETHER])
+            for i in range(0, max(len(a), 1), STEPS_TOGETHER)
+        ]
         return np.concatenate(bounds)
 
     def clearances(self, q: Floats, stage: Ints) -> Clearances:
@@ -254,8 +257,8 @@ class Checker:
     def _look(self, far: float) -> int:
         """Find all pairs out to some distance; how many."""
         self._look_out_to(far)
-        if self._nearby is not None:
-            self._nearby.choose(self._data, far)
+        if self._broad_phase is not None:
+            self._broad_phase.select(self._data, far)
         mujoco.mj_collision(self._model, self._data)
         return int(self._data.ncon)
 

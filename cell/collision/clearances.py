@@ -24,7 +24,7 @@ class Sees(Protocol):
 
     reach: float
 
-    def way(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
         """How far anything can travel towards anything on steps, (m,), m; see ``cell.collision.motion_bounds``."""
         ...
 

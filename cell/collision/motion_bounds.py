@@ -75,9 +75,9 @@ class MotionBounds:
         if not len(a):
             return joints
         straight = self.straight(self.chain.frames(a), self.chain.frames(b))
-        # of a point that is off its chord by an eighth of the bow at most, the ways from both ends add up to this; two
+        # of a point that is off its chord by an eighth of the curvature at most, the ways from both ends add up to this; two
         # parts of the arm may both move, one towards the other
-        return np.minimum(joints, 2 * (straight + bow(self.radius, np.abs(b - a)) / 4))
+        return np.minimum(joints, 2 * (straight + curvature(self.radius, np.abs(b - a)) / 4))
 
     def straight(self, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Floats:
         """How far any point of the arm is after steps from where it was before them.
@@ -101,7 +101,7 @@ class MotionBounds:
         return straight
 
 
-def bow(radius: Floats, turn: Floats) -> Floats:
+def curvature(radius: Floats, turn: Floats) -> Floats:
     """Greatest second derivative along steps of any point that a chain of axes carries, (m,), m.
 
     Args:
@@ -144,7 +144,7 @@ class CoupledBounds:
         frames_a, frames_b = chain.frames(a[:, :n]), chain.frames(b[:, :n])
         arm = np.minimum(
             joint_travel_bound(self.radius[:n], a[:, :n], b[:, :n]),
-            2 * (self._arm.straight(frames_a, frames_b) + bow(self.radius[:n], turn[:, :n]) / 4),
+            2 * (self._arm.straight(frames_a, frames_b) + curvature(self.radius[:n], turn[:, :n]) / 4),
         )
         seen = np.zeros(len(a))
         for carried in (np.array([1.0, 0.0]), np.array([1.0, 1.0])):  # the tilting part, and what E2 turns on it
@@ -152,7 +152,7 @@ class CoupledBounds:
             straight = self._arm.straight(_seen(poses_a, frames_a), _seen(poses_b, frames_b))
             outer = turn[:, n:][:, ::-1] * carried[::-1]
             radius = np.concatenate([self._seen_radius, self.radius[:n]])
-            seen = np.maximum(seen, straight + bow(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)
+            seen = np.maximum(seen, straight + curvature(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)
         return np.maximum(arm, np.minimum(joints, seen))
 
 

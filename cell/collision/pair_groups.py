@@ -31,7 +31,7 @@ class PairGroup(Checker):
         self._moving_body = np.zeros(scene.model.nbody, dtype=bool)
         self._moving_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         if itself:
-            self._nearby = None
+            self._broad_phase = None
         else:
             # pairs that the model names count with the arm's own; here they are met where they touch, and no sooner
             self.pair_gap = 0.0

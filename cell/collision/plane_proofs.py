@@ -29,7 +29,7 @@ from ..arrays import Ints
 from .checker import Checker
 from .clearances import Clearances
 from .convex_shapes import ConvexShape, convex_shape
-from .motion_bounds import bow
+from .motion_bounds import curvature
 from .near_pairs import NearPairs
 from .pair_groups import PairGroup
 from .reach_radii import radii
@@ -163,7 +163,7 @@ class PlaneProofs:
 
     def _bend(self, q: Floats, step: Ints) -> Floats:
         """How far any point of the arm is off the straight line between its places at the ends of steps, (k,), m."""
-        return bow(self._radius, np.abs(q[step + 1] - q[step])) / 8
+        return curvature(self._radius, np.abs(q[step + 1] - q[step])) / 8
 
     def _parts(self, q: Floats, step: Ints, bend: float) -> Ints:
         return np.maximum(np.ceil(np.sqrt(self._bend(q, step) / bend)), 1).astype(np.int64)

@@ -47,7 +47,7 @@ def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
     return out
 
 
-REACH = 5e-3  # m: of a table by itself it is only asked whether it touches anything
+TABLE_REACH = 5e-3  # m: of a table by itself it is only asked whether it touches anything
 
 
 def table_alone(scene: Scene, table: tuple[float, float], stage: int | None = None) -> Clearances:
@@ -78,7 +78,7 @@ def tables_alone(scene: Scene, tables: Floats, stage: int | None = None) -> Clea
         Clearances, a row a pose.
     """
     laid = np.full(len(tables), scene.n_deposits if stage is None else stage)
-    return TableChecker(scene, REACH).clearances(tables, laid)
+    return TableChecker(scene, TABLE_REACH).clearances(tables, laid)
 
 
 class TableChecker:
@@ -104,7 +104,7 @@ class TableChecker:
         # the positioner's own parts turn in one another; what is put onto its table does not
         self._work = np.flatnonzero(hits & scene.put_on_table)
 
-    def way(self, radius: Floats, a: Floats, b: Floats) -> Floats:
+    def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:
         """How far anything on the table can travel on steps, (m,), m."""
         return joint_travel_bound(radius, a, b)
 

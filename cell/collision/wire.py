@@ -18,7 +18,7 @@ from ..scene.contacts import SOLID
 from ..scene.scene import Scene
 from .checker import NEVER, Checker
 
-REACH = 5e-3  # m: nothing is asked for but not to touch, yet far samples are proved free sooner
+WIRE_REACH = 5e-3  # m: nothing is asked for but not to touch, yet far samples are proved free sooner
 
 
 def wire_checker(checker: Checker) -> Checker | None:
@@ -33,7 +33,7 @@ def wire_checker(checker: Checker) -> Checker | None:
     scene = wire_scene(checker.scene)
     if scene is None:
         return None
-    return Checker(scene, checker.table, REACH, checker.without, pair_gap=NEVER)
+    return Checker(scene, checker.table, WIRE_REACH, checker.without, pair_gap=NEVER)
 
 
 def wire_scene(scene: Scene) -> Scene | None:

@@ -51,7 +51,7 @@ from ..case.sections import Case, Sampling
 from ..errors import InputError
 from ..job.job import bead_parameters, ends_of
 from ..job.part_input import read_part
-from ..progress import stage
+from ..progress import phase
 from ..shipped import MODELS_DIR
 
 PAPER_TABLES = MODELS_DIR / "parts" / "paper_tables.yaml"
@@ -163,7 +163,7 @@ def _row(
     return ComparisonRow(parameters.strategy, found, None, thin, angle, share)
 
 
-@stage("comparing")
+@phase("comparing")
 def compare_case(case: Case) -> list[Comparison]:
     """Slice the sub-volumes of a case by every strategy that suits them, whichever its own is.
 
@@ -188,7 +188,7 @@ def compare_case(case: Case) -> list[Comparison]:
     return found
 
 
-@stage("comparing")
+@phase("comparing")
 def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLES) -> list[Comparison]:
     """The shipped stand-ins for the paper's parts, with the paper's own figures.
 

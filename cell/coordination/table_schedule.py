@@ -26,16 +26,16 @@ from ..arrays import Ints
 from ..rigid import great_circle
 from ..scene.table_freedom import TURN, TableFreedom
 
-ROUNDS = 80  # of the pulls' adjustment
+MOST_ADJUSTMENTS = 80  # of the pulls' adjustment
 SHARES = (0.95, 0.85, 0.7, 0.5, 0.25)  # of the cone, to be kept at the targets, so that all of it is between them
-KEPT = 0.995  # of the cone, to be kept all along
+KEPT_CONE = 0.995  # of the cone, to be kept all along
 BETWEEN = np.linspace(0.0, 1.0, 9)  # places on the way from target to target that are looked at
 TRAVEL = 0.5  # m that count for the way from bead to bead
 CALM = 0.5  # m of a bead over which the table comes back to upright where nothing else pulls it
 LEAST_LENGTH = 1e-5  # m between targets, at least
 STRONGEST = 1e12
 UNKNOWN_SPEED = np.deg2rad(100.0)  # rad/s of an axis that has no limit: it only weighs one axis against the other
-ALIKE = 1e-9
+SAME_LEAN = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +87,9 @@ class Schedule:
         for share in SHARES:
             tables = self._relaxed(normals, path, length, exact, share * (self.upright - lean), goal)
             off = self._off(normals, path, tables)
-            if best is None or off.max() < best.off.max() - ALIKE:
+            if best is None or off.max() < best.off.max() - SAME_LEAN:
                 best = TableWay(tables, off)
-            if off.max() <= KEPT * self.upright:
+            if off.max() <= KEPT_CONE * self.upright:
                 break
         assert best is not None
         return best
@@ -193,7 +193,7 @@ class Schedule:
         weakest = np.append(np.where(same, np.maximum(length, LEAST_LENGTH), LEAST_LENGTH), LEAST_LENGTH)
         weakest *= weight.min() / CALM**2
         tables = np.clip(exact, f.low, f.high)
-        for _ in range(ROUNDS):
+        for _ in range(MOST_ADJUSTMENTS):
             bound = np.clip(tables, f.low, f.high)
             tables = _solved(stiff, weight, force[:, None, None] * metric, exact, wall, bound, f.moves)
             off = f.kinematics.off(np.clip(tables, f.low, f.high), normals, goal)

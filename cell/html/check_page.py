@@ -16,11 +16,11 @@ import numpy as np
 
 from ..job.job import Job
 from ..job.unsupported import targets_over_nothing
-from ..progress import stage
+from ..progress import phase
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..verdict.severity import severity, worst_first
-from .drawn_path import MOST
+from .drawn_path import MOST_SAMPLES
 from .pack import Pack
 from .page import page, script_of, template
 from .scene import scene_json
@@ -37,7 +37,7 @@ SCRIPTS = (  # in order of use
 )
 
 
-@stage("writing the report")
+@phase("writing the report")
 def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
     """The report of a check.
 
@@ -77,7 +77,7 @@ def packed(result: Result) -> str:
     pack = Pack()
     job, t = result.job, result.job.targets
     verdicts = ("feasible", *VERDICTS)
-    few, listed = len(t) <= MOST, listed_targets(result)
+    few, listed = len(t) <= MOST_SAMPLES, listed_targets(result)
     document: dict[str, Any] = {
         "schema": "rbam-html/1",
         "case": job.case.title,

@@ -21,9 +21,9 @@ from ..arrays import Ints
 from ..motion.motion import Motion
 from ..verdict.check import Result
 
-MOST = 12_000  # samples sent as they are; of more, at least so many besides one a target
+MOST_SAMPLES = 12_000  # samples sent as they are; of more, at least so many besides one a target
 MOST_STEPS = 75_000  # sent of a motion of many targets, about
-AT_ONCE = 20_000  # samples whose poses and margins are in memory together
+SAMPLES_AT_ONCE = 20_000  # samples whose poses and margins are in memory together
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +79,15 @@ def path_of(result: Result) -> DrawnPath:
 def _starts(motion: Motion) -> Ints:
     """Samples to keep: every one, or each target's first, both ends of every way, and some evenly between."""
     m = len(motion.t_s)
-    if m <= MOST:
+    if m <= MOST_SAMPLES:
         return np.arange(m)
     change = np.flatnonzero((np.diff(motion.target) != 0) | (np.diff(motion.arc) != 0)) + 1
-    before, even = change - 1, MOST
-    if 2 * len(change) + MOST > MOST_STEPS:  # of many targets the sample before is kept where the arc goes on or off
+    before, even = change - 1, MOST_SAMPLES
+    if (
+        2 * len(change) + MOST_SAMPLES > MOST_STEPS
+    ):  # of many targets the sample before is kept where the arc goes on or off
         before = np.flatnonzero(np.diff(motion.arc) != 0)
-        even = max(MOST, MOST_STEPS - len(change) - len(before))
+        even = max(MOST_SAMPLES, MOST_STEPS - len(change) - len(before))
     spread = np.linspace(0, m - 1, min(even, m)).astype(np.int64)
     return np.unique(np.concatenate([spread, change, before]))
 
@@ -104,7 +106,7 @@ def worst_of_steps(
     out, i = [], 0
     while i < len(path.starts):
         first = int(path.starts[i])
-        last = max(int(np.searchsorted(stops, first + AT_ONCE, side="right")), i + 1)
+        last = max(int(np.searchsorted(stops, first + SAMPLES_AT_ONCE, side="right")), i + 1)
         out.append(of(values(first, int(stops[last - 1])), path.starts[i:last] - first, axis=0))
         i = last
     return np.concatenate(out)

@@ -25,7 +25,7 @@ from ik.chain import Floats
 
 ALIGN = 8  # bytes; typed arrays begin at multiples of their size
 STEPS = "steps"  # type of an array of :meth:`Pack.steps`
-MOST = 2**49  # steps from 0 of such a number: its differences are whole numbers in JavaScript
+LARGEST_STEPS = 2**49  # steps from 0 of such a number: its differences are whole numbers in JavaScript
 
 
 class Pack:
@@ -65,7 +65,7 @@ class Pack:
         columns = array.reshape(-1, array.shape[1] if array.ndim == 2 else 1).T
         unknown = np.isnan(columns)
         whole = np.rint(np.where(unknown, 0.0, columns) * per_unit)
-        if whole.size and not np.abs(whole).max() < MOST:
+        if whole.size and not np.abs(whole).max() < LARGEST_STEPS:
             raise ValueError(f"{np.abs(columns).max()} in steps of 1/{per_unit:g}: too many to be told apart")
         whole = _held_over(whole, unknown).astype(np.int64)
         order, changes = _fewest_bits(whole)

@@ -35,9 +35,9 @@ def scene_json(pack: Pack, result: Result) -> dict[str, Any]:
         ``bodies``, ``geoms``, ``culprits`` (geom name to the drawn geoms that stand for it), ``part``, ``tcp``,
         ``floor``, ``cameras``.
     """
-    staging = StagedScene(result)
-    model = staging.model
-    hit = _culprits(result, staging)
+    staged = StagedScene(result)
+    model = staged.model
+    hit = _culprits(result, staged)
     shown = (VISIBLE[model.geom_group] == 1) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
     extra = sorted({g for geoms in hit.values() for g in geoms if not shown[g]})
     drawn = [*np.flatnonzero(shown).tolist(), *extra]
@@ -48,7 +48,7 @@ def scene_json(pack: Pack, result: Result) -> dict[str, Any]:
         if shape is None:
             continue
         number[g] = len(geoms)
-        geoms.append({**_look(result, staging, g, bool(shown[g])), **geom_json(pack, shape)})
+        geoms.append({**_look(result, staged, g, bool(shown[g])), **geom_json(pack, shape)})
     part, tcp = (result.job.scene.sites[name] for name in ("part", "tcp"))
     floor = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
     return {
@@ -59,7 +59,7 @@ def scene_json(pack: Pack, result: Result) -> dict[str, Any]:
         "tcp": _site(model, tcp),
         "floor": float(model.geom_pos[floor[0], 2]) if len(floor) else None,
         "home": [round(float(v), 6) for v in result.job.scene.home],
-        "cameras": _cameras(result, staging),
+        "cameras": _cameras(result, staged),
     }
 
 
@@ -104,24 +104,24 @@ def _numbers(values: Any) -> list[float]:
     return [round(float(v), 8) + 0.0 for v in values]
 
 
-def _look(result: Result, staging: StagedScene, geom: int, shown: bool) -> dict[str, Any]:
+def _look(result: Result, staged: StagedScene, geom: int, shown: bool) -> dict[str, Any]:
     """Place, colour and role of a geom."""
-    model = staging.model
+    model = staged.model
     material = int(model.geom_matid[geom])
     colour = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
     return {
-        "name": staging.scene.geom_name(geom),
+        "name": staged.scene.geom_name(geom),
         "body": int(model.geom_bodyid[geom]),
         "pos": _numbers(model.geom_pos[geom]),
         "quat": _numbers(model.geom_quat[geom]),
         "colour": [round(float(v), 3) for v in colour[:3]],
-        "role": _role(result, staging, geom) if shown else "culprit",
+        "role": _role(result, staged, geom) if shown else "culprit",
     }
 
 
-def _role(result: Result, staging: StagedScene, geom: int) -> str:
+def _role(result: Result, staged: StagedScene, geom: int) -> str:
     """What a geom belongs to: volume (a sub-volume), part, tool, arm or cell."""
-    model, scene = staging.model, staging.scene
+    model, scene = staged.model, staged.scene
     body = int(model.geom_bodyid[geom])
     part = int(model.body("part").id)
     if model.geom(geom).name in {f"{name}_visual" for name in result.job.targets.sub_volume}:
@@ -133,7 +133,7 @@ def _role(result: Result, staging: StagedScene, geom: int) -> str:
     return "tool" if scene.piece_of_geom[geom] == Piece.TOOL else "arm"
 
 
-def _culprits(result: Result, staging: StagedScene) -> dict[str, list[int]]:
+def _culprits(result: Result, staged: StagedScene) -> dict[str, list[int]]:
     """What is shown red where a geom collides: itself, or the visual geoms that stand for it."""
     names = dict.fromkeys(name for row in result.rows for name in row.pair)
     if result.clearance is not None:
@@ -142,14 +142,14 @@ def _culprits(result: Result, staging: StagedScene) -> dict[str, list[int]]:
     tinted = {}
     red = np.array([RED, PALE_RED], dtype=np.float32)
     for name in list(names)[:MOST_NAMES]:
-        staging.pose(replace(frame, pair=(name,)))
-        rgba = staging.model.geom_rgba[:, None]
+        staged.pose(replace(frame, pair=(name,)))
+        rgba = staged.model.geom_rgba[:, None]
         tinted[name] = np.flatnonzero((np.abs(rgba - red) < 1e-6).all(axis=2).any(axis=1)).tolist()
-    staging.pose(replace(frame, pair=()))
+    staged.pose(replace(frame, pair=()))
     return tinted
 
 
-def _cameras(result: Result, staging: StagedScene) -> dict[str, Any]:
+def _cameras(result: Result, staged: StagedScene) -> dict[str, Any]:
     """The best looks over the whole motion, as films choose them; the page fits the distance to its own shape."""
     n = len(result.rows)
     some = sorted({0, n // 4, middle(result), 3 * n // 4, n - 1})
@@ -157,7 +157,7 @@ def _cameras(result: Result, staging: StagedScene) -> dict[str, Any]:
     frames = [still(result, i) for i in known or [middle(result)]]
     views = {}
     for name in ("cell", "torch"):
-        found = camera(staging, "cell" if name == "cell" else "torch", SQUARE, frames)
+        found = camera(staged, "cell" if name == "cell" else "torch", SQUARE, frames)
         views[name] = {
             "azimuth": round(float(np.deg2rad(found.azimuth)), 5),
             "elevation": round(float(np.deg2rad(found.elevation)), 5),

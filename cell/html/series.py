@@ -24,7 +24,7 @@ from ..planning.context import settings_of
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..view.shown_motion import Played
-from .drawn_path import AT_ONCE, DrawnPath, note_of, path_of, worst_of_steps
+from .drawn_path import SAMPLES_AT_ONCE, DrawnPath, note_of, path_of, worst_of_steps
 from .pack import Pack
 from .words import in_plain_words
 
@@ -158,7 +158,7 @@ def _speeds(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
 
 def _tcp(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """Place of the TCP, (n, 3), m, and direction of the wire, (n, 3), in the base frame."""
-    Ts = [chain.forward(q[i : i + AT_ONCE])[:, :3, 2:] for i in range(0, len(q), AT_ONCE)]
+    Ts = [chain.forward(q[i : i + SAMPLES_AT_ONCE])[:, :3, 2:] for i in range(0, len(q), SAMPLES_AT_ONCE)]
     found = np.concatenate(Ts) if Ts else np.zeros((0, 3, 2))
     return found[:, :, 1], found[:, :, 0]
 
@@ -201,7 +201,7 @@ def _laid(result: Result, path: DrawnPath) -> Ints:
         before[home] = laid[target[home]]
     # on the way to a bead all of the one before is laid; the ends of a way are samples of the beads
     way = path.arc[at] == 0
-    stage = np.where(way, before, job.stage[target])
+    stage = np.where(way, before, job.deposits_before[target])
     leaves = ~way & (at < last) & (path.arc[np.minimum(at + 1, last)] == 0)
     arrives = ~way & (at > 0) & (path.arc[np.maximum(at - 1, 0)] == 0)
     stage = np.where(leaves, np.maximum(stage, laid[target]), stage)

@@ -22,7 +22,7 @@ from ..arrays import Ints
 from .pack import Pack
 
 MOST_FACES = 30_000  # of one mesh; finer ones are coarsened
-AROUND = 32  # sides of a round shape
+ROUND_SIDES = 32  # sides of a round shape
 GRID = 32767
 CREASE = np.cos(np.deg2rad(35.0))  # faces that meet at more are an edge
 CROWDED = 64  # corners at one place, from which on those of like direction are taken together
@@ -181,18 +181,18 @@ def _revolved(profile: Floats, normals: Floats) -> DrawnTriangles:
         profile: (r, z) from the bottom up, (k, 2), m.
         normals: theirs, (r, z), (k, 2); a repeated point is a sharp edge.
     """
-    angle = 2 * np.pi * np.arange(AROUND) / AROUND
+    angle = 2 * np.pi * np.arange(ROUND_SIDES) / ROUND_SIDES
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     k = len(profile)
 
     def turned(rz: Floats) -> Floats:
         xy = rz[:, None, :1] * ring
-        z = np.broadcast_to(rz[:, None, 1:], (k, AROUND, 1))
+        z = np.broadcast_to(rz[:, None, 1:], (k, ROUND_SIDES, 1))
         return np.concatenate([xy, z], axis=2).reshape(-1, 3)
 
-    i, j = np.arange(k - 1)[:, None] * AROUND, np.arange(AROUND)
-    a, b = i + j, i + (j + 1) % AROUND
-    quads = np.stack([a, b, b + AROUND, a, b + AROUND, a + AROUND], axis=2).reshape(-1, 3)
+    i, j = np.arange(k - 1)[:, None] * ROUND_SIDES, np.arange(ROUND_SIDES)
+    a, b = i + j, i + (j + 1) % ROUND_SIDES
+    quads = np.stack([a, b, b + ROUND_SIDES, a, b + ROUND_SIDES, a + ROUND_SIDES], axis=2).reshape(-1, 3)
     return DrawnTriangles(turned(profile), turned(normals), quads)
 
 

@@ -49,7 +49,7 @@ from ..arrays import Ints
 from ..case.sections import Case
 from ..errors import InputError
 from ..failure import Failure
-from ..progress import stage
+from ..progress import phase
 from ..scene.compose import compose
 from ..scene.drives import Drives, drives
 from ..scene.placement import place
@@ -164,7 +164,7 @@ class Job:
         )
 
     @cached_property
-    def stage(self) -> Ints:
+    def deposits_before(self) -> Ints:
         """Deposits already laid when a target is welded, (n,).
 
         The layer being laid does not count, unless a bead of it lies there already.
@@ -214,7 +214,7 @@ def roll_window(case: Case) -> RollWindow:
     return RollWindow(float(low), float(high))
 
 
-@stage("slicing")
+@phase("slicing")
 def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
     """Slice the sub-volumes of a part.
 
@@ -380,7 +380,7 @@ def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
     return part, Toolpath(targets, bead_parameters(case), laid, warnings=said)
 
 
-@stage("reading the toolpath")
+@phase("reading the toolpath")
 def _read_path(case: Case) -> Toolpath:
     """A case's toolpath of another slicer."""
     from slicing import read_toolpath

@@ -34,7 +34,7 @@ from slicing import (
 
 from ..case.sections import BodySection, Case
 from ..errors import InputError
-from ..progress import stage
+from ..progress import phase
 
 if TYPE_CHECKING:
     from slicing import Evidence
@@ -94,7 +94,7 @@ def found_document(T_part_input: Floats, evidence: Evidence | None) -> dict[str,
     }
 
 
-@stage("reading the part")
+@phase("reading the part")
 def read_part(case: Case) -> PartInput:
     """Load a case's meshes, and take the part apart if it comes in one.
 

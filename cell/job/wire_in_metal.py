@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 STEP_MM = 1.0  # along a bead, between wires that are looked at
 BEAD_SLACK_MM = 0.5  # above a bead's own thickness, from where on metal counts: curved layers are chords
-AROUND = 8  # lines on a wire's skin that stand for its cross-section, beside its axis
-LARGE = 4.0  # times the usual size, from which on a piece is held against all wires
-FEW = 64  # pieces, up to which all are held against all wires
+SKIN_LINES = 8  # lines on a wire's skin that stand for its cross-section, beside its axis
+LARGE_SIZE = 4.0  # times the usual size, from which on a piece is held against all wires
+FEW_PIECES = 64  # pieces, up to which all are held against all wires
 CHUNK = 4096  # wires looked at in one go
 Planes = tuple[Floats, Floats]  # outward normals (p, 3) and offsets (p,) of a convex piece
 NOTE = "the wire runs through it between nozzle and bead, whatever the arm does"
@@ -70,9 +70,9 @@ class Wires:
     def skin(self, k: int) -> Wires:
         """Lines on the skin of one of the wires."""
         across = np.linalg.svd(self.out[k][None])[2][1:]
-        turn = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)
+        turn = np.linspace(0.0, 2 * np.pi, SKIN_LINES, endpoint=False)
         off = self.radius * (np.cos(turn)[:, None] * across[0] + np.sin(turn)[:, None] * across[1])
-        one = self.rows(np.full(AROUND, k))
+        one = self.rows(np.full(SKIN_LINES, k))
         return replace(one, tip=one.tip + off)
 
     @cached_property
@@ -141,7 +141,7 @@ class Metal:
         planes: dict[int, Planes] = {}
         for own in np.unique(wires.sub_volume).tolist():
             others = np.flatnonzero((self.sub_volume < 0) | (self.sub_volume != own))
-            search = _Nearby.of(*(box[others] for box in self.boxes))
+            search = _BoxTree.of(*(box[others] for box in self.boxes))
             mine = np.flatnonzero(wires.sub_volume == own)
             for first in range(0, len(mine), CHUNK):
                 index = mine[first : first + CHUNK]
@@ -175,7 +175,7 @@ class Metal:
 
 
 @dataclass(frozen=True, eq=False)
-class _Nearby:
+class _BoxTree:
     """Pieces' boxes, in which those near a wire are looked up.
 
     Attributes:
@@ -195,14 +195,14 @@ class _Nearby:
     tree: cKDTree | None
 
     @classmethod
-    def of(cls, low: Floats, high: Floats) -> _Nearby:
+    def of(cls, low: Floats, high: Floats) -> _BoxTree:
         """Of some boxes."""
-        if len(low) <= FEW:
+        if len(low) <= FEW_PIECES:
             return cls(low, high, np.arange(len(low)), np.zeros(0, dtype=np.int64), 0.0, None)
         from scipy.spatial import cKDTree  # heavy: only where there are many
 
         half = 0.5 * np.linalg.norm(high - low, axis=1)
-        is_small = half <= LARGE * np.median(half)
+        is_small = half <= LARGE_SIZE * np.median(half)
         small = np.flatnonzero(is_small)
         middles = 0.5 * (low + high)[small]
         return cls(low, high, np.flatnonzero(~is_small), small, float(half[small].max(initial=0.0)), cKDTree(middles))

@@ -26,8 +26,8 @@ from ik.chain import Floats
 if TYPE_CHECKING:
     import trimesh
 
-MOST = 64  # pieces
-EXACT = 1e-4  # share of the solid's volume that its hulls may hold besides it
+MOST_PIECES = 64  # pieces
+EXACT_SHARE = 1e-4  # share of the solid's volume that its hulls may hold besides it
 PLANES = 12  # that are tried for a cut
 LEAST_GAIN = 1e-5  # share of a hull's volume, of rounding
 TRIANGLES = 4000  # that planes are tried on at each cut: fewer planes for finer meshes
@@ -51,7 +51,7 @@ class ConvexPieces:
     excess: float
 
 
-def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST) -> ConvexPieces:
+def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST_PIECES) -> ConvexPieces:
     """Cut a solid into convex pieces.
 
     Args:
@@ -78,7 +78,7 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST) -> ConvexPieces:
     work = 0
     while heap and len(heap) + len(done) < most and work < WORK:
         lacks, _, piece = heapq.heappop(heap)
-        if -lacks <= EXACT * volume / most:
+        if -lacks <= EXACT_SHARE * volume / most:
             done.append(piece)
             continue
         halves = _cut(piece)

@@ -1,8 +1,8 @@
 """How far a bead's speed is held, from target to target: a torch that slows down deposits more.
 
-    pace = motion.pace
-    pace.share[i], pace.taken_s[i], pace.axis[i]      # from target i to the next one of its bead
-    too_slow(pace, least_share)                      # targets reached at less than that share, with why
+    held_speed = motion.held_speed
+    held_speed.ratio[i], held_speed.taken_s[i], held_speed.axis[i]      # from target i to the next one of its bead
+    too_slow(held_speed, least_share)                      # targets reached at less than that share, with why
 
 Seconds; a share is the time asked for divided by the time taken. What has to be held is the speed over every stretch of
 ``STRETCH`` of a bead, wherever its targets are: over less a share says nothing about the weld.
@@ -27,7 +27,7 @@ STRETCH = 5e-3  # m of a bead over which its speed is to be held: about its widt
 
 
 @dataclass(frozen=True, eq=False)
-class Pace:
+class HeldSpeed:
     """The speed from every target to the next of its bead.
 
     Attributes:
@@ -50,27 +50,27 @@ class Pace:
         """What is held against the share asked for, (n,): the least over stretches, where that is known."""
         if np.isfinite(self.least).any():
             return self.least
-        return self.share
+        return self.ratio
 
     @property
-    def share(self) -> Floats:
+    def ratio(self) -> Floats:
         """Share of the speed that is held, (n,); NaN where no bead goes on."""
         return self.asked_s / self.taken_s
 
     @classmethod
-    def unknown(cls, n: int) -> Pace:
+    def unknown(cls, n: int) -> HeldSpeed:
         """Of n targets, to be filled in."""
         names = np.full(n, "", dtype="<U32"), np.full(n, "", dtype="<U12")
         return cls(np.full(n, np.nan), np.full(n, np.nan), *names, np.full(n, np.nan))
 
-    def rows(self, first: int, stop: int) -> Pace:
+    def rows(self, first: int, stop: int) -> HeldSpeed:
         """Of some targets that follow each other."""
         mine = slice(first, stop)
-        return Pace(*(np.array(column[mine]) for column in self._columns))
+        return HeldSpeed(*(np.array(column[mine]) for column in self._columns))
 
-    def put(self, first: int, pace: Pace) -> None:
+    def put(self, first: int, held_speed: HeldSpeed) -> None:
         """Fill in that of targets from a first one on."""
-        for mine, other in zip(self._columns, pace._columns, strict=True):
+        for mine, other in zip(self._columns, held_speed._columns, strict=True):
             mine[first : first + len(other)] = other
 
     @property
@@ -96,11 +96,11 @@ def over_stretches(s: Floats, t: Floats, asked: Floats) -> tuple[Floats, Floats]
     return start + length / 2, wanted / np.maximum(taken, 1e-12)
 
 
-def note_stretches(pace: Pace, targets: Ints, along: Floats, found: tuple[Floats, Floats]) -> None:
+def note_stretches(held_speed: HeldSpeed, targets: Ints, along: Floats, found: tuple[Floats, Floats]) -> None:
     """Put down the least share of the stretches of a bead, by the way that their middle is on.
 
     Args:
-        pace: of the part.
+        held_speed: of the part.
         targets: of the bead, (k,).
         along: lengths along it at which they are, (k,), m.
         found: from :func:`over_stretches`.
@@ -110,65 +110,67 @@ def note_stretches(pace: Pace, targets: Ints, along: Floats, found: tuple[Floats
     least = np.full(len(along), np.inf)
     np.minimum.at(least, way, share)
     some = np.isfinite(least)
-    pace.least[targets[some]] = least[some]
+    held_speed.least[targets[some]] = least[some]
 
 
-def too_slow(pace: Pace, least_share: float, slack: float = 0.0) -> dict[int, Failure]:
+def too_slow(held_speed: HeldSpeed, least_share: float, slack: float = 0.0) -> dict[int, Failure]:
     """Targets that are reached too slowly.
 
     Args:
-        pace: of a motion.
+        held_speed: of a motion.
         least_share: of the deposition speed, to be held over every stretch.
         slack: share of that which does not count.
 
     Returns:
         Failures, by the number of the target at whose end of the way it is.
     """
-    share = pace.judged
-    return {int(i) + 1: _slow(pace, int(i), least_share) for i in np.flatnonzero(share < least_share * (1 - slack))}
+    share = held_speed.judged
+    return {
+        int(i) + 1: _slow(held_speed, int(i), least_share) for i in np.flatnonzero(share < least_share * (1 - slack))
+    }
 
 
-def _slow(pace: Pace, i: int, least_share: float) -> Failure:
+def _slow(held_speed: HeldSpeed, i: int, least_share: float) -> Failure:
     return Failure(
         Kind.DEPOSITION_SPEED,
-        measure=round(float(pace.judged[i]), 4),
+        measure=round(float(held_speed.judged[i]), 4),
         limit=least_share,
-        axis=str(pace.axis[i]),
-        cause=Slowed(str(pace.by[i]), round(float(pace.taken_s[i]), 4)),
+        axis=str(held_speed.axis[i]),
+        cause=Slowed(str(held_speed.by[i]), round(float(held_speed.taken_s[i]), 4)),
         place=Place(Where.BEAD, from_target=i),
     )
 
 
-def pace_document(pace: Pace, bead: Ints) -> dict[str, Any]:
+def speed_document(held_speed: HeldSpeed, bead: Ints) -> dict[str, Any]:
     """The speed as the report writes it.
 
     Args:
-        pace: of a motion.
+        held_speed: of a motion.
         bead: of every target, (n,).
 
     Returns:
         ``least_share`` over any stretch with ``from_target``, ``axis`` and ``by``; ``slowed_s``, the time below 98 % of
         the speed; ``lost_s``, how much more than asked for all takes; and the slowed ways from target to target.
     """
-    share = pace.share
-    known, judged = np.isfinite(share), pace.judged
+    share = held_speed.ratio
+    known, judged = np.isfinite(share), held_speed.judged
     slow = np.flatnonzero(known & (share < HELD))
     least = int(np.nanargmin(judged)) if known.any() else None
     return {
         "least_share": None if least is None else round(float(judged[least]), 4),
         "from_target": least,
-        "axis": None if least is None else str(pace.axis[least]) or None,
-        "by": None if least is None else str(pace.by[least]) or None,
-        "slowed_s": round(float(pace.taken_s[slow].sum()), 3),
-        "lost_s": round(float(np.nansum(pace.taken_s - pace.asked_s)), 3),
+        "axis": None if least is None else str(held_speed.axis[least]) or None,
+        "by": None if least is None else str(held_speed.by[least]) or None,
+        "slowed_s": round(float(held_speed.taken_s[slow].sum()), 3),
+        "lost_s": round(float(np.nansum(held_speed.taken_s - held_speed.asked_s)), 3),
         "slowed": [
             {
                 "from_target": int(i),
                 "bead": int(bead[i]),
                 "share": round(float(share[i]), 4),
-                "seconds": round(float(pace.taken_s[i]), 4),
-                "axis": str(pace.axis[i]) or None,
-                "by": str(pace.by[i]) or None,
+                "seconds": round(float(held_speed.taken_s[i]), 4),
+                "axis": str(held_speed.axis[i]) or None,
+                "by": str(held_speed.by[i]) or None,
             }
             for i in slow
         ],

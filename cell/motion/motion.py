@@ -19,7 +19,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..job.build_order import BuildOrder
-from .deposition_speed import Pace
+from .deposition_speed import HeldSpeed
 
 ROWS = 10_000  # made into text at once
 
@@ -37,7 +37,7 @@ class Motion:
         layer: layer number within its sub-volume, (m,).
         target: the target last passed, of a travel the one it leads to, of the way home the last, (m,).
         names: columns of q.
-        pace: how far the deposition speed is held; None where that is not known.
+        held_speed: how far the deposition speed is held; None where that is not known.
         home_s: how long the ways from home and back take; None where there are none.
         order: what beads and targets are called in files; None where they are called by their numbers.
     """
@@ -50,7 +50,7 @@ class Motion:
     layer: Ints
     target: Ints
     names: tuple[str, ...]
-    pace: Pace | None = None
+    held_speed: HeldSpeed | None = None
     home_s: float | None = None
     order: BuildOrder | None = None
 

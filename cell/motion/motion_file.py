@@ -32,7 +32,7 @@ from ..scene.equipment import one_line
 from .motion import Motion
 
 JUMP_DEG = 60.0  # more between neighbouring rows is no motion: nothing says which way round
-WHOLE = ("arc", "bead", "layer", "target")
+WHOLE_COLUMNS = ("arc", "bead", "layer", "target")
 SUFFIXES = (".csv", ".npz")
 MOST_DIGITS, NO_GRAIN = 10, 1e-3  # decimals that a file may be rounded to, and what is no unit of the last of them
 MOST_WHOLE = 2.0**53  # numbers beyond it have no units' place
@@ -123,7 +123,7 @@ def read_motion(path: str | Path, job: Job) -> ReadMotion:
     """
     check_suffix(path)
     names = job.scene.chain.names
-    wanted = ["t_s", *(f"{name}_deg" for name in (*names, "E1", "E2")), *WHOLE]
+    wanted = ["t_s", *(f"{name}_deg" for name in (*names, "E1", "E2")), *WHOLE_COLUMNS]
     table = _csv(path) if Path(path).suffix.lower() == ".csv" else _npz(path)
     missing = [name for name in wanted if name not in table]
     if missing:
@@ -133,8 +133,8 @@ def read_motion(path: str | Path, job: Job) -> ReadMotion:
     kept = {name: columns[name][row] for name in wanted}
     if len(row) < 2:
         raise InputError(f"{path}: has {len(row)} row(s); a motion has at least two")
-    angles = np.deg2rad(np.stack([kept[name] for name in wanted[1 : -len(WHOLE)]], axis=1))
-    arc, bead, layer, target = (_integers(path, name, kept[name], row) for name in WHOLE)
+    angles = np.deg2rad(np.stack([kept[name] for name in wanted[1 : -len(WHOLE_COLUMNS)]], axis=1))
+    arc, bead, layer, target = (_integers(path, name, kept[name], row) for name in WHOLE_COLUMNS)
     q, turned = angles[:, : len(names)], angles[:, len(names) :]
     if job.order is not None:
         bead, target = job.order.beads_of_file(bead), job.order.targets_of_file(target)
@@ -321,7 +321,7 @@ def _check_numbers(path: str | Path, motion: Motion, row: NDArray[np.int64], job
     def refuse(bad: NDArray[np.bool_], what: str) -> None:
         if bad.any():
             i = int(np.argmax(bad))
-            values = {name: int(getattr(motion, name)[i]) for name in WHOLE}
+            values = {name: int(getattr(motion, name)[i]) for name in WHOLE_COLUMNS}
             k = min(max(values["target"], 0), len(t) - 1)
             raise InputError(f"{path}: row {row[i] + 1}: " + what.format(**values, own=t.path[k], its=t.layer[k]))
 

@@ -21,7 +21,7 @@ from ..planning.edge_check import UNKNOWN_SPEED
 from ..planning.part_plan import KnownBead, known_bead
 from .chunking import Chunk
 
-LOOKED_AT = 8  # configurations at a time
+TRIED_TOGETHER = 8  # configurations at a time
 
 
 def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead, list[Floats | None]]:
@@ -56,10 +56,10 @@ def _nearest(context: Context, i: int, q_before: Floats | None) -> Floats | None
         speed = context.solver.chain.max_speed
         cost = cost + (np.abs(q - q_before) / np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)).max(axis=1)
     q = q[np.argsort(cost, kind="stable")]
-    for k in range(0, len(q), LOOKED_AT):
-        tried = q[k : k + LOOKED_AT]
+    for k in range(0, len(q), TRIED_TOGETHER):
+        tried = q[k : k + TRIED_TOGETHER]
         axes = context.placed.axes(tried, np.full(len(tried), i))
-        seen = context.screen.clearances(axes, np.full(len(tried), context.stage[i]))
+        seen = context.screen.clearances(axes, np.full(len(tried), context.deposits_before[i]))
         free = np.flatnonzero(seen.distance >= context.settings.clearance)
         if len(free):
             return np.asarray(tried[free[0]])

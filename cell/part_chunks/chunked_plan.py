@@ -18,7 +18,7 @@ from ..job.job import Job
 from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
-from ..planning.part_plan import BeadRun, PartPlan, hurried, plan_beads, plan_part, stuck_at
+from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, reduced_budget, travel_failure
 from ..planning.travel import Way
 from ..processes import Tick, crew
 from ..progress import Progress, counted
@@ -89,7 +89,7 @@ def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PartPlan:
 
 
 def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBead:
-    return joint_of(hurried(shared.context), *ends)
+    return joint_of(reduced_budget(shared.context), *ends)
 
 
 class _Joining:
@@ -99,7 +99,7 @@ class _Joining:
         self.shared, self.context = shared, shared.context
         self.beads: list[BeadPlan] = []
         self.travels: dict[int, Way] = {}  # by the first target of the bead that they lead to
-        self.stuck: dict[int, Failure] = {}
+        self.travel_failures: dict[int, Failure] = {}
         self.joins: list[int] = []  # the first bead of each chunk after the first that is to be led to
         for plan in plans:
             if plan.stretches and any(bead.stretches for bead in self.beads):
@@ -109,36 +109,36 @@ class _Joining:
                 self.joins.append(len(self.beads) + begins)
             self.travels.update(_travels_of(plan))
             self.beads += plan.beads
-            self.stuck.update(plan.stuck)
+            self.travel_failures.update(plan.travel_failures)
 
     def plan(self) -> PartPlan:
         """The plan of the part."""
         befores = {k: self._before(k) for k in self.joins}
         ends = [(befores[k], self.beads[k]) for k in self.joins]
         found = crew().run(_joined, self.shared, ends)
-        quick = hurried(self.context)
+        reduced = reduced_budget(self.context)
         for k, joint in zip(self.joins, found, strict=True):
             # one that led on from another end is found once more
-            self._follow(k, quick, joint if self._before(k) is befores[k] else None)
+            self._continue_at(k, reduced, joint if self._before(k) is befores[k] else None)
         if all(bead.whole for bead in self.beads):
             self._search_on()
         travels = tuple(self.travels[bead.first] for bead in self.beads if bead.first in self.travels)
-        return PartPlan(tuple(self.beads), travels, dict(sorted(self.stuck.items())))
+        return PartPlan(tuple(self.beads), travels, dict(sorted(self.travel_failures.items())))
 
     def _search_on(self) -> None:
         """Search travels that were not found with all attempts, as long as the part may be whole."""
         self.joins = []  # from here on a chunk is led to like any other bead
         for k, bead in enumerate(self.beads):
-            if bead.first in self.stuck:
-                self._follow(k, self.context, None)
-                if bead.first in self.stuck:
+            if bead.first in self.travel_failures:
+                self._continue_at(k, self.context, None)
+                if bead.first in self.travel_failures:
                     break
 
     def _before(self, k: int) -> Stretch:
         """What is welded last before a bead."""
         return next(bead.stretches[-1] for bead in reversed(self.beads[:k]) if bead.stretches)
 
-    def _follow(self, k: int, context: Context, joint: JoinedBead | None) -> None:
+    def _continue_at(self, k: int, context: Context, joint: JoinedBead | None) -> None:
         """Lead to a bead, and on to those after it until one ends as it was planned, or with the chunk."""
         begun = k
         while k < len(self.beads) and (k == begun or k not in self.joins):
@@ -150,10 +150,10 @@ class _Joining:
                 continue
             last = self._before(k)
             joint = joint or joint_of(context, last, bead)
-            self.stuck.pop(bead.first, None)
+            self.travel_failures.pop(bead.first, None)
             self.travels.pop(bead.first, None)
             if isinstance(joint.way, Failure):
-                self.stuck[bead.first] = stuck_at(joint.way, last, bead.first)
+                self.travel_failures[bead.first] = travel_failure(joint.way, last, bead.first)
             else:
                 self.travels[bead.first] = joint.way
             new = joint.bead or bead
@@ -170,7 +170,7 @@ def _travels_of(plan: PartPlan) -> dict[int, Way]:
     out: dict[int, Way] = {}
     begun = False
     for bead in plan.beads:
-        if begun and bead.whole and bead.first not in plan.stuck:
+        if begun and bead.whole and bead.first not in plan.travel_failures:
             out[bead.first] = next(travels)
         begun = begun or bool(bead.stretches)
     return out

@@ -18,7 +18,7 @@ from ..failure import Failure
 from ..motion.deposition_speed import too_slow
 from ..motion.motion import Motion
 from ..planning.assemble import RunBeads, TimedBeads, assemble, corners, timed
-from ..planning.densify import refined
+from ..planning.densify import densified
 from ..planning.home import HomeWays
 from ..planning.part_plan import PartPlan
 from ..processes import Tick, crew
@@ -52,7 +52,7 @@ class _ChunkRun:
     """The same of a chunk; failures apart by what they were found by."""
 
     rows: TimedBeads
-    spoilt: dict[int, Failure]
+    row_failures: dict[int, Failure]
     rounded: dict[int, Failure]
     at_samples: Least | None
     on_the_way: Least | None
@@ -84,11 +84,11 @@ def run_in_chunks(
     motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
     failures: dict[int, Failure] = {}
     for one in found:
-        failures.update(one.spoilt)
+        failures.update(one.row_failures)
     for one in found:
         failures.update(one.rounded)
-    if motion.pace is not None:
-        failures.update(too_slow(motion.pace, job.case.process.least_speed_share))
+    if motion.held_speed is not None:
+        failures.update(too_slow(motion.held_speed, job.case.process.least_speed_share))
     near = [one.at_samples if failures else one.on_the_way for one in found]
     sigmas = [one.sigma for one in found if one.sigma is not None]
     return PartRun(
@@ -103,15 +103,15 @@ def run_in_chunks(
 def _run(shared: Shared, item: tuple[RunBeads, float], tick: Tick) -> _ChunkRun:
     """Run one chunk."""
     (run, known), context = item, shared.context
-    stretches, spoilt = refined(context, run.stretches)
+    stretches, row_failures = densified(context, run.stretches)
     run = RunBeads(tuple(stretches), run.travels, run.before, run.home)
     rounded = corners(shared.job, context, run)
     rows = timed(shared.job, run)
     samples = samples_of(context, run)
-    lost = samples is None or bool(spoilt) or bool(rounded)
+    lost = samples is None or bool(row_failures) or bool(rounded)
     found = _ChunkRun(
         rows=rows,
-        spoilt=spoilt,
+        row_failures=row_failures,
         rounded=rounded,
         at_samples=nearest_sample(context, samples),
         on_the_way=None if lost or samples is None else least_clearance(context, samples, known),

@@ -69,7 +69,7 @@ def _turned(plan: PartPlan, turn: Floats) -> PartPlan:
         return rows, found[1]
 
     beads = tuple(replace(bead, stretches=tuple(map(stretch, bead.stretches))) for bead in plan.beads)
-    return PartPlan(beads, tuple(map(way, plan.travels)), plan.stuck)
+    return PartPlan(beads, tuple(map(way, plan.travels)), plan.travel_failures)
 
 
 def joint_of(context: Context, last: Stretch, bead: BeadPlan) -> JoinedBead:

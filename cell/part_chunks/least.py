@@ -66,7 +66,7 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
         The samples; None where there are none.
     """
     runs: list[tuple[Floats, Clearances, Floats, Ints, Ints]] = [
-        (s.axes, s.clearances, s.kept, context.stage[s.edge], s.edge) for s in run.stretches
+        (s.axes, s.clearances, s.kept, context.deposits_before[s.edge], s.edge) for s in run.stretches
     ]
 
     def add(way: Way, stage: int, target: int) -> None:

@@ -22,7 +22,7 @@ from ..arrays import Ints
 from ..collision.clearances import Clearances
 from ..failure import Failure, Place, Where
 from ..job.job import speeds
-from ..motion.deposition_speed import HELD, Pace, note_stretches, over_stretches
+from ..motion.deposition_speed import HELD, HeldSpeed, note_stretches, over_stretches
 from ..motion.motion import STANDING, Motion
 from ..rigid import inverse
 from ..scene.table_kinematics import TableKinematics
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from .edge_check import Stretch
     from .home import HomeWays
 
-EXACT = 1e-5  # m: a controller that rounds corners over less stops in them
+EXACT_STOP = 1e-5  # m: a controller that rounds corners over less stops in them
 TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row
 
 
@@ -88,7 +88,7 @@ class TimedBeads:
         arc: 1 while welding, (m,).
         target: as of :class:`cell.motion.motion.Motion`, (m,).
         first: the first target.
-        pace: of the targets from there on.
+        held_speed: of the targets from there on.
         home_s: of the ways from home and back among them, s.
     """
 
@@ -97,7 +97,7 @@ class TimedBeads:
     arc: Ints
     target: Ints
     first: int
-    pace: Pace
+    held_speed: HeldSpeed
     home_s: float
 
 
@@ -111,7 +111,7 @@ def timed(job: Job, run: RunBeads) -> TimedBeads:
     Returns:
         Their rows.
     """
-    pace = Pace.unknown(len(job.targets))
+    held_speed = HeldSpeed.unknown(len(job.targets))
     pieces: list[_Piece] = []
     last, home_s = 0.0, 0.0
     first, final = run.stretches[0].first, run.stretches[-1].stop
@@ -120,10 +120,10 @@ def timed(job: Job, run: RunBeads) -> TimedBeads:
         pieces.append(out)
         home_s += float(out.dt.sum()) + last
     if len(run.travels) < len(run.stretches):
-        pieces.append(_bead(job, run.stretches[0], last, pace))
+        pieces.append(_bead(job, run.stretches[0], last, held_speed))
     for before, _, stretch, way in run.led_to:
         travel, last = _travel(job, way[0], _dwell(job, before, stretch.first), stretch.first)
-        pieces += [travel, _bead(job, stretch, last, pace)]
+        pieces += [travel, _bead(job, stretch, last, held_speed)]
     if run.home is not None and run.home.back is not None:
         back, _ = _travel(job, run.home.back[0], 0.0, final - 1, ends=True)
         pieces.append(back)
@@ -134,7 +134,7 @@ def timed(job: Job, run: RunBeads) -> TimedBeads:
         arc=np.concatenate([np.full(len(piece.q), piece.arc) for piece in pieces]),
         target=np.concatenate([piece.target for piece in pieces]),
         first=first,
-        pace=pace.rows(first, final),
+        held_speed=held_speed.rows(first, final),
         home_s=home_s,
     )
 
@@ -151,9 +151,9 @@ def assemble(job: Job, table: tuple[float, float], parts: Sequence[TimedBeads], 
     Returns:
         The motion.
     """
-    pace = Pace.unknown(len(job.targets))
+    held_speed = HeldSpeed.unknown(len(job.targets))
     for part in parts:
-        pace.put(part.first, part.pace)
+        held_speed.put(part.first, part.held_speed)
     where = np.concatenate([part.target for part in parts])
     rows, n = np.concatenate([part.q for part in parts]), job.scene.chain.n
     dt = np.concatenate([part.dt for part in parts])
@@ -166,7 +166,7 @@ def assemble(job: Job, table: tuple[float, float], parts: Sequence[TimedBeads], 
         layer=job.targets.layer[where],
         target=where,
         names=job.scene.chain.names,
-        pace=pace,
+        held_speed=held_speed,
         home_s=sum(part.home_s for part in parts) if from_home else None,
         order=job.order,
     )
@@ -197,8 +197,8 @@ def corners(job: Job, context: Context, run: RunBeads) -> dict[int, Failure]:
     return failures
 
 
-def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
-    """A bead's rows; notes in ``pace`` how fast it is."""
+def _bead(job: Job, stretch: Stretch, dt_before: float, held_speed: HeldSpeed) -> _Piece:
+    """A bead's rows; notes in ``held_speed`` how fast it is."""
     process = job.case.process
     q, target = stretch.axes, stretch.edge + (stretch.fraction >= 1.0)
     dt = np.array([dt_before])
@@ -208,19 +208,19 @@ def _bead(job: Job, stretch: Stretch, dt_before: float, pace: Pace) -> _Piece:
         edge, cap = stretch.edge[:-1], speeds(job)
         limits = _limits(job, q)
         at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
-        if path.zone < EXACT:
+        if path.zone < EXACT_STOP:
             law = time_stops(q, s, *limits, cap=cap[edge], stops=at)
         else:
             law = time_path(q, s, *limits, cap=cap[edge], zone=path.zone)
         dt = np.append(dt, np.diff(law.t))
         asked = np.concatenate([[0.0], np.cumsum(np.diff(s) / cap[edge])])
-        note_stretches(pace, np.append(edge[at[:-1]], edge[-1]), s[at], over_stretches(s, law.t, asked))
+        note_stretches(held_speed, np.append(edge[at[:-1]], edge[-1]), s[at], over_stretches(s, law.t, asked))
         for a, b in pairwise(at.tolist()):
             i = int(stretch.edge[a])
-            pace.asked_s[i], pace.taken_s[i] = (s[b] - s[a]) / cap[i], law.t[b] - law.t[a]
-            if pace.asked_s[i] < HELD * pace.taken_s[i] or pace.least[i] < HELD:
-                joint, pace.by[i] = law.cause(s[a], s[b])
-                pace.axis[i] = job.drives.names[joint]
+            held_speed.asked_s[i], held_speed.taken_s[i] = (s[b] - s[a]) / cap[i], law.t[b] - law.t[a]
+            if held_speed.asked_s[i] < HELD * held_speed.taken_s[i] or held_speed.least[i] < HELD:
+                joint, held_speed.by[i] = law.cause(s[a], s[b])
+                held_speed.axis[i] = job.drives.names[joint]
     q, target, dt = _merged(q, target, dt)
     for wait, k in ((process.arc_on_s, 0), (process.arc_off_s, -1)):
         if wait > 0:

@@ -1,7 +1,7 @@
 """The search of one bead: a way through its nodes, checked where it leads, until one is free or there is none.
 
     plan = BeadSearch(bead, nodes).run(q_before)
-    plan.whole, plan.stretches, plan.cuts, plan.missing          # what failed, by target
+    plan.whole, plan.stretches, plan.edge_failures, plan.target_failures          # what failed, by target
 
 Metres, radians, seconds.
 """
@@ -24,20 +24,20 @@ from ..arrays import Ints
 from ..collision.clearances import Clearances
 from ..failure import Effort, Failure, Kind, Place, Where
 from .configurations import Nodes, near_cost
-from .edge_check import SearchedBead, Stretch, examine
+from .edge_check import SearchedBead, Stretch, check_edges
 from .free_rolls import standing_between
 from .leaving import true_edges, why_none_leads_on
 
-ROUNDS = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
+MOST_SEARCHES = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 MAX_TRIES = 3  # ways that are free, but near something, before one is taken
 FURTHEST = 2 * np.pi  # most that a joint turns from target to target: what a way does is found by following it
 FREE_TURN = np.pi / 2  # most that a free roll turns from target to target, where the joints are fast enough
-SAME = 1e-5  # rad; angles closer than this, whole turns aside, are one
+SAME_ANGLE = 1e-5  # rad; angles closer than this, whole turns aside, are one
 DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
 
 
 @dataclass(frozen=True, eq=False)
-class Missing:
+class TargetFailure:
     """Why a target has no configuration that could be used.
 
     Attributes:
@@ -57,37 +57,42 @@ class BeadPlan:
         first: its first target.
         stop: one past its last.
         stretches: what can be run through.
-        cuts: targets that cannot be reached from the one before, with why.
-        missing: targets without any configuration, with why.
+        edge_failures: targets that cannot be reached from the one before, with why.
+        target_failures: targets without any configuration, with why.
         open: targets that were not looked at: the bead is lost by others, or the whole part was before.
     """
 
     first: int
     stop: int
     stretches: tuple[Stretch, ...]
-    cuts: dict[int, Failure]
-    missing: dict[int, Missing]
+    edge_failures: dict[int, Failure]
+    target_failures: dict[int, TargetFailure]
     open: frozenset[int] = frozenset()
 
     @property
     def whole(self) -> bool:
         """Whether the bead can be run through in one."""
-        return not self.cuts and not self.missing and not self.open
+        return not self.edge_failures and not self.target_failures and not self.open
 
     @property
     def may_be_mended(self) -> bool:
-        """Whether a roll between the samples could help: not where every target that is missing is proved out."""
-        return bool(self.cuts) or not all(m.failure.proved for m in self.missing.values())
+        """Whether a roll between the samples could help: not where every target without a configuration is proved out."""
+        return bool(self.edge_failures) or not all(m.failure.proved for m in self.target_failures.values())
 
     @property
     def lost(self) -> int:
-        """Targets that are cut off or missing, or were not looked at."""
-        return len(self.cuts) + len(self.missing) + len(self.open)
+        """Targets that are cut off or out of reach, or were not looked at."""
+        return len(self.edge_failures) + len(self.target_failures) + len(self.open)
 
     def only(self, known: set[int]) -> BeadPlan:
-        """The same with some of the missing targets alone; the others, and those cut off, are left open."""
-        missing = {i: m for i, m in self.missing.items() if i in known}
-        return replace(self, cuts={}, missing=missing, open=frozenset({*self.cuts, *self.missing} - known))
+        """The same with some of the failures of targets alone; the others, and those cut off, are left open."""
+        target_failures = {i: m for i, m in self.target_failures.items() if i in known}
+        return replace(
+            self,
+            edge_failures={},
+            target_failures=target_failures,
+            open=frozenset({*self.edge_failures, *self.target_failures} - known),
+        )
 
 
 class BeadSearch:
@@ -99,7 +104,7 @@ class BeadSearch:
         nodes: Nodes,
         *,
         turns_freely: bool = False,
-        rounds: int = ROUNDS,
+        rounds: int = MOST_SEARCHES,
         most: float = np.inf,
     ) -> None:
         """Prepare.
@@ -117,7 +122,7 @@ class BeadSearch:
         if turns_freely:
             price = ROLL_COST / bead.context.settings.roll_step
             self.allowance = replace(self.allowance, rolls=nodes.rolls, turn=FREE_TURN, turn_price=price)
-        self.context, self.placed, self.stage, self.first = bead.context, bead.placed, bead.stage, bead.first
+        self.context, self.placed, self.stage, self.first = bead.context, bead.placed, bead.deposits_before, bead.first
         self.cost = nodes.cost.copy()
         self._judged = np.zeros(len(bead), dtype=bool)  # targets whose every node has been checked
         self._patience = MAX_TRIES
@@ -150,8 +155,10 @@ class BeadSearch:
             runs = self._given_up()
         reached = {run.start + i for run in runs for i in range(len(run.nodes))}
         lost = [i for i in range(len(self.stage)) if i not in reached]
-        missing = {self.first + i: m for i, m in self._missing(lost).items()}
-        return BeadPlan(self.first, stop, tuple(self._stretch(run) for run in runs), self._cuts(runs), missing)
+        target_failures = {self.first + i: m for i, m in self._target_failures(lost).items()}
+        return BeadPlan(
+            self.first, stop, tuple(self._stretch(run) for run in runs), self._edge_failures(runs), target_failures
+        )
 
     def _runs(self, q_before: Floats | None) -> list[Run]:
         start = None
@@ -197,7 +204,7 @@ class BeadSearch:
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
         # standings that differ by whole turns of a joint are one to look at; of a group there may be several others
-        angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME / 3) / SAME).astype(np.int64)
+        angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME_ANGLE / 3) / SAME_ANGLE).astype(np.int64)
         _, first, same = np.unique(
             np.column_stack([index[:, :3], angle]), axis=0, return_index=True, return_inverse=True
         )
@@ -231,12 +238,12 @@ class BeadSearch:
                 self._check(np.column_stack([todo[nodes[:, 0]], nodes[:, 1:]]))
         self._judged[todo] = True
 
-    def lost_alone(self) -> dict[int, Missing]:
+    def lost_alone(self) -> dict[int, TargetFailure]:
         """Targets without any node that is free, each looked at by itself, with why; counted in the whole part."""
         every = np.arange(len(self.stage))
         self._judge_targets(every, whole=False)
         lost = every[~np.isfinite(self.cost).any(axis=(1, 2, 3))].tolist()
-        return {self.first + i: missing for i, missing in self._missing(lost).items()}
+        return {self.first + i: lost for i, lost in self._target_failures(lost).items()}
 
     def _block_broken_edges(self, runs: list[Run]) -> bool:
         """Follow the edges of the runs that have not been followed; block those that do not hold. True if any."""
@@ -252,11 +259,11 @@ class BeadSearch:
         target = np.stack([start, start + 1], axis=1)
         q = self.nodes.q[target, ends[..., 0], ends[..., 1], ends[..., 2]]
         roll = self.nodes.rolls[ends[..., 0]]
-        found = examine(self.bead, start, roll, q)
+        found = check_edges(self.bead, start, roll, q)
         move = np.abs(q[:, 1] - q[:, 0]).max(axis=1)
         for e, ((i, edge), cause) in enumerate(zip(todo, found.causes, strict=True)):
             if cause is None:
-                self._done[i, edge] = found.piece(e)
+                self._done[i, edge] = found.stretch(e)
                 continue
             self._blocked.setdefault(i, set()).add(edge)
             if cause.kind is Kind.COLLISION or move[e] <= self.bead.largest[i]:
@@ -264,10 +271,10 @@ class BeadSearch:
             elif i not in self._followed:
                 # it was none; of those like it most are none either
                 self._followed.add(i)
-                self._blocked[i] |= self._dear(i) - true_edges(self.bead, self.nodes, i, self._dear(i))
+                self._blocked[i] |= self._costly(i) - true_edges(self.bead, self.nodes, i, self._costly(i))
         return any(cause is not None for cause in found.causes)
 
-    def _dear(self, i: int) -> set[Edge]:
+    def _costly(self, i: int) -> set[Edge]:
         """Edges from a target to the next in which a joint turns further than usual, and that are still open."""
         known = self._blocked.get(i, set()) | {edge for k, edge in self._done if k == i}
         shifts, price = self.allowance.shifts()
@@ -326,8 +333,8 @@ class BeadSearch:
             margin=joined(lambda s: s.margin),
         )
 
-    def _cuts(self, runs: list[Run]) -> dict[int, Failure]:
-        cuts = {}
+    def _edge_failures(self, runs: list[Run]) -> dict[int, Failure]:
+        edge_failures = {}
         for before, after in pairwise(runs):
             if before.stop != after.start:
                 continue  # a target without configurations lies between, and says why itself
@@ -335,8 +342,10 @@ class BeadSearch:
             known = self._causes.get(i - 1)
             failure = known[-1] if known else self._without_edge(i - 1)
             failure = failure.at(Place(Where.BEAD, from_target=self.first + i - 1))
-            cuts[self.first + i] = replace(failure, effort=Effort(searches=self.rounds)) if self._gave_up else failure
-        return cuts
+            edge_failures[self.first + i] = (
+                replace(failure, effort=Effort(searches=self.rounds)) if self._gave_up else failure
+            )
+        return edge_failures
 
     def _without_edge(self, i: int) -> Failure:
         """Why no edge joins two targets: a joint is too slow, or none of their configurations leads on to another."""
@@ -370,7 +379,7 @@ class BeadSearch:
             axis=self.nodes.solver.chain.names[j],
         )
 
-    def _missing(self, lost: list[int]) -> dict[int, Missing]:
+    def _target_failures(self, lost: list[int]) -> dict[int, TargetFailure]:
         """Why targets have no node that could be used."""
         bare = [i for i in lost if not np.isfinite(self.nodes.cost[i]).any()]
         out = {i: self._colliding(i) for i in lost if i not in bare}
@@ -382,17 +391,17 @@ class BeadSearch:
             if roll is not None:
                 T, table = self.placed.Ts_base_target[i], self.placed.tables(np.array([i]))[0]
                 between = standing_between(self.context, self.nodes, T, int(self.stage[i]), roll, table)
-            out[i] = Missing(replace(failure, between=between, proved=proved), attempt)
+            out[i] = TargetFailure(replace(failure, between=between, proved=proved), attempt)
         return out
 
-    def _colliding(self, i: int) -> Missing:
+    def _colliding(self, i: int) -> TargetFailure:
         """The least bad of a target's configurations, all of which collide."""
         _, found, node = self._least_bad[i]
         roll = round(float(np.rad2deg(self.nodes.rolls[node[0]])), 3)
         # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to look at
         exhaustive = bool(self.nodes.exhaustive and self.nodes.window.is_fixed and self.context.limits.wrist > 0)
         failure = replace(self.context.describe(found, 0), roll_deg=roll, proved=exhaustive)
-        return Missing(failure, self.nodes.q[i][node])
+        return TargetFailure(failure, self.nodes.q[i][node])
 
     def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:
         """Whether targets are proved out at every allowed roll; else, a roll between the samples that reaches, rad."""

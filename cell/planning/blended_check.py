@@ -60,7 +60,7 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
     for bead in stretches:
         if len(bead.q) < 3:
             continue
-        stage = context.stage[bead.edge]
+        stage = context.deposits_before[bead.edge]
         path, least = bead_path(bead, blend), context.settings.kept
         known = Clearances(bead.low, bead.clearances.pair, bead.clearances.position)
         kept = bead.kept[:-1]

@@ -25,7 +25,7 @@ from ..scene.placement import Placed
 from ..units import MARGIN_UNITS
 
 NEAR_LIMIT = np.deg2rad(10.0)  # joints closer to a limit than this cost extra
-NEAR = 0.3  # s that a node is worth avoiding at the clearance itself; nothing at twice as much
+NEAR_COST = 0.3  # s that a node is worth avoiding at the clearance itself; nothing at twice as much
 CHUNK = 4096  # poses a pass, to keep memory flat
 
 
@@ -260,4 +260,4 @@ def near_cost(distance: Floats, clearance: float) -> Floats:
     """
     if clearance <= 0:
         return np.zeros(np.shape(distance))
-    return NEAR * np.clip(2.0 - distance / clearance, 0.0, 1.0) ** 2
+    return NEAR_COST * np.clip(2.0 - distance / clearance, 0.0, 1.0) ** 2

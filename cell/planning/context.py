@@ -59,8 +59,12 @@ def settings_of(job: Job) -> Settings:
     )
 
 
-KEPT = 2e-6  # m beyond the clearance asked for that is proved: what a motion file's digits and finer samples may take
-FINER = 3  # times as many rolls where a bead does not come out whole, and again where every target is free by itself
+KEPT_CLEARANCE = (
+    2e-6  # m beyond the clearance asked for that is proved: what a motion file's digits and finer samples may take
+)
+FINER_ROLLS = (
+    3  # times as many rolls where a bead does not come out whole, and again where every target is free by itself
+)
 LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be seen
 
 
@@ -91,7 +95,7 @@ class Settings:
     @property
     def kept(self) -> float:
         """Clearance that is proved to be kept all along, m."""
-        return self.clearance + KEPT
+        return self.clearance + KEPT_CLEARANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +127,7 @@ class Context:
     Attributes:
         solver: the arm.
         placed: the targets.
-        stage: deposits already laid when a target is welded, (n,).
+        deposits_before: deposits already laid when a target is welded, (n,).
         laid: deposits laid once its layer is done, (n,).
         window: allowed roll.
         limits: singularity margins to keep.
@@ -136,7 +140,7 @@ class Context:
 
     solver: Solver
     placed: Placed
-    stage: Ints
+    deposits_before: Ints
     laid: Ints
     window: RollWindow
     limits: SingularityLimits
@@ -169,7 +173,7 @@ class Context:
         return cls(
             solver=job.solver,
             placed=place(job.targets, scene.T_base_part(*table)),
-            stage=job.stage,
+            deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,
             limits=job.singularity_limits,
@@ -200,7 +204,7 @@ class Context:
         return cls(
             solver=job.solver,
             placed=place_moving(job.targets, TableKinematics.of(job.scene), tables),
-            stage=job.stage,
+            deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,
             limits=job.singularity_limits,

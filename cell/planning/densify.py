@@ -1,9 +1,9 @@
 """Rows close enough that straight joint motion between them stays on the bead.
 
-    dense, failures = refined(context, stretches)
+    dense, failures = densified(context, stretches)
 
 What replays or runs a motion moves the joints on straight lines from row to row. Where that leaves the bead by more
-than ``OFF`` or the wire by more than ``ASKEW`` half-way, a row is put in between: exactly on the bead, checked like any
+than ``MOST_BEAD_DISTANCE`` or the wire by more than ``MOST_WIRE_ANGLE`` half-way, a row is put in between: exactly on the bead, checked like any
 other. Metres and radians.
 """
 
@@ -28,12 +28,12 @@ from ..rigid import frames, great_circle
 from .context import Context
 from .edge_check import Stretch, between
 
-OFF = 0.03e-3
-ASKEW = np.deg2rad(0.03)
-ROUNDS = 6  # each halves the steps and quarters the error
+MOST_BEAD_DISTANCE = 0.03e-3
+MOST_WIRE_ANGLE = np.deg2rad(0.03)
+MOST_HALVINGS = 6  # each halves the steps and quarters the error
 
 
-def refined(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretch], dict[int, Failure]]:
+def densified(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretch], dict[int, Failure]]:
     """Put rows between the samples of beads where they are needed.
 
     Args:
@@ -47,7 +47,7 @@ def refined(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretc
     out: list[Stretch] = []
     failures: dict[int, Failure] = {}
     for stretch in stretches:
-        dense, found = _refined(context, stretch)
+        dense, found = _densified(context, stretch)
         out.append(dense)
         failures.update(found)
     return out, failures
@@ -69,10 +69,10 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
     return position, great_circle(n[edge], n[edge + 1], fraction)
 
 
-def _refined(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, Failure]]:
+def _densified(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, Failure]]:
     failures: dict[int, Failure] = {}
     new = np.zeros(len(stretch.q), dtype=bool)
-    for _ in range(ROUNDS):
+    for _ in range(MOST_HALVINGS):
         step = _open(context, stretch) if len(stretch.q) > 1 else np.zeros(0, dtype=np.int64)
         if not len(step):
             break
@@ -110,7 +110,7 @@ def _open(context: Context, stretch: Stretch) -> Ints:
     off = np.linalg.norm(T[:, :3, 3] - position, axis=1)
     # half the chord, since an angle as small as this is lost in its cosine
     wire_angle = 2 * np.arcsin(np.clip(np.linalg.norm(T[:, :3, 2] + normal, axis=1) / 2, 0.0, 1.0))
-    return np.flatnonzero((off > OFF) | (wire_angle > ASKEW))
+    return np.flatnonzero((off > MOST_BEAD_DISTANCE) | (wire_angle > MOST_WIRE_ANGLE))
 
 
 def _seen(context: Context, q: Floats, table: Floats) -> Floats:
@@ -200,7 +200,7 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> tuple[Stret
         return stretch, failures
     rows = np.flatnonzero(np.append(wanted, False) | np.insert(wanted, 0, False))
     part = np.cumsum((np.diff(rows, prepend=-2) > 1) | ~wanted[rows - 1])
-    samples = Samples(stretch.axes[rows], context.stage[stretch.edge[rows]], part, part)
+    samples = Samples(stretch.axes[rows], context.deposits_before[stretch.edge[rows]], part, part)
     found = kept_along(context.checker, context.radius, samples, context.settings.kept)
     for i in np.flatnonzero(found.seen.distance < context.settings.clearance).tolist():
         blame(int(stretch.edge[rows[i]]), context.describe(found.seen, i))

@@ -1,9 +1,9 @@
 """A bead to be planned, and its edges followed densely and checked: what is wrong with each, or the stretch it makes.
 
     bead = Bead.of(context, first, stop)
-    found = examine(bead, start, roll, q)
+    found = check_edges(bead, start, roll, q)
     found.causes                     # for each edge: why it does not hold, or None
-    found.piece(e)                   # the Stretch of an edge that holds
+    found.stretch(e)                   # the Stretch of an edge that holds
 
 Metres, radians, seconds.
 """
@@ -38,7 +38,7 @@ class SearchedBead:
         context: what all beads share.
         first: number of the bead's first target in the whole part.
         placed: its targets.
-        stage: deposits laid at each of them, (t,).
+        deposits_before: deposits laid before each of them, (t,).
         times: what the deposition takes from each target to the next, (t - 1,), s.
         slowest: what it may take at most, (t - 1,), s.
         largest: most that any joint usually moves from each target to the next, (t - 1,), rad.
@@ -48,7 +48,7 @@ class SearchedBead:
     context: Context
     first: int
     placed: Placed
-    stage: Ints
+    deposits_before: Ints
     times: Floats
     slowest: Floats
     largest: Floats
@@ -60,17 +60,17 @@ class SearchedBead:
         here = slice(first, stop)
         placed = context.placed.rows(here)
         length = np.linalg.norm(np.diff(placed.bead.position, axis=0), axis=1)
-        pace = context.settings.speed[first : first + len(length)]
+        deposition = context.settings.speed[first : first + len(length)]
         speed = context.solver.chain.max_speed
-        times = np.where(length > 0, length / pace, np.inf)
+        times = np.where(length > 0, length / deposition, np.inf)
         with np.errstate(divide="ignore"):
             # a speed is held over a stretch, of which what lies between two targets can be a small part
-            slowest = np.maximum(times, STRETCH / pace) / np.float64(context.settings.least_share)
+            slowest = np.maximum(times, STRETCH / deposition) / np.float64(context.settings.least_share)
         return cls(
             context=context,
             first=first,
             placed=placed,
-            stage=context.stage[here],
+            deposits_before=context.deposits_before[here],
             times=times,
             slowest=slowest,
             # neighbours far apart may stand far apart
@@ -83,11 +83,13 @@ class SearchedBead:
         """Targets that are looked at one by one, with no way between them; they count from 0."""
         bead = cls.of(context, 0, 1)
         none = np.full(max(len(targets) - 1, 0), np.inf)
-        placed, stage = context.placed.rows(targets), context.stage[targets]
-        return replace(bead, placed=placed, stage=stage, times=none, slowest=none, largest=np.full(len(none), np.pi))
+        placed, before = context.placed.rows(targets), context.deposits_before[targets]
+        return replace(
+            bead, placed=placed, deposits_before=before, times=none, slowest=none, largest=np.full(len(none), np.pi)
+        )
 
     def __len__(self) -> int:
-        return len(self.stage)
+        return len(self.deposits_before)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +161,7 @@ class CheckedEdges:
     kept: Floats
     causes: list[Failure | None]
 
-    def piece(self, e: int) -> Stretch:
+    def stretch(self, e: int) -> Stretch:
         """One edge as a stretch, its targets counted in the whole part."""
         mine = np.flatnonzero(self.track.edge == e)
         return self._stretch(self.start[e], self.q[e], self.roll[e], mine)
@@ -197,7 +199,7 @@ def between(nearest: Clearances, k: int, context: Context) -> Seen:
     return Seen.BETWEEN_SAMPLES if nearest.distance[k] >= context.settings.clearance else Seen.AT_SAMPLE
 
 
-def examine(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> CheckedEdges:
+def check_edges(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> CheckedEdges:
     """Follow edges and check them, between the targets too.
 
     Args:
@@ -211,7 +213,7 @@ def examine(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> Checked
     """
     context = bead.context
     track = track_edges(context.solver, bead.placed, start, roll, q, context.limits, context.settings.steps)
-    laid = bead.stage[start[track.edge]]
+    laid = bead.deposits_before[start[track.edge]]
     # where one edge begins as the one before ended, once is enough
     axes = np.concatenate([track.q, track.table], axis=1)
     again = np.append(False, (np.diff(track.edge) == 1) & (np.diff(laid) == 0) & ~np.diff(axes, axis=0).any(axis=1))

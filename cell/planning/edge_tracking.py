@@ -33,7 +33,7 @@ from .context import Steps
 
 DENSE = np.deg2rad(3.0)  # most that a joint turns between samples of a way that is followed from its beginning
 CLOSEST = 2.0**-24  # share of an edge: what still turns further within it jumps
-SAME = 1e-6  # rad: configurations nearer than this are one
+SAME_CONFIGURATION = 1e-6  # rad: configurations nearer than this are one
 MOST_STEPS = 720  # of an edge that is followed step by step
 
 
@@ -304,7 +304,7 @@ def _judged(solver: Solver, q: Floats, margin: Floats, least: Floats, ends: Floa
     if come[first] == len(q):
         off = q[-1] - ends[1]
         j = int(np.argmax(np.abs(off)))
-        if abs(off[j]) <= SAME:
+        if abs(off[j]) <= SAME_CONFIGURATION:
             return None
         off_deg = round(float(np.rad2deg(off[j])), 3)
         return Failure(Kind.ARRIVES_OFF, measure=off_deg, axis=chain.names[j], place=ON_BEAD)

@@ -28,8 +28,8 @@ from .configurations import Nodes
 from .context import Context
 
 FINEST = np.deg2rad(0.3)  # closer samples are not looked at
-ROUNDABOUT = 1.5  # how much longer the way between two samples can be than the straight one in joints
-TOGETHER = 64  # targets looked at together, to keep memory flat
+MOST_DETOUR = 1.5  # how much longer the way between two samples can be than the straight one in joints
+TARGETS_TOGETHER = 64  # targets looked at together, to keep memory flat
 COARSER = 3  # times as far apart are the rolls that are looked at first
 BESIDE = np.deg2rad(np.array([0.0, *(s * d for d in (0.25, 0.5, 1, 2, 3, 4, 5, 6) for s in (-1, 1))]))
 STANDS = np.empty(0)  # axes of a table that does not move
@@ -80,8 +80,8 @@ def free_rolls(
     every = list(targets)
     out: dict[int, Stretches] = {i: [] for i in every}
     radius = context.tool_radius
-    for first in range(0, len(every), TOGETHER):
-        some = np.array(every[first : first + TOGETHER], dtype=np.int64)
+    for first in range(0, len(every), TARGETS_TOGETHER):
+        some = np.array(every[first : first + TARGETS_TOGETHER], dtype=np.int64)
         known = _sampled(context, some, step, radius)
         more = [(i, (also or {})[i]) for i in some.tolist() if i in (also or {})]
         if more:
@@ -152,7 +152,7 @@ def _with_room(context: Context, looked: _Looked, radius: Floats) -> _Looked:
         if not len(at):
             break
         axes = context.placed.axes(looked.q[at], looked.target[at])
-        seen = context.screen.clearances(axes, context.stage[looked.target[at]])
+        seen = context.screen.clearances(axes, context.deposits_before[looked.target[at]])
         room[at] = seen.distance - context.settings.clearance
         mine = (room[at] < 0) & context.screen.of_tool(seen.pair)
         tool = at[mine]
@@ -175,7 +175,7 @@ def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:
         from_q = known.q[both]
         to_q = from_q + wrap(known.q[both + 1] - from_q)
         ends = (context.placed.axes(q, known.target[both]) for q in (from_q, to_q))
-        out[both] = -(a[both] + b[both]) < ROUNDABOUT * context.screen.way(context.radius, *ends)
+        out[both] = -(a[both] + b[both]) < MOST_DETOUR * context.screen.travel_bound(context.radius, *ends)
     return out
 
 

@@ -1,6 +1,6 @@
 """The ways from the arm's home to the part and back to it: a program is run from there, and ends there.
 
-    plan, home = with_home(context, plan)        # home.out, home.back; what has no way is added to plan.stuck
+    plan, home = with_home(context, plan)        # home.out, home.back; what has no way is added to plan.travel_failures
 
 They are travels like those between beads: out of the part along the normal, round what is in the way, checked with what
 is laid by then, which on the way back is the whole part. Where no way leads to the first bead as it was planned, or
@@ -19,7 +19,7 @@ from ..failure import Failure, Place, Where
 from .bead_search import BeadPlan
 from .context import Context
 from .edge_check import Stretch
-from .part_plan import BEGINNINGS, HURRIED, PartPlan, searched_again
+from .part_plan import BEGINNINGS, REDUCED, PartPlan, searched_again
 from .travel import Way, travel, turned
 
 
@@ -44,14 +44,14 @@ def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeWays | No
         plan: of the part.
 
     Returns:
-        The plan, with targets that no such way leads to, or from, among those that are stuck; and the ways, None where
+        The plan, with targets that no such way leads to, or from, among those without a travel; and the ways, None where
         neither place is known.
     """
     if context.span.start is None and context.span.end is None:
         return plan, None
-    whole = not plan.stuck and all(bead.whole for bead in plan.beads)
+    whole = not plan.travel_failures and all(bead.whole for bead in plan.beads)
     if not whole:
-        few = max(context.settings.travel_attempts // HURRIED, 1)
+        few = max(context.settings.travel_attempts // REDUCED, 1)
         context = replace(context, settings=replace(context.settings, travel_attempts=few))
     return _Home(context, plan, whole).planned()
 
@@ -62,23 +62,23 @@ class _Home:
     def __init__(self, context: Context, plan: PartPlan, whole: bool) -> None:
         self.context, self.plan, self.whole = context, plan, whole
         self.beads, self.travels = list(plan.beads), list(plan.travels)
-        self.stuck = dict(plan.stuck)
+        self.travel_failures = dict(plan.travel_failures)
 
     def planned(self) -> tuple[PartPlan, HomeWays | None]:
         first, last = self.beads[0], self.beads[-1]
         start, end = self.context.span.start, self.context.span.end
         laid = int(self.context.laid[last.stop - 1])
-        stuck_at_home = [
+        failed_at_home = [
             self._home_itself(start, self.context.begun, first.first),
             self._home_itself(end, laid, last.stop - 1),
         ]
-        out = stuck_at_home[0] or (self._way(None, first.stretches[0]) if first.whole and start is not None else None)
-        back = stuck_at_home[1] or (self._way(last.stretches[0], None) if last.whole and end is not None else None)
-        if self.whole and isinstance(out, Failure) and not stuck_at_home[0]:
+        out = failed_at_home[0] or (self._way(None, first.stretches[0]) if first.whole and start is not None else None)
+        back = failed_at_home[1] or (self._way(last.stretches[0], None) if last.whole and end is not None else None)
+        if self.whole and isinstance(out, Failure) and not failed_at_home[0]:
             joined = self._otherwise(0)
             out = out if joined is None else joined[0]
             back = joined[1] if joined is not None and len(self.beads) == 1 else back
-        if self.whole and isinstance(back, Failure) and not stuck_at_home[1]:
+        if self.whole and isinstance(back, Failure) and not failed_at_home[1]:
             joined = self._otherwise(len(self.beads) - 1)
             back = back if joined is None else joined[1]
             out = joined[0] if joined is not None and len(self.beads) == 1 else out
@@ -89,13 +89,13 @@ class _Home:
             at = last.stop - 1
             self._note(at, back.at(replace(back.place, where=Where.TO_HOME, from_target=at)))
         ways = HomeWays(None if isinstance(out, Failure) else out, None if isinstance(back, Failure) else back)
-        return PartPlan(tuple(self.beads), tuple(self.travels), self.stuck), ways
+        return PartPlan(tuple(self.beads), tuple(self.travels), self.travel_failures), ways
 
     def _note(self, target: int, failure: Failure) -> None:
         """Say it at a target that nothing else is wrong with."""
         bead = self.beads[0] if target < self.beads[0].stop else self.beads[-1]
-        if target not in (*bead.missing, *bead.cuts, *self.stuck):
-            self.stuck[target] = failure
+        if target not in (*bead.target_failures, *bead.edge_failures, *self.travel_failures):
+            self.travel_failures[target] = failure
 
     def _home_itself(self, home: Floats | None, stage: int, target: int) -> Failure | None:
         """What the arm is too near to at home, if anything, with the table as at a target."""

@@ -3,7 +3,7 @@
     kept = true_edges(bead, nodes, i, edges)          # those whose way leads where they say
     why = why_none_leads_on(bead, nodes, i, cost)     # Failure(Kind.JOINT_LIMIT, measure=12.3, axis="A6")
 
-Ways are followed along the bead without regard to what is in their way. Metres and radians.
+Ways are tracked along the bead without regard to what is in their way. Metres and radians.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from ..arrays import Ints
 from ..failure import Failure, Kind
 from .configurations import Nodes
 from .edge_check import SearchedBead
-from .edge_tracking import SAME, Ways, along, thinnest
+from .edge_tracking import SAME_CONFIGURATION, Ways, along, thinnest
 
-GRID = np.linspace(0.0, 1.0, 9)  # places at which a way is begun to be followed: closer where joints turn fast
-MOST_WAYS = 600  # followed together
+GRID = np.linspace(0.0, 1.0, 9)  # places at which a way is begun to be tracked: closer where joints turn fast
+MOST_WAYS = 600  # tracked together
 
 
 @dataclass(frozen=True, eq=False)
-class _Followed:
-    """Ways that were followed.
+class _Tracked:
+    """Ways that were tracked.
 
     Attributes:
         total: how far every joint turns, (w, j), rad; NaN where the arm cannot follow.
@@ -46,7 +46,7 @@ class _Followed:
     margin: Floats
 
 
-def _follow(bead: SearchedBead, i: int, roll: Floats, q: Floats) -> _Followed:
+def _track(bead: SearchedBead, i: int, roll: Floats, q: Floats) -> _Tracked:
     """Follow ways from a target to the next: rolls at both ends (w, 2), configurations at the first (w, j)."""
     parts = []
     for first in range(0, len(q), MOST_WAYS):
@@ -65,7 +65,7 @@ def _follow(bead: SearchedBead, i: int, roll: Floats, q: Floats) -> _Followed:
         jumps = np.maximum.reduceat(np.where(np.isnan(step), np.inf, step), at) > 1.0
         total = np.where(jumps[:, None], np.nan, turned[last])
         parts.append(
-            _Followed(
+            _Tracked(
                 total,
                 np.fmin.reduceat(turned, at, axis=0),
                 np.fmax.reduceat(turned, at, axis=0),
@@ -73,7 +73,7 @@ def _follow(bead: SearchedBead, i: int, roll: Floats, q: Floats) -> _Followed:
             )
         )
     names = ("total", "low", "high", "margin")
-    return _Followed(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    return _Tracked(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def true_edges(bead: SearchedBead, nodes: Nodes, i: int, edges: Collection[Edge]) -> set[Edge]:
@@ -97,14 +97,14 @@ def true_edges(bead: SearchedBead, nodes: Nodes, i: int, edges: Collection[Edge]
         np.column_stack([at[:, 0, :2], at[:, 1, 0]]), axis=0, return_index=True, return_inverse=True
     )
     one = at[first]
-    followed = _follow(bead, i, nodes.rolls[one[:, :, 0]], nodes.q[i][tuple(one[:, 0].T)])
+    tracked = _track(bead, i, nodes.rolls[one[:, :, 0]], nodes.q[i][tuple(one[:, 0].T)])
     chain = bead.context.solver.chain
     q0, q1 = nodes.q[i][tuple(at[:, 0].T)], nodes.q[i + 1][tuple(at[:, 1].T)]
     w = which.reshape(-1)
-    good = np.abs(q1 - q0 - followed.total[w]).max(axis=1) <= SAME
-    good &= (q0 + followed.low[w] >= chain.lower - SLACK).all(axis=1)
-    good &= (q0 + followed.high[w] <= chain.upper + SLACK).all(axis=1)
-    good &= (followed.margin[w] >= bead.context.limits.values(bead.context.solver.geometry is not None)).all(axis=1)
+    good = np.abs(q1 - q0 - tracked.total[w]).max(axis=1) <= SAME_CONFIGURATION
+    good &= (q0 + tracked.low[w] >= chain.lower - SLACK).all(axis=1)
+    good &= (q0 + tracked.high[w] <= chain.upper + SLACK).all(axis=1)
+    good &= (tracked.margin[w] >= bead.context.limits.values(bead.context.solver.geometry is not None)).all(axis=1)
     return {every[k] for k in np.flatnonzero(good)}
 
 
@@ -125,15 +125,15 @@ def why_none_leads_on(bead: SearchedBead, nodes: Nodes, i: int, cost: Floats) ->
         return None
     at = at[np.linspace(0, len(at) - 1, min(len(at), MOST_WAYS)).round().astype(np.int64)]
     q = nodes.q[i][tuple(at.T)]
-    followed = _follow(bead, i, np.repeat(nodes.rolls[at[:, :1]], 2, axis=1), q)
+    tracked = _track(bead, i, np.repeat(nodes.rolls[at[:, :1]], 2, axis=1), q)
     chain, solver = bead.context.solver.chain, bead.context.solver
     least = bead.context.limits.values(solver.geometry is not None)
-    thin = (followed.margin < least).any(axis=1)
-    lost = np.isnan(followed.total).any(axis=1)
-    over = np.fmax(chain.lower - q - followed.low, q + followed.high - chain.upper)
+    thin = (tracked.margin < least).any(axis=1)
+    lost = np.isnan(tracked.total).any(axis=1)
+    over = np.fmax(chain.lower - q - tracked.low, q + tracked.high - chain.upper)
     outside = (over > SLACK).any(axis=1)
     whole = ~(thin | lost | outside)
-    hit = _in_the_way(bead, i, q[whole] + followed.total[whole])
+    hit = _in_the_way(bead, i, q[whole] + tracked.total[whole])
     if hit is not None:
         return hit
     only = np.flatnonzero(outside & ~thin & ~lost)
@@ -148,9 +148,9 @@ def why_none_leads_on(bead: SearchedBead, nodes: Nodes, i: int, cost: Floats) ->
         )
     if thin.any():
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(least > 0, followed.margin / least, np.inf).min(axis=1)
+            share = np.where(least > 0, tracked.margin / least, np.inf).min(axis=1)
         k = int(np.argmax(np.where(thin, share, -np.inf)))
-        return thinnest(followed.margin[k : k + 1], least)
+        return thinnest(tracked.margin[k : k + 1], least)
     return Failure(Kind.UNREACHABLE) if lost.all() else None
 
 
@@ -159,7 +159,7 @@ def _in_the_way(bead: SearchedBead, i: int, q: Floats) -> Failure | None:
     if not len(q):
         return None
     context = bead.context
-    stage: Ints = np.full(len(q), bead.stage[i + 1])
+    stage: Ints = np.full(len(q), bead.deposits_before[i + 1])
     found = context.screen.clearances(bead.placed.axes(q, np.full(len(q), i + 1)), stage)
     k = int(np.argmax(found.distance))
     free: NDArray[np.bool_] = found.distance >= context.settings.clearance

@@ -1,7 +1,7 @@
 """Layers that lock the torch out: what cannot be welded only because of what was welded before.
 
     plan = with_lockouts(job, context, plan)
-    plan.beads[3].missing[17].failure.locked_by      # (LaidLayer("SV1", 0), ..)
+    plan.beads[3].target_failures[17].failure.locked_by      # (LaidLayer("SV1", 0), ..)
 
 It is tried out: the bead or the travel is planned once more without these layers, and only what succeeds then is said
 to be locked out by them. Named are layers of another sub-volume where those are enough, and of these as few of the last
@@ -29,8 +29,8 @@ from .travel import travel
 if TYPE_CHECKING:
     from ..job.job import Job
 
-MOST = 12  # beads and travels that are tried again
-PROBES = 3  # targets of a bead looked at by themselves before it is searched
+MOST_TRIED_AGAIN = 12  # beads and travels that are tried again
+TRIED_FIRST = 3  # targets of a bead looked at by themselves before it is searched
 LOCKOUTS = 5_000  # configurations that trials may ask about, unless every target is to be looked at
 FEWER = 5  # share of a travel's attempts: each is tried several times
 
@@ -68,44 +68,48 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
         The plan; ``locked_by`` is set of collisions that go away without those layers.
     """
     layers = _Layers(job.targets.sub_volume, job.deposits)
-    beads, stuck = list(plan.beads), dict(plan.stuck)
+    beads, travel_failures = list(plan.beads), dict(plan.travel_failures)
     known: list[int] = []
-    left, every = MOST, context.settings.every_target or not any(bead.open for bead in beads)
+    left, every = MOST_TRIED_AGAIN, context.settings.every_target or not any(bead.open for bead in beads)
     most = np.inf if every else context.work + LOCKOUTS
     for k, bead in enumerate(beads):
         failed = _collided(bead)
         if failed and left and context.work < most:
             left -= 1
             trial, target = _bead_trial(bead, failed, most), min(failed)
-            found, known = _blame(job, context, layers, target, int(context.stage[target]), trial, known)
+            found, known = _blame(job, context, layers, target, int(context.deposits_before[target]), trial, known)
             beads[k] = _noted(bead, found, layers.named(known))
-    for target in sorted(plan.stuck):
-        if left and context.work < most and stuck[target].kind is Kind.COLLISION:
+    for target in sorted(plan.travel_failures):
+        if left and context.work < most and travel_failures[target].kind is Kind.COLLISION:
             left -= 1
-            stage = int(context.laid[_leaves(stuck[target])])
+            stage = int(context.laid[_leaves(travel_failures[target])])
             found, known = _blame(job, context, layers, target, stage, _travel_trial(plan, target), known)
             if found:
-                stuck[target] = replace(stuck[target], locked_by=layers.named(known))
-    return PartPlan(tuple(beads), plan.travels, stuck)
+                travel_failures[target] = replace(travel_failures[target], locked_by=layers.named(known))
+    return PartPlan(tuple(beads), plan.travels, travel_failures)
 
 
 def _collided(bead: BeadPlan) -> set[int]:
-    missing = {i for i, m in bead.missing.items() if m.failure.kind is Kind.COLLISION}
-    return missing | {i for i, failure in bead.cuts.items() if failure.kind is Kind.COLLISION}
+    target_failures = {i for i, m in bead.target_failures.items() if m.failure.kind is Kind.COLLISION}
+    return target_failures | {i for i, failure in bead.edge_failures.items() if failure.kind is Kind.COLLISION}
 
 
-def _leaves(stuck: Failure) -> int:
+def _leaves(failure: Failure) -> int:
     """The target that a travel leaves."""
-    assert stuck.from_target is not None
-    return stuck.from_target
+    assert failure.from_target is not None
+    return failure.from_target
 
 
 def _noted(bead: BeadPlan, targets: set[int], locked_by: tuple[LaidLayer, ...]) -> BeadPlan:
     def noted(i: int, failure: Failure) -> Failure:
         return replace(failure, locked_by=locked_by) if i in targets else failure
 
-    missing = {i: replace(m, failure=noted(i, m.failure)) for i, m in bead.missing.items()}
-    return replace(bead, missing=missing, cuts={i: noted(i, failure) for i, failure in bead.cuts.items()})
+    target_failures = {i: replace(m, failure=noted(i, m.failure)) for i, m in bead.target_failures.items()}
+    return replace(
+        bead,
+        target_failures=target_failures,
+        edge_failures={i: noted(i, failure) for i, failure in bead.edge_failures.items()},
+    )
 
 
 @dataclass(frozen=True)
@@ -118,15 +122,15 @@ class _LayerTrial:
 
 def _bead_trial(bead: BeadPlan, failed: set[int], most: float) -> _LayerTrial:
     # a bead is dear to search in vain: a few targets by themselves say most of it
-    probes = sorted(failed)[:: max(len(failed) // PROBES, 1)][:PROBES]
+    tried_first = sorted(failed)[:: max(len(failed) // TRIED_FIRST, 1)][:TRIED_FIRST]
 
     def works(context: Context) -> set[int]:
         if context.work + full_work(context, bead.stop - bead.first) > most:
             return set()
         again = plan_bead(context, bead.first, bead.stop, None)
-        return failed - again.missing.keys() - again.cuts.keys() - again.open
+        return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open
 
-    return _LayerTrial(works, lambda context: context.work < most and _stand_free(context, probes))
+    return _LayerTrial(works, lambda context: context.work < most and _stand_free(context, tried_first))
 
 
 def _stand_free(context: Context, targets: Sequence[int]) -> bool:
@@ -139,7 +143,7 @@ def _stand_free(context: Context, targets: Sequence[int]) -> bool:
 
 def _travel_trial(plan: PartPlan, target: int) -> _LayerTrial:
     start = next(s for s in plan.stretches if s.first == target)
-    end = next(s for s in plan.stretches if s.stop - 1 == plan.stuck[target].from_target)
+    end = next(s for s in plan.stretches if s.stop - 1 == plan.travel_failures[target].from_target)
 
     def works(context: Context) -> set[int]:
         few = replace(context.settings, travel_attempts=max(context.settings.travel_attempts // FEWER, 1))

@@ -25,9 +25,9 @@ from ik.chain import Floats
 from ik.reachability_proof import certify
 
 from ..arrays import Ints
-from .bead_search import BeadPlan, BeadSearch, Missing
+from .bead_search import BeadPlan, BeadSearch, TargetFailure
 from .configurations import evaluate
-from .context import FINER, Context
+from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead
 from .free_rolls import free_rolls
 from .station_search import HIT, Ends, StationSearch
@@ -36,8 +36,8 @@ FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, 
 LARGE_FLOOR = 2_000  # of all others
 PER_TARGET = 4  # and for each of its targets
 BRANCHES = 8  # configurations of a target at a roll
-PROBES = 3  # targets judged by themselves before a bead is searched in full
-ALONE = 60  # configurations that it takes to judge a target by itself, about, as long as none was
+TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
+TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
 FEW, TOGETHER = 4, 16  # targets judged in one go, at least and at most
 BLOCK = 256  # targets evaluated together
 
@@ -53,12 +53,12 @@ class LossJudge:
             first: its first target.
             share: of what a whole part may cost whatever its size.
         """
-        self.floor = share * (FLOOR if len(context.stage) <= SMALL else LARGE_FLOOR)
+        self.floor = share * (FLOOR if len(context.deposits_before) <= SMALL else LARGE_FLOOR)
         self.context, self.every = context, context.settings.every_target
         self.first = first
         self.spent = 0.0
         self.lost = False
-        self._judged_alone, self._work_alone = 1, float(ALONE)  # targets, and what they cost
+        self._judged_alone, self._work_alone = 1, float(TARGET_WORK)  # targets, and what they cost
         self._suspect: int | None = None  # a target that was found lost: others near it are looked at first
 
     def left(self, target: int) -> float:
@@ -79,7 +79,7 @@ class LossJudge:
         if not bead.whole:
             self.spent += spent
             self.lost = True
-            self._suspect = next(iter(bead.missing), self._suspect)
+            self._suspect = next(iter(bead.target_failures), self._suspect)
 
     def plan(
         self, first: int, stop: int, q_before: Floats | None, in_full: Callable[[float | None], BeadPlan]
@@ -103,7 +103,7 @@ class LossJudge:
         )
         if not bead.whole:
             self.charge(before)
-            self._suspect = next(iter(bead.missing), self._suspect)
+            self._suspect = next(iter(bead.target_failures), self._suspect)
         return bead
 
     def _sparingly(
@@ -113,11 +113,11 @@ class LossJudge:
         before = self.context.work
         suspects = [] if self._suspect is None else [self._nearest(first, stop)]
         if self.lost:  # what is out of reach is known without a search
-            missing = unreachable(self.context, range(first, stop))
-            missing.update(self._judged(suspects, first, stop, before) if not missing else {})
-            if missing or self.left(stop) < 0:
-                missing.update(self._judged(_spread(first, stop), first, stop, before, missing))
-                return lost_bead(first, stop, missing)
+            target_failures = unreachable(self.context, range(first, stop))
+            target_failures.update(self._judged(suspects, first, stop, before) if not target_failures else {})
+            if target_failures or self.left(stop) < 0:
+                target_failures.update(self._judged(_spread(first, stop), first, stop, before, target_failures))
+                return lost_bead(first, stop, target_failures)
         bead = SearchedBead.of(self.context, first, stop)
         if StationSearch.suits(bead):
             search = StationSearch(bead, self.context.settings.roll_step, Ends(q_before))
@@ -125,21 +125,21 @@ class LossJudge:
             if stretch is not None:
                 return BeadPlan(first, stop, (stretch,), {}, {})
             suspects += [first + int(i) for i in _most_hit(search)]
-        missing = unreachable(self.context, range(first, stop))
-        if not missing and not self.lost:
-            some = list(dict.fromkeys(suspects))[:PROBES]
-            missing = lost_alone(self.context, some)
-            if not missing:
+        target_failures = unreachable(self.context, range(first, stop))
+        if not target_failures and not self.lost:
+            some = list(dict.fromkeys(suspects))[:TRIED_FIRST]
+            target_failures = lost_alone(self.context, some)
+            if not target_failures:
                 return in_full(self.left(stop))
         order = [*suspects, *_spread(first, stop)]
-        missing.update(self._judged(order, first, stop, before, missing))
-        return lost_bead(first, stop, missing)
+        target_failures.update(self._judged(order, first, stop, before, target_failures))
+        return lost_bead(first, stop, target_failures)
 
     def _judged(
-        self, order: Iterable[int], first: int, stop: int, before: float, known: dict[int, Missing] | None = None
-    ) -> dict[int, Missing]:
+        self, order: Iterable[int], first: int, stop: int, before: float, known: dict[int, TargetFailure] | None = None
+    ) -> dict[int, TargetFailure]:
         """Targets that are lost, of those that the budget allows to look at one after the other."""
-        out: dict[int, Missing] = {}
+        out: dict[int, TargetFailure] = {}
         some = [i for i in dict.fromkeys(order) if i not in (known or {})]
         while some and (left := self.left(stop) - (self.context.work - before)) > 0:
             begun, count = self.context.work, self._as_many(left)
@@ -162,34 +162,34 @@ class LossJudge:
 
 def full_work(context: Context, targets: int) -> int:
     """Configurations of some targets at all rolls that a search in full may look at."""
-    rolls = context.window.samples(context.settings.roll_step / FINER)
+    rolls = context.window.samples(context.settings.roll_step / FINER_ROLLS)
     return targets * len(rolls) * BRANCHES
 
 
-def lost_bead(first: int, stop: int, missing: dict[int, Missing]) -> BeadPlan:
-    """A bead of which some targets are missing and nothing else was looked at."""
-    rest = frozenset(range(first, stop)) - missing.keys()
-    return BeadPlan(first, stop, (), {}, dict(sorted(missing.items())), rest)
+def lost_bead(first: int, stop: int, target_failures: dict[int, TargetFailure]) -> BeadPlan:
+    """A bead of which some targets are lost and nothing else was looked at."""
+    rest = frozenset(range(first, stop)) - target_failures.keys()
+    return BeadPlan(first, stop, (), {}, dict(sorted(target_failures.items())), rest)
 
 
-def unreachable(context: Context, targets: Iterable[int]) -> dict[int, Missing]:
+def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFailure]:
     """Targets that no configuration reaches inside limits and margins at any allowed roll, proved, with why."""
     solver, every = context.solver, np.array(list(targets), dtype=np.int64)
     if solver.form is None:
         return {}
     Ts = context.placed.rows(every).Ts_base_target
     bad = every[certify(solver.chain, Ts, context.window, context.limits, solver.form).unreachable]
-    out: dict[int, Missing] = {}
+    out: dict[int, TargetFailure] = {}
     for k in range(0, len(bad), BLOCK):
         some = bad[k : k + BLOCK]
         nodes = evaluate(solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits)
         for n, i in enumerate(some.tolist()):
             failure, attempt = nodes.why_not(n)
-            out[i] = Missing(replace(failure, proved=True), attempt)
+            out[i] = TargetFailure(replace(failure, proved=True), attempt)
     return out
 
 
-def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, Missing]:
+def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFailure]:
     """Targets that have no configuration at any roll, each looked at by itself.
 
     Args:
@@ -204,12 +204,12 @@ def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, Missing]:
     placed = context.placed.rows(some)
     nodes = evaluate(context.solver, placed, context.window, step, context.limits)
     bead = SearchedBead.apart(context, some)
-    found = {int(some[k]): missing for k, missing in BeadSearch(bead, nodes).lost_alone().items()}
-    open_ = [] if context.window.is_fixed else [i for i, missing in found.items() if not missing.failure.proved]
+    found = {int(some[k]): lost for k, lost in BeadSearch(bead, nodes).lost_alone().items()}
+    open_ = [] if context.window.is_fixed else [i for i, lost in found.items() if not lost.failure.proved]
     between = {i: found[i].failure.between for i in open_}
     also = {i: float(np.deg2rad(b.roll_deg)) for i, b in between.items() if b is not None and b.collision is None}
-    free = free_rolls(context, open_, step / FINER, also)
-    return {i: missing for i, missing in found.items() if not free.get(i)}
+    free = free_rolls(context, open_, step / FINER_ROLLS, also)
+    return {i: lost for i, lost in found.items() if not free.get(i)}
 
 
 def _most_hit(search: StationSearch) -> Ints:

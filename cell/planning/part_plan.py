@@ -1,8 +1,8 @@
 """The way of the arm through every bead and from bead to bead.
 
     plan = plan_part(context, path)             # path (n,): bead of each target
-    plan.beads[0].stretches                   # what can be run through; cuts and missing say what cannot
-    plan.travels, plan.stuck                  # between the beads, and the failures of those that are not found
+    plan.beads[0].stretches                   # what can be run through; edge_failures and target_failures say what cannot
+    plan.travels, plan.travel_failures                  # between the beads, and the failures of those that are not found
 
 A bead that does not come out whole is searched again with the roll sampled finer, turning as fast as the joints can,
 and with rolls at which its targets are free between the samples; one to which no travel leads, with its beginning
@@ -23,9 +23,9 @@ from ik.roll import wrap
 from ..arrays import Ints
 from ..failure import Failure, Place, Where
 from ..progress import Progress, counted
-from .bead_search import ROUNDS, BeadPlan, BeadSearch
+from .bead_search import MOST_SEARCHES, BeadPlan, BeadSearch
 from .configurations import evaluate
-from .context import FINER, Context
+from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead, Stretch
 from .free_rolls import Stretches, free_rolls, stabbing
 from .lost_part import LossJudge
@@ -34,7 +34,7 @@ from .travel import Way, can_leave, travel, turned
 
 FINEST_ROUNDS = 60  # searches of such a bead until it is given up
 BEGINNINGS = 4  # of a bead that no travel leads to
-HURRIED = 10  # share of a travel's attempts once the part is lost
+REDUCED = 10  # share of a travel's attempts once the part is lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +44,12 @@ class PartPlan:
     Attributes:
         beads: in order.
         travels: to each whole bead from the one before.
-        stuck: failures of travels, by the target that begins a bead to which none leads.
+        travel_failures: failures of travels, by the target that begins a bead to which none leads.
     """
 
     beads: tuple[BeadPlan, ...]
     travels: tuple[Way, ...]
-    stuck: dict[int, Failure]
+    travel_failures: dict[int, Failure]
 
     @property
     def stretches(self) -> list[Stretch]:
@@ -96,7 +96,7 @@ class BeadRun:
         stop: one past the last target of the last.
         q_before: where the arm comes from, (j,), rad, or None.
         known: the first of them, where it is planned already.
-        hurried: whether travels are searched with few attempts from the beginning.
+        reduced: whether travels are searched with few attempts from the beginning.
         share: of what the whole part may cost where it is lost.
     """
 
@@ -104,7 +104,7 @@ class BeadRun:
     stop: int
     q_before: Floats | None
     known: KnownBead | None = None
-    hurried: bool = False
+    reduced: bool = False
     share: float = 1.0
 
 
@@ -121,9 +121,9 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
     """
     beads: list[BeadPlan] = []
     travels: list[Way] = []
-    stuck: dict[int, Failure] = {}
+    travel_failures: dict[int, Failure] = {}
     last: Stretch | None = None
-    quick = hurried(context)
+    reduced = reduced_budget(context)
     judge = LossJudge(context, run.firsts[0], run.share)
     for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
         if run.known is not None and run.known.bead.first == first:
@@ -137,24 +137,24 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
         if last is not None and bead.whole:
             # where the part is lost, what is still searched for is what to report
             before = context.work
-            whole = not run.hurried and not stuck and all(bead.whole for bead in beads)
+            whole = not run.reduced and not travel_failures and all(bead.whole for bead in beads)
             known = not beads[-1].open and judge.left(stop) > 0
             if whole or known:
-                bead, way = travel_to(context if whole else quick, last, bead)
+                bead, way = travel_to(context if whole else reduced, last, bead)
             else:
-                way = travel(hurried(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
-            if isinstance(way, Failure) and not run.hurried:
+                way = travel(reduced_budget(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
+            if isinstance(way, Failure) and not run.reduced:
                 judge.charge(before)  # of a chunk's own beads it is not known yet that none is found
             if isinstance(way, Failure) and not (whole or known):
                 bead = replace(bead, open=frozenset([first]))
             elif isinstance(way, Failure):
-                stuck[first] = stuck_at(way, last, first)
+                travel_failures[first] = travel_failure(way, last, first)
             else:
                 travels.append(way)
         beads.append(bead)
         last = bead.stretches[-1] if bead.stretches else last
         count()
-    return PartPlan(tuple(beads), tuple(travels), stuck)
+    return PartPlan(tuple(beads), tuple(travels), travel_failures)
 
 
 def known_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> KnownBead:
@@ -175,14 +175,14 @@ def known_bead(context: Context, first: int, stop: int, q_before: Floats | None,
     return KnownBead(bead, judge.spent)
 
 
-def stuck_at(travel: Failure, last: Stretch, first: int) -> Failure:
+def travel_failure(travel: Failure, last: Stretch, first: int) -> Failure:
     """Why no travel leads from what was welded last to a bead that begins at a target."""
     return travel.at(Place(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
 
 
-def hurried(context: Context, to: int | None = None) -> Context:
+def reduced_budget(context: Context, to: int | None = None) -> Context:
     """The same, with fewer attempts at a travel, or so many."""
-    attempts = max(context.settings.travel_attempts // HURRIED, 1) if to is None else to
+    attempts = max(context.settings.travel_attempts // REDUCED, 1) if to is None else to
     return replace(context, settings=replace(context.settings, travel_attempts=attempts))
 
 
@@ -245,31 +245,31 @@ def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, 
     plan = _search(context, first, stop, q_before, step)
     if plan.whole or context.window.is_fixed or not plan.may_be_mended:
         return plan
-    free = _free_between(context, plan, step / FINER)
-    lost = {i for i in plan.missing if not free.get(i)}
+    free = _free_between(context, plan, step / FINER_ROLLS)
+    lost = {i for i in plan.target_failures if not free.get(i)}
     left = np.inf if most is None or not lost else most - (context.work - begun)
-    finer = _search(context, first, stop, q_before, step / FINER, free=_Rolls(_all(free), most=left))
+    finer = _search(context, first, stop, q_before, step / FINER_ROLLS, free=_Rolls(_all(free), most=left))
     if finer.open:
         return plan.only(lost)
     plan = _better(plan, finer)
-    if plan.whole or not all(i in free and free[i] for i in plan.missing):
+    if plan.whole or not all(i in free and free[i] for i in plan.target_failures):
         return plan
-    free |= _free_between(context, plan, step / FINER, free)
+    free |= _free_between(context, plan, step / FINER_ROLLS, free)
     rolls = _Rolls(_all(free), FINEST_ROUNDS)
-    return _better(plan, _search(context, first, stop, q_before, step / FINER**2, free=rolls))
+    return _better(plan, _search(context, first, stop, q_before, step / FINER_ROLLS**2, free=rolls))
 
 
 def _better(plan: BeadPlan, other: BeadPlan) -> BeadPlan:
     """The plan that loses fewer targets, and of these fewer altogether; the first of two alike."""
-    return other if (other.lost, len(other.missing)) < (plan.lost, len(plan.missing)) else plan
+    return other if (other.lost, len(other.target_failures)) < (plan.lost, len(plan.target_failures)) else plan
 
 
 def _free_between(
     context: Context, plan: BeadPlan, step: float, known: Mapping[int, Stretches] | None = None
 ) -> dict[int, Stretches]:
-    """Rolls at which the missing targets of a bead are free by themselves, of those that are not proved out."""
-    some = [i for i, missing in plan.missing.items() if not missing.failure.proved and i not in (known or {})]
-    between = {i: plan.missing[i].failure.between for i in some}
+    """Rolls at which the lost targets of a bead are free by themselves, of those that are not proved out."""
+    some = [i for i, lost in plan.target_failures.items() if not lost.failure.proved and i not in (known or {})]
+    between = {i: plan.target_failures[i].failure.between for i in some}
     alone = {i: float(np.deg2rad(b.roll_deg)) for i, b in between.items() if b is not None and b.collision is None}
     return free_rolls(context, some, step, alone)
 
@@ -289,7 +289,7 @@ class _Rolls:
     """
 
     also: Floats
-    rounds: int = ROUNDS
+    rounds: int = MOST_SEARCHES
     most: float = np.inf
 
 

@@ -28,14 +28,14 @@ from ik.singularity import margins
 from ..arrays import Ints
 from ..failure import Kind
 from ..scene.placement import Placed
-from .configurations import NEAR, near_cost, standing_cost
-from .edge_check import SearchedBead, Stretch, examine
+from .configurations import NEAR_COST, near_cost, standing_cost
+from .edge_check import SearchedBead, Stretch, check_edges
 
 STATION, STATION_TURN = 0.04, np.deg2rad(12.0)  # m along the bead, rad of the wire between stations
 LEAST_STATIONS = 4
 ROUNDS, LOOKS = 8, 24  # ways followed, and ways through the stations before each, until it is left to the full search
 MAX_TRIES = 4  # ways that are free, but near something, before the clearest of them is taken
-WIDE = 2  # samples the roll may change between stations
+ROLL_SAMPLES_APART = 2  # samples the roll may change between stations
 BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls looked at between stations, samples
 NEARBY, STILL = np.array([-1, 0, 1]), np.array([0])  # of those, from target to target
 MORE = 3  # stations put in at a time
@@ -104,7 +104,7 @@ class StationSearch:
             group, roll, q = way
             start = np.arange(len(q) - 1)
             pair = np.stack([start, start + 1], axis=1)
-            found = examine(self.bead, start, roll[pair], q[pair])
+            found = check_edges(self.bead, start, roll[pair], q[pair])
             bad = [i for i, cause in enumerate(found.causes) if cause is not None]
             if not bad:
                 return found.whole()
@@ -124,7 +124,7 @@ class StationSearch:
         roll = self._rolls_between(samples)
         every = np.arange(len(self.bead))
         q, cost = self._standing(every, roll, group)
-        cost += self._worry_between(group, roll)[:, None]
+        cost += self._expected_cost_between(group, roll)[:, None]
         cost[0] += self._arriving(q[:, 0])
         shifts = NEARBY if roll.shape[1] > 1 else STILL
         way = banded.cheapest(cost, banded.prices(self.chain, q, roll, self.bounds, shifts, circular=False), shifts)
@@ -142,11 +142,13 @@ class StationSearch:
         roll = np.interp(np.arange(len(self.bead)), self.at, steady)[:, None] + BESIDE * self.roll_step
         return roll if window.is_full else np.clip(roll, window.low, window.high)
 
-    def _worry_between(self, group: int, roll: Floats) -> Floats:
+    def _expected_cost_between(self, group: int, roll: Floats) -> Floats:
         """What rolls (t, b) between stations are worth avoiding for what is known at the stations beside them, s."""
         expected_cost = np.where(self.known[:, group] == HIT, COLLISION_PENALTY, self.expected_cost[:, group])
         if expected_cost.any():  # where something is near, what has not been looked at may be nearer
-            expected_cost = np.where(self.known[:, group] == UNKNOWN, np.maximum(expected_cost, NEAR), expected_cost)
+            expected_cost = np.where(
+                self.known[:, group] == UNKNOWN, np.maximum(expected_cost, NEAR_COST), expected_cost
+            )
         after = np.minimum(np.searchsorted(self.at, np.arange(len(roll))), len(self.at) - 1)
         before = np.maximum(after - (self.at[after] > np.arange(len(roll))), 0)
         return np.maximum.reduce([expected_cost[s[:, None], r] for s in (before, after) for r in self._beside(roll)])
@@ -187,7 +189,7 @@ class StationSearch:
             roll_step=steps * self.roll_step,
         )
         count = len(self.rolls)
-        most = WIDE if count > 2 * WIDE else min(count - 1, 1)
+        most = ROLL_SAMPLES_APART if count > 2 * ROLL_SAMPLES_APART else min(count - 1, 1)
         rolls = np.broadcast_to(self.rolls, (len(self.at), count))
         shifts = np.arange(-most, most + 1)
         full = self.context.window.is_full
@@ -197,7 +199,7 @@ class StationSearch:
         """Check nodes of stations; which collide."""
         least = self.context.settings.clearance
         axes = self.bead.placed.axes(self.q[:, s, g, r].T, self.at[s])
-        found = self.context.screen.clearances(axes, self.bead.stage[self.at[s]])
+        found = self.context.screen.clearances(axes, self.bead.deposits_before[self.at[s]])
         hit = found.distance < least
         self.known[s, g, r] = np.where(hit, HIT, FREE)
         self.expected_cost[s, g, r] = near_cost(found.distance, least)

@@ -77,7 +77,7 @@ def can_leave(context: Context, end: Stretch, stage: int) -> bool:
     return leg.failure is None and isinstance(_collision(context, leg.q, stage), Clearances)
 
 
-def drawn_back(context: Context, way: Way, stretch: Stretch, at: int) -> float:
+def straight_retract(context: Context, way: Way, stretch: Stretch, at: int) -> float:
     """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
     i = stretch.first if at == 0 else stretch.stop - 1
     rows = way[0][::-1] if at == 0 else way[0]

@@ -5,7 +5,7 @@
     found = sweep(case, poses, executor=ThreadPoolExecutor(2))       # or any other of concurrent.futures
     document = sweep_document(case, found)                           # "rbam-sweep/1"
 
-Hopeless poses are settled first, ``TOGETHER`` at once, by ``cell.table_poses.hopeless_poses``; each of the others gets
+Hopeless poses are settled first, ``SCREENED_TOGETHER`` at once, by ``cell.table_poses.hopeless_poses``; each of the others gets
 the whole check by itself. Which are taken together is a matter of the poses alone, so that results do not depend on who
 computes them.
 """
@@ -47,7 +47,7 @@ from .workers import completed, processes
 LOG = logging.getLogger(__name__)
 
 MOST_JOBS = 8  # cells a worker keeps ready
-TOGETHER = 32  # poses screened at once; fewer than that are left to one worker at the end
+SCREENED_TOGETHER = 32  # poses screened at once; fewer than that are left to one worker at the end
 Row = dict[str, Any]
 Rows = Generator[Row, None, None]
 Compute = Callable[[Sequence[Callable[[], Any]]], Generator[Any, None, None]]
@@ -278,7 +278,7 @@ class Work:
         found: list[PoseScreening] = []
         for _, same in groupby(self.poses, key=lambda pose: pose.variant):
             some = tuple(same)
-            parts = (some[i : i + TOGETHER] for i in range(0, len(some), TOGETHER))
+            parts = (some[i : i + SCREENED_TOGETHER] for i in range(0, len(some), SCREENED_TOGETHER))
             found += [PoseScreening(self.mark, self.case, part) for part in parts]
         return found
 

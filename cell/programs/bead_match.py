@@ -23,9 +23,9 @@ from ..verification.bead_samples import along_beads
 from .cell_frames import T_table_part, tables_seen_from_base
 from .running.simulate import SimulatedProgram, with_beads
 
-LOOKED_AT = 40  # points of a stretch by which its bead is known
+STRETCH_POINTS = 40  # points of a stretch by which its bead is known
 NEIGHBOURS = 6  # targets next to each of them, whose beads come into question
-ALIKE = 2e-5  # m: beads that are as near as that are equally near
+SAME_DISTANCE = 2e-5  # m: beads that are as near as that are equally near
 WINDOW = 3e-3  # m along a bead beyond the way gone since the last point
 BACK = 5e-4  # m along a bead before the last point
 
@@ -81,12 +81,12 @@ class _Beads:
 
     def nearest(self, x: Floats, expected: int) -> int:
         """The bead that most of some points (m, 3) lie nearest to."""
-        some = x[np.unique(np.linspace(0, len(x) - 1, LOOKED_AT).astype(int))]
+        some = x[np.unique(np.linspace(0, len(x) - 1, STRETCH_POINTS).astype(int))]
         _, found = self.tree.query(some, k=min(NEIGHBOURS, len(self.owner)))
         beads = np.unique(self.owner[found])
         beads = np.unique(np.append(beads[beads >= 0], min(expected, len(self.first) - 2)))
         off = [float(np.median(self._off(int(bead), some))) for bead in beads]
-        best = beads[np.array(off) <= min(off) + ALIKE]
+        best = beads[np.array(off) <= min(off) + SAME_DISTANCE]
         return int(best[int(np.argmin(np.abs(best - expected)))])
 
     def _off(self, bead: int, x: Floats) -> Floats:
@@ -120,7 +120,7 @@ class _Beads:
         points = np.flatnonzero(np.append(True, ends[1:]))
         s = np.empty(len(points))
         off, at = self._on_chords(slice(low, high), x[points[:1]])
-        s[0] = at[0, int(np.argmax(off[0] <= off[0].min() + ALIKE))]  # of a closed bead the beginning
+        s[0] = at[0, int(np.argmax(off[0] <= off[0].min() + SAME_DISTANCE))]  # of a closed bead the beginning
         for n in range(1, len(points)):
             way = float(gone[points[n]] - gone[points[n - 1]])
             window = s[n - 1] - BACK, s[n - 1] + way * 1.5 + WINDOW
@@ -129,7 +129,7 @@ class _Beads:
             off, at = self._on_chords(slice(low + a, min(low + b, high)), x[points[n] : points[n] + 1])
             inside = (at[0] >= window[0] - 1e-9) & (at[0] <= window[1] + 1e-9)
             away = np.where(inside, off[0], off[0] + 1.0)
-            near = np.flatnonzero(away <= away.min() + ALIKE)
+            near = np.flatnonzero(away <= away.min() + SAME_DISTANCE)
             s[n] = max(at[0, near[int(np.argmin(np.abs(at[0, near] - s[n - 1] - way)))]], s[n - 1])
         here = np.interp(gone, gone[points], s)
         passed = np.searchsorted(along, here + 1e-7, side="right") - 1

@@ -17,7 +17,7 @@ import numpy as np
 from ik.chain import Floats
 
 DEGENERATE = 2e-7  # rad from B = +-90 degrees, within which A and C turn about one axis
-KEPT = 4e-7  # rad: angles are left as they are given where others are not nearer by more than rounding
+ROUNDING_ANGLE = 4e-7  # rad: angles are left as they are given where others are not nearer by more than rounding
 
 
 def rotation_of(abc: Floats) -> Floats:
@@ -93,7 +93,7 @@ def run_on(abc: tuple[float, float, float], before: tuple[float, float, float]) 
     if abs(cos(abc[1])) < DEGENERATE:
         return _shared(abc, before)
     given, other = (_nearest(angles, before) for angles in (abc, (abc[0] + pi, pi - abc[1], abc[2] + pi)))
-    return other if _apart(other, before) < _apart(given, before) - KEPT else given
+    return other if _apart(other, before) < _apart(given, before) - ROUNDING_ANGLE else given
 
 
 def _shared(abc: tuple[float, float, float], before: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -109,7 +109,7 @@ def _shared(abc: tuple[float, float, float], before: tuple[float, float, float])
     change -= tau * round(change / tau)
     a, c = before[0] + change / 2, before[2] - sign * change / 2
     as_given = _nearest((abc[0], b, abc[2]), before)
-    if abs(as_given[0] - a) < KEPT and abs(as_given[2] - c) < KEPT:
+    if abs(as_given[0] - a) < ROUNDING_ANGLE and abs(as_given[2] - c) < ROUNDING_ANGLE:
         return as_given
     return a, b, c
 

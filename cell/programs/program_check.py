@@ -32,7 +32,7 @@ from .cell_frames import T_base_root, T_flange_tcp
 from .program import ANYWHERE, Happens, MoveKind, Program, SourceLine
 from .running.interpolation import angles_between
 from .running.program_path import place
-from .running.simulate import EXACT, SimulatedProgram, run_program
+from .running.simulate import EXACT_STOP, SimulatedProgram, run_program
 
 PROGRAM_REASONS = ("unreachable", "tool", "base", "external", "blend", "arc")
 TOOL_OFF, TOOL_TURNED = 5e-5, np.deg2rad(0.05)  # m and rad that a program's tool may differ from the torch
@@ -151,7 +151,7 @@ Found = tuple[Failure, int, int]
 
 def _program_findings(run: SimulatedProgram, job: Job) -> Iterator[Found]:
     """What is wrong, and the first and last move that it is wrong with."""
-    for move, failure in (*run.lost.items(), *run.arc_faults.items()):
+    for move, failure in (*run.failures.items(), *run.arc_faults.items()):
         yield failure, move, move
     yield from _tools(run, job)
     yield from _bases(run)
@@ -237,7 +237,7 @@ def _at_the_arc(run: SimulatedProgram) -> Floats:
     # of a PTP the share counts, whose distance is not known
     known = np.where(moves.kind == MoveKind.AXES, np.where(moves.blend_share > 0, np.inf, 0.0), run.rounded)
     out[before] = known[before] / METRES_PER_MM
-    return np.where(out > EXACT / METRES_PER_MM, out, 0.0)
+    return np.where(out > EXACT_STOP / METRES_PER_MM, out, 0.0)
 
 
 def _stretches(failure: Failure, value: Floats) -> Iterator[Found]:
@@ -254,7 +254,7 @@ def _stretches(failure: Failure, value: Floats) -> Iterator[Found]:
 def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     """What is no fault by itself, and may be another's mistake."""
     program, moves = run.program, run.program.moves
-    for move in run.lost:
+    for move in run.failures:
         text = f"{place(program, move)}: the arm does not get on: nothing after it is run or looked at"
         yield Warning(Code.PROGRAM_CUT, text)
     for k, base in enumerate(program.bases):

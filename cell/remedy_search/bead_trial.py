@@ -15,12 +15,12 @@ import numpy as np
 from ..collision.table import table_alone
 from ..job.job import Job
 from ..planning.configurations import evaluate
-from ..planning.context import FINER, Context
+from ..planning.context import FINER_ROLLS, Context
 from ..planning.part_plan import plan_bead
 from ..scene.scene import table_angles
 
-TOGETHER = 8  # configurations looked at before asking whether one is free
-ALONE = 4  # targets of a bead that are looked at by themselves
+TRIED_TOGETHER = 8  # configurations looked at before asking whether one is free
+TARGETS_ALONE = 4  # targets of a bead that are looked at by themselves
 
 
 def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], wanted: set[int] | None) -> set[int]:
@@ -31,11 +31,11 @@ def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], 
     context = Context.of(job, table)
     for bead in beads:
         first, stop = np.searchsorted(job.targets.path, [bead, bead + 1]).tolist()
-        some = range(first, stop, max((stop - first) // ALONE, 1))
+        some = range(first, stop, max((stop - first) // TARGETS_ALONE, 1))
         if not all(_stands_free(context, i) for i in some if wanted is None or i in wanted):
             return set(range(first, stop))
         plan = plan_bead(context, first, stop, None, 0.0)
-        lost = {*plan.missing, *plan.cuts, *plan.open}
+        lost = {*plan.target_failures, *plan.edge_failures, *plan.open}
         if wanted is not None:
             lost &= wanted
         if lost:
@@ -46,12 +46,12 @@ def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], 
 def _stands_free(context: Context, i: int) -> bool:
     """Whether any configuration of a target is free, at three times the rolls that a bead is first searched with."""
     placed = context.placed.rows([i])
-    nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step / FINER, context.limits)
+    nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step / FINER_ROLLS, context.limits)
     at = np.argwhere(np.isfinite(nodes.cost))
     at = at[np.argsort(nodes.cost[tuple(at.T)], kind="stable")]
-    for first in range(0, len(at), TOGETHER):
-        q = nodes.q[tuple(at[first : first + TOGETHER].T)]
-        found = context.screen.clearances(q, np.full(len(q), context.stage[i]))
+    for first in range(0, len(at), TRIED_TOGETHER):
+        q = nodes.q[tuple(at[first : first + TRIED_TOGETHER].T)]
+        found = context.screen.clearances(q, np.full(len(q), context.deposits_before[i]))
         if (found.distance >= context.settings.clearance).any():
             return True
     return False

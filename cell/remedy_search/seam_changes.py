@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 KEY = "beads.seams"
 MOST_CUTS = 6  # places where beads were cut
 ROUND = 16  # places along a bead; those farthest apart first
-NEAR = 0.02  # of a bead's length: nearer places are one
+SAME_PLACE_SHARE = 0.02  # of a bead's length: nearer places are one
 
 
 def may_be_mended(row: TargetVerdict) -> bool:
@@ -76,7 +76,7 @@ def _places(job: Job, name: str, bad: Ints) -> tuple[SeamSection, ...]:
     shares += [_spread(k) for k in range(1, ROUND)]
     kept = [0.0]
     for share in shares:
-        if min(abs((share - s + 0.5) % 1.0 - 0.5) for s in kept) >= NEAR:
+        if min(abs((share - s + 0.5) % 1.0 - 0.5) for s in kept) >= SAME_PLACE_SHARE:
             kept.append(share)
     points = np.column_stack([np.interp(np.array(kept[1:]) * along[-1], along, loop[:, c]) for c in range(3)])
     axis = job.sliced[int(t.sub_volume_index[first])].body.surface.axis_point

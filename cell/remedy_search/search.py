@@ -38,14 +38,14 @@ from .target_groups import Group, groups
 
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
-LARGE = 600  # targets from which on parts get fewer of them
+LARGE_PART = 600  # targets from which on parts get fewer of them
 CHECKS_OPEN = 2  # of a part that was lost before all of it was looked at
 MAX_TRIES = 4  # times as much where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
 TRIES = 5  # growing sizes of one change
 GROW = 1.9
 SHOWN = 3  # remedies for the part as a whole
-PROBES = 3  # beads that are tried before the whole part
+TRIED_FIRST = 3  # beads that are tried before the whole part
 
 
 def remedies(result: Result, progress: Progress | None = None, seconds: float = np.inf) -> Iterator[Remedy]:
@@ -127,7 +127,7 @@ class _RemedySearch:
         """
         self.result, self.count, self.deadline = result, count, deadline
         # a changed case that fails is not looked at any further
-        job = replace(result.job, case=with_changes(result.job.case, checks=_hurried(result.job.case.checks)))
+        job = replace(result.job, case=with_changes(result.job.case, checks=_reduced_budget(result.job.case.checks)))
         self.start = Start(job, *result.asked)
         self.bad = set(result.failures)
         slow = any(row.reason == "speed" for row in result.rows)
@@ -170,7 +170,7 @@ class _RemedySearch:
         """
         n = len(self.result.rows)
         checks *= 1 if np.isfinite(self.deadline) else MAX_TRIES
-        self.left = checks if n <= LARGE else max(checks * LARGE // n, 2)
+        self.left = checks if n <= LARGE_PART else max(checks * LARGE_PART // n, 2)
         if self.result.not_looked_at:
             self.left = min(self.left, CHECKS_OPEN)
         self.tries = TRIALS * self.left
@@ -190,7 +190,7 @@ class _RemedySearch:
     ) -> list[Remedy]:
         """Remedies, the least effort tried first, until no effort left can be less than what is found."""
         found: dict[tuple[str, str], Remedy] = {}
-        probes = self._probes(wanted)
+        tried_first = self._beads_tried_first(wanted)
         queue: list[tuple[float, int, _ChangeTrial]] = []
         for n, change in enumerate(choice):
             fails, size = self.screening.border(change, None if entire else wanted)
@@ -207,7 +207,7 @@ class _RemedySearch:
                 continue
             if isinstance(trial.change, RollFree) and RollRange.family in found:
                 continue  # of these one is enough
-            holds = self._try(trial, wanted, entire, probes)
+            holds = self._try(trial, wanted, entire, tried_first)
             if holds is not None:
                 found[kind] = self._remedy(trial.change, holds, wanted, reason)
             elif np.isfinite(trial.size):
@@ -225,7 +225,7 @@ class _RemedySearch:
             return []
         return [self._remedy(free, free.steps[0], wanted, reason)]
 
-    def _try(self, trial: _ChangeTrial, wanted: Ints, entire: bool, probes: list[int]) -> float | None:
+    def _try(self, trial: _ChangeTrial, wanted: Ints, entire: bool, tried_first: list[int]) -> float | None:
         """The smallest size that the checker agrees to, if the trial's size is large enough; else it is made larger.
 
         Some beads decide about sizes, the whole part about the last one; a bead that it fails at joins them.
@@ -235,16 +235,16 @@ class _RemedySearch:
         if size >= enough:
             return enough
         self.tries -= 1
-        if self._promises(change, size, wanted, entire, probes) and self._has_time():
+        if self._promises(change, size, wanted, entire, tried_first) and self._has_time():
             if not trial.creep:
-                size = self._refined(change, trial.fails, size, wanted, entire, probes)
+                size = self._refined(change, trial.fails, size, wanted, entire, tried_first)
             blame = self._blame(change, size, wanted, entire)
             if not blame:
                 return size
             bead = int(self._numbering(change, size).targets.path[min(blame)])
-            trial.creep = 2 * trial.creep or int(bead in probes or self._bead_holds(change, size, bead))
-            if bead not in probes:
-                probes.insert(0, bead)
+            trial.creep = 2 * trial.creep or int(bead in tried_first or self._bead_holds(change, size, bead))
+            if bead not in tried_first:
+                tried_first.insert(0, bead)
         trial.fails, trial.left = size, trial.left - 1
         larger = self._larger(trial, None if entire else wanted) if trial.left else np.inf
         trial.size = min(larger, enough)
@@ -269,19 +269,19 @@ class _RemedySearch:
         return not first_failure(*self.start.changed(change, size), [bead], None)
 
     def _refined(
-        self, change: Change, fails: float, holds: float, wanted: Ints, entire: bool, probes: list[int]
+        self, change: Change, fails: float, holds: float, wanted: Ints, entire: bool, tried_first: list[int]
     ) -> float:
         if change.numbered:
             return holds
         while holds - fails > change.resolution * 1.001 and time.process_time() < self.deadline:
             middle = between(change, fails, holds)
-            if self._promises(change, middle, wanted, entire, probes):
+            if self._promises(change, middle, wanted, entire, tried_first):
                 holds = middle
             else:
                 fails = middle
         return holds
 
-    def _promises(self, change: Change, size: float, wanted: Ints, entire: bool, probes: list[int]) -> bool:
+    def _promises(self, change: Change, size: float, wanted: Ints, entire: bool, tried_first: list[int]) -> bool:
         """Whether a change makes some beads feasible: their targets that are wanted, or all of them."""
         if (change, size) in self.checked:
             return not self._blame(change, size, wanted, entire)
@@ -289,7 +289,7 @@ class _RemedySearch:
             return False
         job, e1, e2 = self.start.changed(change, size)
         mine = None if entire else counterparts(self.start.job, self._numbering(change, size), wanted)
-        return not first_failure(job, e1, e2, probes, mine)
+        return not first_failure(job, e1, e2, tried_first, mine)
 
     def _blame(self, change: Change, size: float, wanted: Ints, entire: bool) -> set[int]:
         """Targets that are infeasible with a change though they are wanted, by a whole check."""
@@ -307,9 +307,9 @@ class _RemedySearch:
         """A job whose targets are numbered as those of a changed case."""
         return self.start.changed(change, size)[0] if change.other_targets else self.start.job
 
-    def _probes(self, wanted: Ints) -> list[int]:
+    def _beads_tried_first(self, wanted: Ints) -> list[int]:
         beads = np.unique(self.result.job.targets.path[wanted])
-        return [int(b) for b in beads[np.unique(np.linspace(0, len(beads) - 1, PROBES).round().astype(int))]]
+        return [int(b) for b in beads[np.unique(np.linspace(0, len(beads) - 1, TRIED_FIRST).round().astype(int))]]
 
     def _remedy(self, change: Change, size: float, wanted: Ints, reason: str | None) -> Remedy:
         bad, unseen = self.checked[change, size], self.unseen[change, size]
@@ -329,7 +329,7 @@ class _RemedySearch:
         return Remedy(wanted, reason, None, None, len(self.bad), sentence)
 
 
-def _hurried(checks: Checks) -> Checks:
+def _reduced_budget(checks: Checks) -> Checks:
     """The same without asking for every target of a part that is lost."""
     return checks.model_copy(update={"every_target": False}) if checks.every_target else checks
 

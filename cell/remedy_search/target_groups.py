@@ -20,7 +20,7 @@ from slicing import Targets
 
 from ..arrays import Ints
 
-REACH = 1.5  # neighbours on adjacent layers are this many times as far apart as those on a bead at most
+NEIGHBOUR_REACH = 1.5  # neighbours on adjacent layers are this many times as far apart as those on a bead at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +62,8 @@ def _neighbours(targets: Targets, bad: Ints) -> tuple[Ints, Ints]:
     """Pairs of places in ``bad`` that are next to one another on a bead, or near on the same or the next layer."""
     along = np.flatnonzero((np.diff(bad) == 1) & (np.diff(targets.path[bad]) == 0))
     steps = np.linalg.norm(np.diff(targets.position, axis=0), axis=1)[np.diff(targets.path) == 0]
-    reach = REACH * float(np.median(steps)) if len(steps) else 0.0
-    reach = max(reach, REACH * float(np.max(targets.thickness_mm[bad], initial=0.0)))
+    reach = NEIGHBOUR_REACH * float(np.median(steps)) if len(steps) else 0.0
+    reach = max(reach, NEIGHBOUR_REACH * float(np.max(targets.thickness_mm[bad], initial=0.0)))
     pairs = cKDTree(targets.position[bad]).query_pairs(reach, output_type="ndarray").reshape(-1, 2)
     i, j = bad[pairs[:, 0]], bad[pairs[:, 1]]
     near = (np.abs(targets.layer[i] - targets.layer[j]) <= 1) & (

@@ -18,7 +18,7 @@ from slicing import metal_document, typed
 
 from ..job.part_input import found_document
 from ..json_text import StreamedItems
-from ..motion.deposition_speed import pace_document
+from ..motion.deposition_speed import speed_document
 from ..rigid import inverse, pose
 from ..units import MARGIN_UNITS, METRES_PER_MM
 from ..verdict.check import Result
@@ -96,7 +96,7 @@ def streamed_report(
             "samples": len(result.motion.t_s),
             "travel_s": round(result.motion.travel_time, 3),
             "dwell_s": round(result.motion.dwell_time, 3),
-            "speed": None if result.motion.pace is None else pace_document(result.motion.pace, t.path),
+            "speed": None if result.motion.held_speed is None else speed_document(result.motion.held_speed, t.path),
             "home_s": None if result.motion.home_s is None else round(result.motion.home_s, 3),
         },
         "table_use": None if (use := table_use(result)) is None else use.document(),

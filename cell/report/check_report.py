@@ -16,7 +16,7 @@ import numpy as np
 from slicing import share_of, worst_angle
 
 from ..job.part_input import found_lines
-from ..motion.deposition_speed import pace_document
+from ..motion.deposition_speed import speed_document
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..verdict.severity import worst_first
@@ -133,8 +133,8 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         use = table_use(result)
         if use is not None and job.case.table.mode == "coordinated":
             yield "table", use.in_words()
-        if motion.pace is not None:
-            yield "speed", speed_in_words(pace_document(motion.pace, job.targets.path))
+        if motion.held_speed is not None:
+            yield "speed", speed_in_words(speed_document(motion.held_speed, job.targets.path))
     if job.beads:
         yield "metal", metal_in_words(metal_of(job))
     for line in result.warnings:

@@ -16,7 +16,7 @@ import numpy as np
 
 from slicing import typed
 
-from ..motion.deposition_speed import pace_document
+from ..motion.deposition_speed import speed_document
 from ..units import MARGIN_UNITS, METRES_PER_MM
 from ..verdict.failure_words import failure_in_words
 from ..verification.bead_order import REASONS, Finding
@@ -60,13 +60,13 @@ def motion_document(result: MotionResult, path: str) -> dict[str, Any]:
         "least_clearance": _clearance(result),
         "least_singularity_margin": _margin(result),
         "smallest_singular_value": None if result.sigma is None else round(result.sigma, 6),
-        "off_bead": _off(result, "distance_mm", result.off[0] / METRES_PER_MM, result.off[1]),
+        "off_bead": _off(result, "distance_mm", result.bead_distance[0] / METRES_PER_MM, result.bead_distance[1]),
         "off_wire": _off(result, "angle_deg", float(np.rad2deg(result.wire_angle[0])), result.wire_angle[1]),
         "largest_share_of_limit": {
             kind: {name: round(float(v), 4) for name, v in zip(result.job.drives.names, use, strict=True)}
             for kind, use in kinds
         },
-        "speed": pace_document(result.pace, t.path),
+        "speed": speed_document(result.held_speed, t.path),
         "repaired": list(result.read.repaired),
         "warnings": [str(line) for line in result.warnings],
         "typed_warnings": [typed(line).document() for line in result.warnings],

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 CELL = 6  # characters of a pose on a wide map
-WIDE = 16  # turns that fit beside one another as numbers
+MOST_COLUMNS = 16  # turns that fit beside one another as numbers
 MAPS = 4  # shown one below the other; of more, only the best
 
 
@@ -42,7 +42,7 @@ def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
         if len(groups) > 1:
             yield Text(variant_words(pose), style="bold")
         yield from _map(rows)
-    wide = all(len({row["E2_deg"] for row in rows}) <= WIDE for _, rows in shown)
+    wide = all(len({row["E2_deg"] for row in rows}) <= MOST_COLUMNS for _, rows in shown)
     more = " (12+: at least 12)" if any(not row["searched"] for row in document["poses"]) else ""
     yield (
         f"yes: feasible; numbers: targets that are not{more}"
@@ -73,7 +73,7 @@ def _map(rows: list[SweepRow]) -> Iterator[RenderableType]:
 
     e1, e2 = (sorted({row[name] for row in rows}) for name in ("E1_deg", "E2_deg"))
     at = {(row["E1_deg"], row["E2_deg"]): row for row in rows}
-    wide = len(e2) <= WIDE
+    wide = len(e2) <= MOST_COLUMNS
     if wide:
         yield Text(" " * 8 + "".join(f"{v:>{CELL}g}" for v in e2), style="dim")
     for tilt in e1:

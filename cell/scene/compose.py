@@ -26,7 +26,7 @@ from ..mjcf.chain_from_model import chain_of, check_base, check_count, check_nam
 from ..mjcf.detection import make_detectable
 from ..mjcf.held_joints import Held
 from ..mjcf.model_names import require
-from ..progress import stage
+from ..progress import phase
 from .absent_shapes import links_without_shapes
 from .composition import Piece, Pieces, one_line
 from .contacts import pair_tool_with_arm, set_contact_bits
@@ -41,7 +41,7 @@ WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a l
 WIRE_AHEAD = 0.1  # share of its length by which a wire's middle may lie ahead of the TCP
 
 
-@stage("composing the cell")
+@phase("composing the cell")
 def compose(case: Case, part: PartShape) -> Scene:
     """Build the cell.
 

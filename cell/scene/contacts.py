@@ -36,7 +36,7 @@ OFF_AXIS = 1e-4  # m, and rad: what a shape that turns about the last joint's ow
 TOUCHING = 1e-3  # m: nearer than this, two shapes that never move against each other may touch
 AT_FLANGE = 1e-3  # m: a shape that begins this near the flange's face is bolted onto it
 TURNS = 25  # angles of the last joint at which the arm's own shapes are looked at
-FAR = 10.0  # m
+FAR_AWAY = 10.0  # m
 
 
 def set_contact_bits(pieces: Pieces) -> None:
@@ -229,7 +229,7 @@ class _ToolPairs:
 
     def touch(self, tool: int, arm: int) -> bool:
         """Whether two shapes touch with all joints at zero."""
-        return mujoco.mj_geomDistance(self.model, self.data, tool, arm, FAR, np.zeros(6)) <= TOUCHING
+        return mujoco.mj_geomDistance(self.model, self.data, tool, arm, FAR_AWAY, np.zeros(6)) <= TOUCHING
 
     def is_disc(self, geom: int) -> bool:
         """Whether a shape is a plate: a cylinder no higher than its radius.
@@ -250,6 +250,6 @@ class _ToolPairs:
                 data.qpos[model.jnt_qposadr[list(self.joints)]] = 0.0
                 data.qpos[model.jnt_qposadr[joint]] = turn
                 mujoco.mj_kinematics(model, data)
-                if mujoco.mj_geomDistance(model, data, tool, arm, FAR, np.zeros(6)) > 0.0:
+                if mujoco.mj_geomDistance(model, data, tool, arm, FAR_AWAY, np.zeros(6)) > 0.0:
                     return False
         return True

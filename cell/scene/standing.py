@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 OFF_MM = 0.5  # that a part may be off what it stands on
-NEAR = 0.05  # m: out to here distances are of interest
+NEAR_BY = 0.05  # m: out to here distances are of interest
 SUNK_MM = 1.0  # that a fixture may reach into what stands still against it
 CARRIERS = (Piece.SUPPORT, Piece.POSITIONER, Piece.FIXTURE)
 
@@ -122,9 +122,9 @@ def _nearest(model: mujoco.MjModel, data: mujoco.MjData, of_part: Ints, carriers
     least, found, ends = np.inf, -1, np.zeros(6)
     for carrier in carriers.tolist():
         apart = np.linalg.norm(data.geom_xpos[of_part] - data.geom_xpos[carrier], axis=1)
-        near = of_part[apart - model.geom_rbound[of_part] - model.geom_rbound[carrier] <= NEAR]
+        near = of_part[apart - model.geom_rbound[of_part] - model.geom_rbound[carrier] <= NEAR_BY]
         for geom in near.tolist():
-            distance = mujoco.mj_geomDistance(model, data, geom, carrier, NEAR, ends)
-            if distance < min(least, NEAR):
+            distance = mujoco.mj_geomDistance(model, data, geom, carrier, NEAR_BY, ends)
+            if distance < min(least, NEAR_BY):
                 least, found = distance, carrier
     return least, found

@@ -31,7 +31,7 @@ from ..collision.table import tables_alone
 from ..farthest_points import farthest_points
 from ..job.job import Job
 from ..planning.configurations import Nodes, evaluate, reasons
-from ..planning.context import FINER, LEAST_REACH, settings_of
+from ..planning.context import FINER_ROLLS, LEAST_REACH, settings_of
 from ..scene.placement import Placed, place
 from ..scene.scene import table_angles
 
@@ -106,7 +106,7 @@ def screen_all(job: Job, poses: Sequence[tuple[float, float]], laid: int | None 
 def roll_steps(job: Job) -> tuple[float, ...]:
     """Distances of the rolls that a check samples, rad, coarse first."""
     step = settings_of(job).roll_step
-    return (step,) if job.window.is_fixed else (step, step / FINER)
+    return (step,) if job.window.is_fixed else (step, step / FINER_ROLLS)
 
 
 def spread(position: Floats, normal: Floats, count: int = SPREAD) -> Ints:
@@ -167,7 +167,7 @@ def _free(job: Job, nodes: Nodes, targets: Ints, checker: Checker) -> NDArray[np
     """Of which targets any configuration is clear, (n,); those that cost least first, of all targets at once."""
     cost = nodes.cost.reshape(len(targets), -1)
     order, count = np.argsort(cost, axis=1, kind="stable"), np.isfinite(cost).sum(axis=1)
-    q, stage = nodes.q.reshape(*cost.shape, -1), job.stage[targets]
+    q, stage = nodes.q.reshape(*cost.shape, -1), job.deposits_before[targets]
     free = np.zeros(len(targets), dtype=bool)
     for k in range(int(count.max(initial=0))):
         todo = np.flatnonzero(~free & (count > k))

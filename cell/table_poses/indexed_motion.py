@@ -11,7 +11,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..job.job import Job
-from ..motion.deposition_speed import Pace
+from ..motion.deposition_speed import HeldSpeed
 from ..motion.motion import Motion
 from .table_turn import STILL_S, TableTurn
 
@@ -50,7 +50,7 @@ def joined_motion(job: Job, motions: Sequence[Motion], turns: Sequence[TableTurn
     return Motion(
         **joined,
         names=first.names,
-        pace=_joined_pace([m.pace for m in motions]),
+        held_speed=_joined_speed([m.held_speed for m in motions]),
         home_s=out + back if known else None,
         order=job.order,
     )
@@ -62,16 +62,16 @@ def _rows(motion: Motion, which: slice | np.ndarray, t_s: np.ndarray) -> Motion:
     return replace(motion, t_s=t_s, **{name: getattr(motion, name)[which] for name in names})
 
 
-def _joined_pace(paces: Sequence[Pace | None]) -> Pace | None:
+def _joined_speed(speeds: Sequence[HeldSpeed | None]) -> HeldSpeed | None:
     """What is known of each target's speed by any of the groups."""
-    known = [pace for pace in paces if pace is not None]
-    if len(known) < len(paces):
+    known = [held_speed for held_speed in speeds if held_speed is not None]
+    if len(known) < len(speeds):
         return None
-    out = Pace.unknown(len(known[0].asked_s))
-    for pace in known:
-        mine = np.isfinite(pace.asked_s) | np.isfinite(pace.least)
-        for field in fields(Pace):
-            getattr(out, field.name)[mine] = getattr(pace, field.name)[mine]
+    out = HeldSpeed.unknown(len(known[0].asked_s))
+    for held_speed in known:
+        mine = np.isfinite(held_speed.asked_s) | np.isfinite(held_speed.least)
+        for field in fields(HeldSpeed):
+            getattr(out, field.name)[mine] = getattr(held_speed, field.name)[mine]
     return out
 
 

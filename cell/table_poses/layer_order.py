@@ -20,7 +20,7 @@ from ..job.build_order import LayerRun
 
 MOST_TRIED = 7  # sub-volumes of which every order is looked at where none locks out another
 NEVER = np.iinfo(np.int64).max  # as a first layer: none of them is in the way
-SAME = 1e-6  # s
+SAME_TIME = 1e-6  # s
 
 
 def shortest_order(
@@ -48,7 +48,7 @@ def shortest_order(
         if runs is None:
             continue
         cost = float(sum(seconds[a[0], b[0]] for a, b in pairwise(runs)))
-        if best is None or cost < best[0] - SAME:
+        if best is None or cost < best[0] - SAME_TIME:
             best = cost, runs
     return None if best is None else best[1]
 

@@ -28,7 +28,7 @@ from .layer_order import NEVER
 from .table_turn import Angles
 
 SPARE = 1e-3  # m beyond the clearance asked for: a bead's way is narrower than its targets
-FEW = 24  # configurations with which less and less is tried
+FEW_CONFIGURATIONS = 24  # configurations with which less and less is tried
 CHEAP = 8  # configurations that are looked at first: most targets are free in one of them
 
 
@@ -95,7 +95,7 @@ class _Neighbours:
                 continue
             alone = q[self._alone.clearances(q, np.full(len(q), m)).distance >= self.clearance]
             if len(alone) and not self._free(self._among_all, alone, m):
-                found.append(alone[:FEW])
+                found.append(alone[:FEW_CONFIGURATIONS])
         return found
 
     @cached_property

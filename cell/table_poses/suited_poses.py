@@ -37,7 +37,7 @@ ROOM = 5e-3  # m: steps in which clearances count as alike
 APART = np.deg2rad(14.0)  # poses nearer to one another than this are not both looked at
 MOST_SCREENED = 40
 SURVIVORS = 5  # poses that nothing speaks against are enough
-LOOKED_AT = 8  # targets whose room is looked at
+ROOM_TARGETS = 8  # targets whose room is looked at
 CHEAP = 6  # configurations of each
 ABSENT = np.iinfo(np.int64).max // 2  # number of a deposit that is never there
 
@@ -181,7 +181,7 @@ def serves(job: Job, group: TableGroup, pose: Angles) -> bool:
 
 def _room(job: Job, pose: Angles) -> float:
     """The least clearance of a few targets far from one another, each in the best of its cheap configurations, m."""
-    some = spread(job.targets.position, job.targets.normal, LOOKED_AT)
+    some = spread(job.targets.position, job.targets.normal, ROOM_TARGETS)
     placed = place(job.targets, job.scene.T_base_part(*pose)).rows(some)
     nodes = evaluate(job.solver, placed, job.window, settings_of(job).roll_step, job.singularity_limits)
     checker = Checker(job.scene, pose, CLEARANCE_REACH)
@@ -192,6 +192,6 @@ def _room(job: Job, pose: Angles) -> float:
         q = nodes.q[k][allowed][np.argsort(cost[allowed], kind="stable")][:CHEAP]
         if not len(q):
             return 0.0
-        found = checker.clearances(q, np.full(len(q), job.stage[i]))
+        found = checker.clearances(q, np.full(len(q), job.deposits_before[i]))
         least = min(least, float(np.minimum(found.distance, CLEARANCE_REACH).max()))
     return least

@@ -24,8 +24,7 @@ from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances, Sees
 from ..collision.reach_radii import all_radii, table_radii
 from ..collision.table import TableChecker, with_table_axes
-from ..collision.wire import REACH as WIRE_REACH
-from ..collision.wire import wire_scene
+from ..collision.wire import WIRE_REACH, wire_scene
 from ..failure import Contact, Failure, Kind, Place, Where
 from ..planning.context import settings_of
 from ..scene.scene import Scene

@@ -2,7 +2,7 @@
 
 Use:
 
-    rounded(q, s, zone)                       # rows (m, n), path lengths (m,), rounded over zone each way
+    blended(q, s, zone)                       # rows (m, n), path lengths (m,), rounded over zone each way
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ TRAVEL_ZONE = np.deg2rad(0.2)
 NO_ZONE = 1e-9  # a zone below counts as this: corners are run through at next to no speed, and hardly left
 
 
-def rounded(q: Floats, s: Floats, zone: float, at: Floats | None = None) -> Floats:
+def blended(q: Floats, s: Floats, zone: float, at: Floats | None = None) -> Floats:
     """A path with its corners rounded, as :func:`time_path` times it.
 
     Args:

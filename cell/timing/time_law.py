@@ -36,7 +36,7 @@ REST_STEPS = 12  # times the first and last grid step are halved: a start from r
 FEW = 1000  # grid steps, up to which all pieces are gone through finely
 EVEN = 0.99  # of the square of the speed: where it is less beside more, the speed changes
 CORNER = 0.005  # share of a joint's acceleration that the rounding of a row has to take to count as a corner
-FLAT = 1e-12  # slope that counts as none
+FLAT_SLOPE = 1e-12  # slope that counts as none
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +210,7 @@ def time_travel(
         (m - 1,), s; 0 where a sample repeats the one before.
     """
     way = np.linalg.norm(np.diff(q, axis=0), axis=1)
-    moves = way > FLAT
+    moves = way > FLAT_SLOPE
     dt = np.zeros(len(way))
     if moves.any():
         kept = np.concatenate([[True], moves])
@@ -231,7 +231,7 @@ def _corners(s: Floats, slope: Floats, share: Floats) -> Floats:
         share: of each joint's acceleration, by change of slope, (j,), at the greatest speed.
     """
     turn = np.abs(np.diff(slope, axis=0))
-    return s[1:-1][(np.where(turn > FLAT, turn, 0.0) * share > CORNER).any(axis=1)]
+    return s[1:-1][(np.where(turn > FLAT_SLOPE, turn, 0.0) * share > CORNER).any(axis=1)]
 
 
 def _grid(s: Floats, zone: float, corners: Floats, fine: NDArray[np.bool_]) -> Floats:
@@ -257,7 +257,7 @@ def _grid(s: Floats, zone: float, corners: Floats, fine: NDArray[np.bool_]) -> F
     edges = edges[(edges > 0) & (edges < s[-1])]
     fine = np.concatenate([grid, grid[1] * halves, s[-1] - (s[-1] - grid[-2]) * halves, edges])
     fine.sort()
-    kept = fine[np.concatenate([[True], np.diff(fine) > FLAT * s[-1]])]
+    kept = fine[np.concatenate([[True], np.diff(fine) > FLAT_SLOPE * s[-1]])]
     kept[-1] = s[-1]
     return kept
 
@@ -296,7 +296,7 @@ def _bounds(slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats)
     a = np.concatenate([slope[:-1], slope[1:] + 2 * h * bend], axis=1)
     b = np.concatenate([bend, bend], axis=1)
     limit = np.tile(max_acceleration, 2)
-    idle = np.abs(a) <= FLAT
+    idle = np.abs(a) <= FLAT_SLOPE
     with np.errstate(divide="ignore", invalid="ignore"):
         most = np.where(idle & (np.abs(b) > 0), limit / np.abs(b), np.inf).min(axis=1)
         reach = np.where(idle, np.inf, limit / np.abs(a))
@@ -304,11 +304,11 @@ def _bounds(slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats)
         for k in range(a.shape[1]):
             # one joint's lower bound against all upper bounds
             apart = r - r[:, k : k + 1]
-            cross = np.where(apart > FLAT, (reach + reach[:, k : k + 1]) / apart, np.inf)
+            cross = np.where(apart > FLAT_SLOPE, (reach + reach[:, k : k + 1]) / apart, np.inf)
             most = np.minimum(most, cross.min(axis=1))
         # the speed at the step's end is not below 0
         apart = r - 0.5 / h
-        most = np.minimum(most, np.where(apart > FLAT, reach / apart, np.inf).min(axis=1))
+        most = np.minimum(most, np.where(apart > FLAT_SLOPE, reach / apart, np.inf).min(axis=1))
     return reach, r, most
 
 
@@ -319,7 +319,7 @@ def _fastest(top: Floats, step: Floats, bounds: tuple[Floats, Floats, Floats]) -
     gain, give = 1 - h * r, h * reach
     limit = np.append(np.minimum(top[:-1], most), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        back, room = np.where(gain > FLAT, 1 / gain, 0.0), np.where(gain > FLAT, give / gain, np.inf)
+        back, room = np.where(gain > FLAT_SLOPE, 1 / gain, 0.0), np.where(gain > FLAT_SLOPE, give / gain, np.inf)
     beta = _lowered(limit[::-1], back[::-1], room[::-1])[::-1]
     beta[0] = 0.0
     return np.maximum(_lowered(beta, gain, give), 0.0)

@@ -85,7 +85,7 @@ def _of_target(context: Context, nodes: Nodes, i: int, target: int) -> list[Excl
     free = np.zeros_like(allowed)
     at = np.argwhere(allowed)
     axes = context.placed.axes(nodes.q[i][tuple(at.T)], np.full(len(at), target))
-    found = context.screen.clearances(axes, np.full(len(at), context.stage[target]))
+    found = context.screen.clearances(axes, np.full(len(at), context.deposits_before[target]))
     hit = found.distance < context.settings.clearance
     free[tuple(at[~hit].T)] = True
     exists = np.isfinite(nodes.over[i]).all(axis=-1) | inside.any(axis=-1)  # (r, g)

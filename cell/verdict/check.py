@@ -38,9 +38,9 @@ from ..planning.context import Context
 from ..planning.home import HomeWays, with_home
 from ..planning.lockouts import with_lockouts
 from ..planning.part_plan import PartPlan
-from ..planning.travel import STRAIGHT, drawn_back
+from ..planning.travel import STRAIGHT, straight_retract
 from ..processes import processor_time, working
-from ..progress import Progress, stage
+from ..progress import Progress, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..units import METRES_PER_MM
@@ -228,7 +228,7 @@ class Result:
         return {reason: count[reason] for reason in REASONS}
 
 
-@stage("checking", spins=False)
+@phase("checking", spins=False)
 def check(
     job: Job,
     E1_deg: float,
@@ -354,7 +354,7 @@ def _short_retracts(context: Context, plan: PartPlan, home: HomeWays | None) -> 
     if home is not None:
         ends += [(home.out, stretches[0], 0)] if home.out is not None else []
         ends += [(home.back, stretches[-1], -1)] if home.back is not None else []
-    reached = [(drawn_back(context, way, stretch, at), stretch, at) for way, stretch, at in ends]
+    reached = [(straight_retract(context, way, stretch, at), stretch, at) for way, stretch, at in ends]
     short = [(out, s.first if at == 0 else s.stop - 1) for out, s, at in reached if out < asked - STRAIGHT]
     if not short:
         return []
@@ -392,9 +392,9 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
         for stretch in bead.stretches:
             targets = range(stretch.first, stretch.stop)
             rows.update((i, TargetVerdict(None, q)) for i, q in zip(targets, stretch.q_targets, strict=True))
-        rows.update((i, failed(m.failure, i, m.attempt)) for i, m in bead.missing.items())
-        rows.update((i, failed(failure, i, rows[i].q)) for i, failure in bead.cuts.items())
-    rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.stuck.items())
+        rows.update((i, failed(m.failure, i, m.attempt)) for i, m in bead.target_failures.items())
+        rows.update((i, failed(failure, i, rows[i].q)) for i, failure in bead.edge_failures.items())
+    rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.travel_failures.items())
     rows.update((i, TargetVerdict(None, None, looked_at=False)) for bead in plan.beads for i in bead.open)
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:

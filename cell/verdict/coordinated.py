@@ -29,17 +29,17 @@ from ..motion.motion_file import ReadMotion
 from ..planning.configurations import evaluate
 from ..planning.context import Context
 from ..processes import processor_time
-from ..progress import Progress, stage
+from ..progress import Progress, phase
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
-from ..verification.blended_motion import table_corner_collisions
+from ..verification.blended_motion import table_blend_collisions
 from ..verification.collisions import stages, table_collisions
 from .check import Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
 
 LEANS = 4  # directions in which the table may lean where it does no good upright
 LEAN = 0.5  # of the cone
-LOOKED_AT = 40  # targets at which ways of the table are compared
-WHOLE = 3  # ways of the table that are planned whole
+COMPARED_TARGETS = 40  # targets at which ways of the table are compared
+PLANNED_WHOLE = 3  # ways of the table that are planned whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class _Trial:
     seconds: float
 
 
-@stage("checking", spins=False)
+@phase("checking", spins=False)
 def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
     """Check every target, every bead and the way between them, the table moving along.
 
@@ -120,7 +120,7 @@ def _trials(job: Job, *, impossible: bool) -> list[_Trial]:
             break
     upright = [t for t in trials if t.way.off.max() <= schedule.upright] or trials
     upright.sort(key=lambda t: (t.blocked, t.lost, t.seconds))
-    return upright[: WHOLE if not impossible else 1]
+    return upright[: PLANNED_WHOLE if not impossible else 1]
 
 
 def _aims(job: Job, schedule: Schedule) -> Iterator[tuple[int, Floats | None]]:
@@ -147,7 +147,7 @@ def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _
     seconds = (
         float((np.abs(np.diff(way.tables, axis=0)) / speed).max(axis=1).sum()) if np.isfinite(speed).all() else 0.0
     )
-    some = np.unique(np.linspace(0, len(t) - 1, LOOKED_AT).round().astype(np.int64))
+    some = np.unique(np.linspace(0, len(t) - 1, COMPARED_TARGETS).round().astype(np.int64))
     blocked = len(table_in_the_way(job, way.tables))
     lost = len(some) if blocked else _lost(Context.along(job, way.tables), some)
     return _Trial(way, blocked, lost, seconds)
@@ -165,7 +165,7 @@ def _lost(context: Context, some: Ints) -> int:
         for first in range(0, len(at), 8):
             q = nodes.q[k][tuple(at[first : first + 8].T)]
             axes = context.placed.axes(q, np.full(len(q), i))
-            found = context.screen.clearances(axes, np.full(len(q), context.stage[i]))
+            found = context.screen.clearances(axes, np.full(len(q), context.deposits_before[i]))
             if (found.distance >= context.settings.clearance).any():
                 break
         else:
@@ -204,7 +204,7 @@ def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list
     """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
     every = np.arange(len(motion.t_s))
     way, laid = rows_of(job, motion), stages(job, motion, every)
-    rounded = table_corner_collisions(job, ReadMotion(motion, every + 1, ()), way, way, laid)
+    rounded = table_blend_collisions(job, ReadMotion(motion, every + 1, ()), way, way, laid)
     for met in (*table_collisions(job, way, laid), *rounded):
         i = int(motion.target[met.to_row])
         if rows[i].reason is None:

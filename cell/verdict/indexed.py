@@ -28,7 +28,7 @@ from ..job.table_groups import TableGroup, table_groups
 from ..job.table_section_check import BODY
 from ..planning.context import Context, Span
 from ..processes import processor_time
-from ..progress import Progress, counted, stage
+from ..progress import Progress, counted, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..table_poses.indexed_motion import joined_motion
@@ -62,7 +62,7 @@ class _Built:
     turn: TableTurn | None
 
 
-@stage("checking", spins=False)
+@phase("checking", spins=False)
 def check_indexed(job: Job, progress: Progress | None = None) -> Result:
     """Check a part whose groups are built at poses of their own.
 

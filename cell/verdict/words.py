@@ -24,7 +24,7 @@ def unit_word(unit: str) -> str:
 
 
 def speed_in_words(d: dict[str, Any]) -> str:
-    """How far the deposition speed is held, of what ``cell.motion.deposition_speed.pace_document`` says."""
+    """How far the deposition speed is held, of what ``cell.motion.deposition_speed.speed_document`` says."""
     if not d["slowed"]:
         return "held all along"
     why = f" ({d['axis']}'s {d['by']})" if d["axis"] else ""

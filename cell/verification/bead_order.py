@@ -1,7 +1,7 @@
 """Whether a motion from outside welds every target, bead by bead in their order, and how fast.
 
     order = order_findings(job, motion, progress)      # progress (m,): length along its bead at every row, m
-    order.findings, order.welded, order.pace
+    order.findings, order.welded, order.held_speed
 
 Metres and seconds.
 """
@@ -18,7 +18,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..failure import IN_ROWS, Beads, Failure, Kind, Place, Slowed, Where
 from ..job.job import Job, speeds
-from ..motion.deposition_speed import Pace, note_stretches, over_stretches, too_slow
+from ..motion.deposition_speed import HeldSpeed, note_stretches, over_stretches, too_slow
 from ..motion.motion import JUMP, Motion
 from ..units import METRES_PER_MM
 from .bead_samples import OnBead, Way, along_beads
@@ -35,7 +35,7 @@ REASONS = (
     "gravity",
     "overhang",
 )
-NEAR = 1e-6  # m beyond the limit off the bead
+ROUNDING_M = 1e-6  # m beyond the limit off the bead
 FASTEST_SHARE = 1.05  # of the deposition speed: a bead laid faster is too thin
 SHARE_SLACK = 1e-3  # of a share: where a row is along its bead is measured
 SHORT = 1e-4  # m: how fast a shorter way is laid says nothing
@@ -81,12 +81,12 @@ class Order:
     Attributes:
         findings: what is wrong with their order.
         welded: targets that are welded.
-        pace: how fast.
+        held_speed: how fast.
     """
 
     findings: tuple[Finding, ...]
     welded: int
-    pace: Pace
+    held_speed: HeldSpeed
 
 
 def order_findings(job: Job, motion: Motion, progress: Floats) -> Order:
@@ -101,7 +101,7 @@ def order_findings(job: Job, motion: Motion, progress: Floats) -> Order:
         What was found.
     """
     found: list[Finding] = []
-    pace = Pace.unknown(len(job.targets))
+    held_speed = HeldSpeed.unknown(len(job.targets))
     welded = np.zeros(len(job.targets), dtype=bool)
     last_bead, end = -1, 0
     for first, stop in _blocks(motion):
@@ -112,12 +112,12 @@ def order_findings(job: Job, motion: Motion, progress: Floats) -> Order:
         last_bead = max(last_bead, bead)
         rows = np.arange(first, stop)
         found += _inside(job, motion, progress, rows)
-        _weld(job, motion, progress, rows, welded, pace)
+        _weld(job, motion, progress, rows, welded, held_speed)
         found += _waits(job, motion, progress, rows)
         end = stop - 1
     found += _left_out(job, welded, end)
-    found += _paced(job, motion, pace)
-    return Order(tuple(found), int(welded.sum()), pace)
+    found += _speed_findings(job, motion, held_speed)
+    return Order(tuple(found), int(welded.sum()), held_speed)
 
 
 def _blocks(motion: Motion) -> list[tuple[int, int]]:
@@ -129,7 +129,7 @@ def _blocks(motion: Motion) -> list[tuple[int, int]]:
 
 
 def _tolerance(job: Job) -> float:
-    return job.case.checks.off_bead_mm * METRES_PER_MM + NEAR
+    return job.case.checks.off_bead_mm * METRES_PER_MM + ROUNDING_M
 
 
 def _inside(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Finding]:
@@ -170,7 +170,7 @@ def skips(way: Way, on: OnBead, bead: Ints) -> list[Finding]:
     return found
 
 
-def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.ndarray, pace: Pace) -> None:
+def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.ndarray, held_speed: HeldSpeed) -> None:
     """Note which targets of a block's bead it passes, and when."""
     t = job.targets
     mine = np.flatnonzero(t.path == motion.bead[rows[0]])
@@ -179,8 +179,8 @@ def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.nda
     passed = (along >= s[0] - near) & (along <= s[-1] + near)
     welded[mine[passed]] = True
     # a wait at the start or end of a bead is none of the way between its targets
-    leaves = int(np.searchsorted(s, s[0] + NEAR, side="right")) - 1
-    arrives = int(np.searchsorted(s, s[-1] - NEAR))
+    leaves = int(np.searchsorted(s, s[0] + ROUNDING_M, side="right")) - 1
+    arrives = int(np.searchsorted(s, s[-1] - ROUNDING_M))
     if arrives <= leaves:
         return
     moving = rows[leaves : arrives + 1]
@@ -190,23 +190,23 @@ def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.nda
     both = passed[:-1] & passed[1:] & (np.diff(along) > NO_WAY)  # targets at one place have no speed between them
     asked = np.diff(along) / speeds(job)[mine[:-1]]
     taken = np.diff(when)
-    pace.asked_s[mine[:-1][both]] = asked[both]
-    pace.taken_s[mine[:-1][both]] = np.maximum(taken[both], 1e-12)
+    held_speed.asked_s[mine[:-1][both]] = asked[both]
+    held_speed.taken_s[mine[:-1][both]] = np.maximum(taken[both], 1e-12)
     rows_s, rows_t = s[leaves : arrives + 1][rising], motion.t_s[moving][rising]
     if len(rows_s) > 1:
         wanted = np.interp(rows_s, along, np.concatenate([[0.0], np.cumsum(asked)]))
-        note_stretches(pace, mine, along, over_stretches(rows_s, rows_t, wanted))
+        note_stretches(held_speed, mine, along, over_stretches(rows_s, rows_t, wanted))
 
 
 def _waits(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Finding]:
     """An arc that burns where the torch stands."""
     process, t, s = job.case.process, motion.t_s, progress[rows]
-    start = rows[: int(np.searchsorted(np.maximum.accumulate(s), s[0] + NEAR, side="right"))]
-    end = rows[int(np.searchsorted(np.maximum.accumulate(s), s[-1] - NEAR)) :]
+    start = rows[: int(np.searchsorted(np.maximum.accumulate(s), s[0] + ROUNDING_M, side="right"))]
+    end = rows[int(np.searchsorted(np.maximum.accumulate(s), s[-1] - ROUNDING_M)) :]
     waits = [(start, process.arc_on_s), (end, process.arc_off_s)]
     if process.least_speed_share > 0:
         # on the way: of a long chord a wait is lost in the mean
-        still = np.diff(s[len(start) - 1 : len(s) - len(end) + 1]) <= NEAR
+        still = np.diff(s[len(start) - 1 : len(s) - len(end) + 1]) <= ROUNDING_M
         ends = np.flatnonzero(np.diff(still, prepend=False, append=False))
         waits += [(rows[len(start) - 1 :][a : b + 1], 0.0) for a, b in zip(ends[::2], ends[1::2], strict=True)]
     found = []
@@ -228,7 +228,7 @@ def _left_out(job: Job, welded: np.ndarray, end: int) -> list[Finding]:
     return [Finding(Failure(Kind.NOT_WELDED, place=place), end, end) for place in places]
 
 
-def _paced(job: Job, motion: Motion, pace: Pace) -> list[Finding]:
+def _speed_findings(job: Job, motion: Motion, held_speed: HeldSpeed) -> list[Finding]:
     """Ways from target to target that are laid too slowly or too fast."""
     welding = motion.arc == 1
     found = []
@@ -238,10 +238,10 @@ def _paced(job: Job, motion: Motion, pace: Pace) -> list[Finding]:
         a, b = (int(rows[0]), int(rows[-1])) if len(rows) else (0, 0)
         found.append(Finding(replace(failure, axis="", place=Place(Where.ROWS, from_target=i)), a, b))
 
-    for target, slow in too_slow(pace, job.case.process.least_speed_share, SHARE_SLACK).items():
+    for target, slow in too_slow(held_speed, job.case.process.least_speed_share, SHARE_SLACK).items():
         note(target - 1, slow)
-    share = np.where(pace.asked_s * speeds(job) < SHORT, np.nan, pace.share)
+    share = np.where(held_speed.asked_s * speeds(job) < SHORT, np.nan, held_speed.ratio)
     for i in np.flatnonzero(np.nan_to_num(share) > FASTEST_SHARE).tolist():
-        taken = Slowed("", round(float(pace.taken_s[i]), 4))
+        taken = Slowed("", round(float(held_speed.taken_s[i]), 4))
         note(i, Failure(Kind.DEPOSITION_SPEED, round(float(share[i]), 4), FASTEST_SHARE, cause=taken))
     return found

@@ -2,7 +2,7 @@
 
     way = dense(job, motion, rows, grain, which)   # joint-linear samples between the rows, seen from the part
     on = against_beads(job, way, target)
-    on.off, on.wire_angle, on.progress             # m, rad, m along the bead
+    on.bead_distance, on.wire_angle, on.progress             # m, rad, m along the bead
 
 Metres and radians; poses in the part frame, so that a table that moves changes nothing.
 """
@@ -111,14 +111,14 @@ class OnBead:
     """Samples against their beads.
 
     Attributes:
-        off: distance from the bead, (m,), m.
+        bead_distance: distance from the bead, (m,), m.
         wire_angle: angle between the wire and its direction there, (m,), rad.
         progress: length along the bead from its first target, (m,), m.
         normal: deposition direction there, (m, 3), part frame.
         roll: about the wire, (m,), rad.
     """
 
-    off: Floats
+    bead_distance: Floats
     wire_angle: Floats
     progress: Floats
     normal: Floats

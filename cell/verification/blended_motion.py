@@ -1,8 +1,8 @@
 """A motion from outside with its corners rounded as a controller does, and what it collides with then.
 
-    q = rounded_rows(job, read, rows)                         # all axes where the rows come to lie
-    found = corner_collisions(job, read, rows, way, stage, clear)
-    found = table_corner_collisions(job, read, rows, way, stage)
+    q = blended_rows(job, read, rows)                         # all axes where the rows come to lie
+    found = blend_collisions(job, read, rows, way, stage, clear)
+    found = table_blend_collisions(job, read, rows, way, stage)
 
 Corners are rounded while welding and on the way, each by its own measure; not where the arc goes on or off, nor where
 all axes stand. A motion that says itself where it is rounded, as a program does, is rounded there. Radians and metres.
@@ -27,7 +27,7 @@ from ..job.job import Job
 from ..motion.motion import STANDING
 from ..motion.motion_file import ReadMotion
 from ..scene.scene import Scene
-from ..timing.blending import TRAVEL_ZONE, rounded
+from ..timing.blending import TRAVEL_ZONE, blended
 from ..units import METRES_PER_MM
 from .bead_order import Finding
 from .bead_samples import Way
@@ -50,7 +50,7 @@ def _runs(job: Job, read: ReadMotion, rows: Way) -> Iterator[tuple[int, int, Flo
             yield a, b, np.concatenate([[0.0], np.cumsum(way[a:b])]), zones[bool(kind[a])]
 
 
-def rounded_rows(job: Job, read: ReadMotion, rows: Way) -> Floats:
+def blended_rows(job: Job, read: ReadMotion, rows: Way) -> Floats:
     """All axes at the rows with corners rounded, (m, j + 2), rad.
 
     Args:
@@ -60,11 +60,11 @@ def rounded_rows(job: Job, read: ReadMotion, rows: Way) -> Floats:
     """
     q = rows.q.copy()
     for a, b, s, zone in _runs(job, read, rows):
-        q[a : b + 1] = rounded(rows.q[a : b + 1], s, zone)
+        q[a : b + 1] = blended(rows.q[a : b + 1], s, zone)
     return q
 
 
-def corner_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: Ints, clear: Clearances) -> list[Finding]:
+def blend_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: Ints, clear: Clearances) -> list[Finding]:
     """Where the arm comes too near to something for the rounding of corners alone.
 
     Args:
@@ -90,7 +90,7 @@ def corner_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: In
     return found
 
 
-def table_corner_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: Ints) -> list[Finding]:
+def table_blend_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: Ints) -> list[Finding]:
     """Where the table, or what stands on it, meets something for the rounding of its corners alone.
 
     Args:

@@ -22,8 +22,7 @@ from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.reach_radii import all_radii, table_radii
 from ..collision.table import TableChecker, with_table_axes
-from ..collision.wire import REACH as WIRE_REACH
-from ..collision.wire import wire_scene
+from ..collision.wire import WIRE_REACH, wire_scene
 from ..failure import IN_ROWS, Contact, Failure, Kind, Seen
 from ..job.job import Job
 from ..job.wire_in_metal import Metal, wire_failure, wire_size, wires_at
@@ -69,7 +68,7 @@ def stages(job: Job, motion: Motion, row: Ints) -> Ints:
         return np.zeros(len(row), dtype=np.int64)
     welding = motion.arc == 1
     done = np.maximum.accumulate(np.where(welding, job.laid[motion.target], 0))
-    at_row = np.where(welding, job.stage[motion.target], done)
+    at_row = np.where(welding, job.deposits_before[motion.target], done)
     after = np.minimum(row + 1, len(at_row) - 1)
     inside = motion.welding[np.minimum(row, len(motion.welding) - 1)]
     return np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))

@@ -25,13 +25,13 @@ from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
 from ..job.table_winding import upright_of
 from ..job.unsupported import past_horizontal, unsupported_targets
-from ..motion.deposition_speed import Pace
+from ..motion.deposition_speed import HeldSpeed
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..units import MARGIN_UNITS, METRES_PER_MM
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
-from .blended_motion import corner_collisions, rounded_rows, table_corner_collisions
+from .blended_motion import blend_collisions, blended_rows, table_blend_collisions
 from .collisions import arm_checker, collisions, stages, stretches_of
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
@@ -54,10 +54,10 @@ class MotionResult:
         clearance: least clearance, m, with the row and the geoms; None where nothing is nearer than 50 mm.
         singularity: the margin that is smallest against its limit, with its kind and row; None without an arc.
         sigma: smallest singular value while welding.
-        off: greatest distance from the bead, m, and the row.
+        bead_distance: greatest distance from the bead, m, and the row.
         wire_angle: greatest angle of the wire off its direction, rad, and the row.
         use: greatest share of its speed, and of its acceleration, that any axis needs, (2, j + 2).
-        pace: how far the deposition speed is held.
+        held_speed: how far the deposition speed is held.
         warnings: one line each, the job's first.
     """
 
@@ -69,10 +69,10 @@ class MotionResult:
     clearance: tuple[float, int, tuple[str, ...]] | None
     singularity: tuple[float, int, str] | None
     sigma: float | None
-    off: tuple[float, int]
+    bead_distance: tuple[float, int]
     wire_angle: tuple[float, int]
     use: Floats
-    pace: Pace
+    held_speed: HeldSpeed
     warnings: tuple[str, ...] = ()
 
     @property
@@ -102,8 +102,8 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
     stage = stages(job, motion, coarse.row)
     clear, hits = collisions(job, motion, coarse, stage)
-    hits += corner_collisions(job, read, rows, coarse, stage, clear)
-    hits += table_corner_collisions(job, read, rows, coarse, stage)
+    hits += blend_collisions(job, read, rows, coarse, stage, clear)
+    hits += table_blend_collisions(job, read, rows, coarse, stage)
     order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
     findings = [
         *_limit_findings(job, motion, rows.q),
@@ -126,10 +126,10 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
         clearance=_nearest(job, read, coarse, stage, clear),
         singularity=_least_margin(job, read, fine, margin),
         sigma=_least_sigma(job, fine),
-        off=_most(on.off, fine, read),
+        bead_distance=_most(on.bead_distance, fine, read),
         wire_angle=_most(on.wire_angle, fine, read),
         use=np.nanmax(use, axis=1),
-        pace=order.pace,
+        held_speed=order.held_speed,
         warnings=(*job.warnings, *_past_horizontal(job, motion, fine, on)),
     )
 
@@ -144,8 +144,8 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
     stage = stages(job, motion, coarse.row)
     clear, hits = collisions(job, motion, coarse, stage)
-    hits += corner_collisions(job, read, rows, coarse, stage, clear)
-    hits += table_corner_collisions(job, read, rows, coarse, stage)
+    hits += blend_collisions(job, read, rows, coarse, stage, clear)
+    hits += table_blend_collisions(job, read, rows, coarse, stage)
     found = [
         *_limit_findings(job, motion, rows.q),
         *_drive_findings(job, use),
@@ -162,10 +162,10 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
         clearance=_nearest(job, read, coarse, stage, clear),
         singularity=_least_margin(job, read, fine, margin),
         sigma=_least_sigma(job, fine),
-        off=(0.0, int(read.row[0])),
+        bead_distance=(0.0, int(read.row[0])),
         wire_angle=(0.0, int(read.row[0])),
         use=np.nanmax(use, axis=1),
-        pace=Pace.unknown(0),
+        held_speed=HeldSpeed.unknown(0),
         warnings=job.warnings,
     )
 
@@ -210,7 +210,7 @@ def _acceleration_use(job: Job, read: ReadMotion, rows: Way) -> Floats:
     to row they hide no spike, but the rounding of a file's digits can be all they show: what it can be at most is taken
     off, which over longer ones is little. Before its first row and after its last the motion is at rest.
     """
-    smooth = _second_differences(rounded_rows(job, read, rows), read, WINDOWS)
+    smooth = _second_differences(blended_rows(job, read, rows), read, WINDOWS)
     # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
     plain = _second_differences(_axes(read.motion), read, WINDOWS)
     plain[-1] = np.inf
@@ -259,7 +259,7 @@ def _bead_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
     checks, window = job.case.checks, job.window
     found = []
     for kind, values, limit in (
-        (Kind.OFF_BEAD, on.off / METRES_PER_MM, checks.off_bead_mm),
+        (Kind.OFF_BEAD, on.bead_distance / METRES_PER_MM, checks.off_bead_mm),
         (Kind.OFF_WIRE, np.rad2deg(on.wire_angle), checks.off_wire_deg),
         (Kind.ROLL_OUTSIDE, np.rad2deg(np.abs(window.excess(on.roll))), np.rad2deg(ROLL_SLACK)),
     ):

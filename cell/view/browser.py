@@ -123,11 +123,11 @@ def replay_in_browser(
         InputError: the speed is not above 0, or MuJoCo has no web viewer; one line.
     """
     player = Player(result, speed, loop, colour)
-    staging = StagedScene(result, PIECES)
-    staging.pose(player.frame())
+    staged = StagedScene(result, PIECES)
+    staged.pose(player.frame())
     guard = Guard(place.host, place.port)
     with _stopped() as stop, contextlib.redirect_stdout(sys.stderr), _guarded(guard):
-        viewer, update, gui = _opened(staging, player, place)
+        viewer, update, gui = _opened(staged, player, place)
         try:
             sys.stderr.write(f"rbam: replay at {guard.address} (stop with Ctrl-C)\n")
             if not place.private:
@@ -169,7 +169,7 @@ def _guarded(guard: Guard) -> Iterator[None]:
         yield
 
 
-def _opened(staging: StagedScene, player: Player, place: Address) -> tuple[Any, Any, Any]:
+def _opened(staged: StagedScene, player: Player, place: Address) -> tuple[Any, Any, Any]:
     try:
         from mujoco.studio import launch_thread, messages, viewer_protocol, web_viewer
     except ImportError as error:
@@ -190,13 +190,13 @@ def _opened(staging: StagedScene, player: Player, place: Address) -> tuple[Any, 
     # nor is one that has gone while something was still being sent to it
     logging.getLogger("asyncio").addFilter(_is_news)
     endpoint, _ = launch_thread.make_thread_endpoints()
-    config = viewer_protocol.ViewerConfig(title=f"rbam: {staging.result.job.case.title}", gfx="web")
+    config = viewer_protocol.ViewerConfig(title=f"rbam: {staged.result.job.case.title}", gfx="web")
     with (
         _instead(web_viewer.web_server, "bind_public_socket", bind),
         _instead(web_viewer, "_print_url_banner", lambda *_: None),  # it always says localhost
     ):
         viewer = web_viewer.WebViewer(
-            config, endpoint, model=staging.model, plugins=[Panel(player, BrowserStage(staging, player))]
+            config, endpoint, model=staged.model, plugins=[Panel(player, BrowserStage(staged, player))]
         )
     if not sockets:
         viewer.close()

@@ -43,7 +43,7 @@ class Panel(plugin.ViewerPlugin):
         """Before every frame."""
         if self._stage.update(self.viewer):
             # the browsers fetch it anew: colours of the model are not part of what is streamed
-            self.viewer.dispatch(messages.ModelEvent(model=self._stage.staging.model))
+            self.viewer.dispatch(messages.ModelEvent(model=self._stage.staged.model))
             self._stage.update(self.viewer)
 
     @messages.handler

@@ -2,7 +2,7 @@
 
 Use:
 
-    stage = Stage(staging, player)            # called once for every frame
+    stage = BrowserStage(staged, player)            # called once for every frame
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ ASPECT = 1.6
 class BrowserStage:
     """Brings the viewer to the player's frame, once for every frame it draws."""
 
-    def __init__(self, staging: StagedScene, player: Player) -> None:
+    def __init__(self, staged: StagedScene, player: Player) -> None:
         """Start at the player's beginning.
 
         Args:
-            staging: what is drawn.
+            staged: what is drawn.
             player: says when.
         """
-        self.staging, self.player = staging, player
-        self._scene = mujoco.MjvScene(staging.model, maxgeom=ROOM)
+        self.staged, self.player = staged, player
+        self._scene = mujoco.MjvScene(staged.model, maxgeom=ROOM)
         self._laid, self._table, self._colour = 0, player.frame().table, "layer"
         self._last = time.perf_counter()
         self._view: str | None = None
@@ -57,25 +57,25 @@ class BrowserStage:
             self._look(viewer)
         if self._colour != self.player.colour:
             self._colour, self._laid = self.player.colour, 0
-            self.staging.colour(self.player.colour)
+            self.staged.colour(self.player.colour)
         frame = self.player.frame()
-        self.staging.pose(frame)
+        self.staged.pose(frame)
         tinted, self._pair = frame.pair != self._pair, frame.pair
-        viewer.data.qpos[:] = self.staging.data.qpos
-        count = self.staging.laid(frame)
+        viewer.data.qpos[:] = self.staged.data.qpos
+        count = self.staged.laid(frame)
         laid = self._laid if count >= self._laid and np.array_equal(self._table, frame.table) else 0
         self._table = frame.table
         self._scene.ngeom = laid
-        self._laid = self.staging.draw(self._scene, frame, laid)
+        self._laid = self.staged.draw(self._scene, frame, laid)
         viewer.extra_geoms = list(self._scene.geoms[: self._scene.ngeom])
         viewer.vis_options.geomgroup[:] = VISIBLE
         return tinted
 
     def _look(self, viewer: Any) -> None:
         torch = self.player.view == "torch"
-        result = self.staging.result
-        self.staging.pose(self.player.frame() if torch else still(result, middle(result)))
-        best = camera(self.staging, self.player.view, ASPECT)
+        result = self.staged.result
+        self.staged.pose(self.player.frame() if torch else still(result, middle(result)))
+        best = camera(self.staged, self.player.view, ASPECT)
         viewer.camera.lookat[:] = best.lookat
         viewer.camera.distance, viewer.camera.azimuth = best.distance, best.azimuth
         viewer.camera.elevation = best.elevation

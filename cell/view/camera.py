@@ -2,7 +2,7 @@
 
 Use:
 
-    camera(staging, "torch", aspect=1.6)      # mujoco.MjvCamera
+    camera(staged, "torch", aspect=1.6)      # mujoco.MjvCamera
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ HIDDEN = 4e-3  # m: what a ray meets this near to a point is the point itself
 View = Literal["cell", "torch"]
 
 
-def camera(staging: StagedScene, view: View, aspect: float, frames: Sequence[Frame] = ()) -> mujoco.MjvCamera:
-    """The best look at a staging.
+def camera(staged: StagedScene, view: View, aspect: float, frames: Sequence[Frame] = ()) -> mujoco.MjvCamera:
+    """The best look at a staged scene.
 
     Args:
-        staging: posed, where there are no frames.
+        staged: posed, where there are no frames.
         view: "cell" frames arm, positioner and part; "torch" the part and the torch's end.
         aspect: width over height of the picture.
-        frames: moments that are all to be in view of one camera; the staging is left at the last of them.
+        frames: moments that are all to be in view of one camera; the staged scene is left at the last of them.
 
     Returns:
         A free camera: of all sides the one from which most of torch and targets can be seen (by rays; nothing
@@ -48,16 +48,16 @@ def camera(staging: StagedScene, view: View, aspect: float, frames: Sequence[Fra
     moments = []
     for frame in frames or (None,):
         if frame is not None:
-            staging.pose(frame)
-        focus = _focus(staging)
-        moments.append((focus, _cell_points(staging) if view == "cell" else focus))
+            staged.pose(frame)
+        focus = _focus(staged)
+        moments.append((focus, _cell_points(staged) if view == "cell" else focus))
     points = np.concatenate([shown for _, shown in moments])
     fitted = [_fitted(points, azimuth, elevation, aspect) for azimuth, elevation in angles]
     scores = np.zeros(len(angles))
     for (focus, _), frame in zip(moments, frames or (None,), strict=True):
         if frame is not None:
-            staging.pose(frame)
-        scores += [_score(staging, view, eye, looks, focus) for eye, looks in fitted]
+            staged.pose(frame)
+        scores += [_score(staged, view, eye, looks, focus) for eye, looks in fitted]
     # of equals the first, whatever the rounding
     best = int(np.flatnonzero(scores >= scores.max() - 1e-9)[0])
     (azimuth, elevation), (eye, looks) = angles[best], fitted[best]
@@ -88,10 +88,10 @@ def _fitted(points: Floats, azimuth: float, elevation: float, aspect: float) -> 
     return np.array([back, *across]) @ looks, looks
 
 
-def _cell_points(staging: StagedScene) -> Floats:
+def _cell_points(staged: StagedScene) -> Floats:
     """Corners of all that is shown, but for the floor and what stands around."""
-    m, d = staging.model, staging.data
-    fixture = staging.scene.piece_of_geom == Piece.FIXTURE
+    m, d = staged.model, staged.data
+    fixture = staged.scene.piece_of_geom == Piece.FIXTURE
     solid = (VISIBLE[m.geom_group] == 1) & (m.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
     signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, 8).T
     corners = [
@@ -102,17 +102,17 @@ def _cell_points(staging: StagedScene) -> Floats:
     return np.concatenate(corners)
 
 
-def _focus(staging: StagedScene) -> Floats:
+def _focus(staged: StagedScene) -> Floats:
     """What has to be seen: the wire's end and points up the torch (the first six), then targets; world, m."""
-    tip, wire = staging.tcp()
-    position = staging.targets()[0]
+    tip, wire = staged.tcp()
+    position = staged.targets()[0]
     some = np.unique(np.linspace(0, len(position) - 1, 30).astype(np.int64))
     reach = max(0.08, 0.8 * float(np.ptp(position, axis=0).max()))
     return np.concatenate([tip - wire * np.linspace(0, reach, 6)[:, None], position[some]])
 
 
-def _score(staging: StagedScene, view: View, eye: Floats, looks: Floats, focus: Floats) -> float:
-    m, d = staging.model, staging.data
+def _score(staged: StagedScene, view: View, eye: Floats, looks: Floats, focus: Floats) -> float:
+    m, d = staged.model, staged.data
     if eye[2] < 0.05:
         return -np.inf
     way = focus - eye
@@ -121,17 +121,17 @@ def _score(staging: StagedScene, view: View, eye: Floats, looks: Floats, focus: 
     mujoco.mj_multiRay(m, d, eye, (way / far[:, None]).ravel(), VISIBLE, True, -1, geom, met, None, len(way), 1e3)
     seen = (geom < 0) | (met > far - HIDDEN)
     part = m.body("part").id
-    tool = int(m.site_bodyid[staging.scene.sites["tcp"]])
+    tool = int(m.site_bodyid[staged.scene.sites["tcp"]])
     # the torch may hide its own axis, and the part its own far side, but nothing else may hide them
     hit = np.where(geom >= 0, m.geom_bodyid[geom], -1)
     seen[1:6] |= hit[1:6] == tool
     seen[6:] |= hit[6:] == part
-    side = float(np.linalg.norm(np.cross(looks[0], staging.tcp()[1])))
+    side = float(np.linalg.norm(np.cross(looks[0], staged.tcp()[1])))
     light = float(looks[0] @ m.light_dir[0]) if m.nlight else 0.0
     score = 4.0 * seen[0] + 2.0 * seen[1:6].mean() + seen[6:].mean() + side + 0.5 * light
     if view == "cell":
-        base = d.xpos[staging.scene.base_body]
-        across = (d.site_xpos[staging.scene.sites["part"]] - base)[:2]
+        base = d.xpos[staged.scene.base_body]
+        across = (d.site_xpos[staged.scene.sites["part"]] - base)[:2]
         score += 2.0 * abs(float(across @ looks[1, :2])) / max(float(np.linalg.norm(across)), 1e-9)
         score += 2.0 * min(1.0, 2.0 / far[0])
     return score

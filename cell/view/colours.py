@@ -26,7 +26,7 @@ GREY = (0.55, 0.57, 0.6, 1.0)  # not looked at
 PALE_RED = (0.95, 0.62, 0.58, 1.0)
 HEAT = np.array([(0.50, 0.10, 0.10), (0.87, 0.33, 0.09), (0.98, 0.78, 0.28)])  # first layer to last
 DEPTH = np.array([(0.16, 0.17, 0.45), (0.13, 0.45, 0.60), (0.25, 0.68, 0.50), (0.97, 0.87, 0.25)])  # thin to thick
-FLAT = 0.02  # mm: thicknesses no further apart than this are one
+SAME_THICKNESS_MM = 0.02  # mm: thicknesses no further apart than this are one
 
 
 def ramp(share: Floats, stops: Floats) -> Floats:
@@ -69,7 +69,7 @@ def target_colours(result: Result, by: Colouring) -> tuple[Floats, str]:
         open_ = ", grey not looked at" if result.not_looked_at else ""
         return np.array([colour[row.verdict] for row in result.rows]), f"verdict: green feasible, red not{open_}"
     low, high = float(t.thickness_mm.min()), float(t.thickness_mm.max())
-    if high - low < FLAT:
+    if high - low < SAME_THICKNESS_MM:
         return np.column_stack([ramp(np.full(len(t), 0.5), DEPTH), np.ones(len(t))]), f"thickness {low:.2f} mm"
     rgb = ramp((t.thickness_mm - low) / (high - low), DEPTH)
     return np.column_stack([rgb, np.ones(len(t))]), f"thickness {low:.2f} .. {high:.2f} mm, blue to yellow"

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..atomic_files import beside, check_writable
 from ..errors import InputError
-from ..progress import Progress, counted, stage
+from ..progress import Progress, counted, phase
 from .camera import View, camera
 from .picture import Canvas, Pixels, require_gl, require_size
 from .player import Player
@@ -33,7 +33,7 @@ FPS = {".mp4": 25.0, ".gif": 12.5}
 SPEED = 10.0  # s of motion per s of film
 MOMENTS = 5  # of the motion that the camera is chosen for
 FASTEST_GIF = 50.0  # frames a second: browsers show faster ones slowly
-MOST = {".mp4": 60_000, ".gif": 2_000}  # frames; pillow holds those of a gif in memory
+MOST_FRAMES = {".mp4": 60_000, ".gif": 2_000}  # frames; pillow holds those of a gif in memory
 SHADOWS, SAMPLES = 4096, 4  # half of a picture's: a frame is seen for a moment, and costs half as much
 PALETTE_FRAMES = 8  # that a gif's colours are taken from
 NO_ENCODER = "mp4 needs an encoder: pip install 'rbam-cell[video]' (imageio-ffmpeg), or name a .gif"
@@ -113,7 +113,7 @@ def film_format(path: str | Path, size: tuple[int, int] | None = None, fps: floa
     return Format(path, width, height, fps)
 
 
-@stage("filming", spins=False)
+@phase("filming", spins=False)
 def film(
     result: Result,
     path: str | Path,
@@ -146,16 +146,16 @@ def film(
     form = film_format(path, size, fps)
     player = Player(result, speed)
     count = math.ceil(player.end / speed * form.fps - 1e-9) + 1  # the last one shows the end
-    if count > MOST[form.kind]:
+    if count > MOST_FRAMES[form.kind]:
         raise InputError(
-            f"{path}: {count} frames are too many for {form.kind} (at most {MOST[form.kind]}): "
+            f"{path}: {count} frames are too many for {form.kind} (at most {MOST_FRAMES[form.kind]}): "
             f"raise --speed or lower --fps"
         )
-    staging = StagedScene(result)
-    staging.model.vis.quality.shadowsize, staging.model.vis.quality.offsamples = SHADOWS, SAMPLES
-    staging.colour(colour)
-    look = camera(staging, view, form.width / form.height, _moments(player))
-    canvas = Canvas(staging, form.width, form.height, view)
+    staged = StagedScene(result)
+    staged.model.vis.quality.shadowsize, staged.model.vis.quality.offsamples = SHADOWS, SAMPLES
+    staged.colour(colour)
+    look = camera(staged, view, form.width / form.height, _moments(player))
+    canvas = Canvas(staged, form.width, form.height, view)
     with canvas, counted(progress, "frames", count) as written, beside(path) as file:
         frames = (canvas.render(frame, look) for frame in _frames(player, count, form.fps))
         _WRITERS[form.kind](file, _counted(frames, written), form, count)

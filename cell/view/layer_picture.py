@@ -21,7 +21,7 @@ from ik.chain import Floats
 from slicing import Bools, LaidSubVolume, Mesh, Overhang, SlicedSubVolume
 
 from ..errors import InputError
-from ..progress import stage
+from ..progress import phase
 from .colours import DEPTH, HEAT, ramp
 from .print_raster import Raster
 
@@ -35,9 +35,9 @@ BODY = (0.93, 0.94, 0.95)
 THIN, THICK = (0.80, 0.10, 0.32), (0.98, 0.50, 0.10)  # outside of what the process allows
 IN_THE_AIR = (0.05, 0.35, 0.95)  # over nothing
 FINE_MM = 1.0  # spacing of points of beads that lie over nothing
-SAME = 5e-3  # mm
+SAME_THICKNESS = 5e-3  # mm
 INK, PALE = (40, 42, 46), (120, 124, 130)
-FINER = 2  # drawn that much larger and scaled down, against jagged edges
+DRAWN_LARGER = 2  # drawn that much larger and scaled down, against jagged edges
 TURN, ELEVATION = 52.0, 30.0  # deg: the eye stands aside of where the sub-volumes point, and above
 HEAD, FOOT, SIDE = 0.11, 0.10, 0.17  # of the picture's height, height and width: title, captions and bar
 TICKS = 6
@@ -58,8 +58,8 @@ class _Scale:
 
     def colours(self, values: Floats) -> Floats:
         rgb = ramp(np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0), self.stops)
-        rgb[values < self.low - SAME] = THIN
-        rgb[values > self.high + SAME] = THICK
+        rgb[values < self.low - SAME_THICKNESS] = THIN
+        rgb[values > self.high + SAME_THICKNESS] = THICK
         return rgb
 
     def ticks(self) -> list[float]:
@@ -73,7 +73,7 @@ class _Scale:
         return [float(k * step) + 0.0 for k in np.arange(first, np.floor(self.high / step + 1e-9) + 1)]
 
 
-@stage("drawing")
+@phase("drawing")
 def slice_picture(
     sliced: Sequence[SlicedSubVolume],
     body_mesh: Mesh | None,
@@ -108,9 +108,9 @@ def slice_picture(
             raise InputError(f"{name} {value}: {LEAST} .. {MOST} pixels are allowed")
     beads = [_laid_beads(one) for one in laid] if laid else [_beads(s) for s in sliced]
     scale = _scale(sliced, beads, colour)
-    picture = Raster(FINER * width, FINER * height)
+    picture = Raster(DRAWN_LARGER * width, DRAWN_LARGER * height)
     zoom = _draw(picture, sliced, beads, body_mesh, scale, colour)
-    return _composed(picture, sliced, title, scale, zoom / FINER, width, height)
+    return _composed(picture, sliced, title, scale, zoom / DRAWN_LARGER, width, height)
 
 
 def body_of(part: PartInput) -> Mesh | None:
@@ -186,7 +186,7 @@ def _scale(sliced: Sequence[SlicedSubVolume], beads: Sequence[list[_Line]], colo
     values = np.concatenate([line.thickness for some in beads for line in some])
     # the bar is what the process allows: pictures of several strategies can be held side by side
     low, high = (f(getattr(s.parameters, key) for s in sliced) for f, key in ((min, "h_min_mm"), (max, "h_max_mm")))
-    below, above = bool((values < low - SAME).any()), bool((values > high + SAME).any())
+    below, above = bool((values < low - SAME_THICKNESS).any()), bool((values > high + SAME_THICKNESS).any())
     return _Scale(low, high if high > low else low + 0.1, DEPTH, "thickness, mm", below, above, hanging)
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..progress import stage
+from ..progress import phase
 from .camera import View, camera, middle, still
 from .colours import Colouring
 from .stage_scene import MARKS, VISIBLE, Frame, StagedScene
@@ -38,7 +38,7 @@ NO_GL = (
 Pixels = NDArray[np.uint8]
 
 
-@stage("rendering")
+@phase("rendering")
 def picture(
     result: Result,
     *,
@@ -71,26 +71,26 @@ def picture(
     if view not in ("cell", "torch"):
         raise InputError(f"view {view!r}: is cell or torch")
     frame = still(result, middle(result) if target is None else target)
-    staging = StagedScene(result)
-    staging.colour(colour)
-    staging.pose(frame)
-    look = camera(staging, view, width / height)
-    with Canvas(staging, width, height, view) as canvas:
+    staged = StagedScene(result)
+    staged.colour(colour)
+    staged.pose(frame)
+    look = camera(staged, view, width / height)
+    with Canvas(staged, width, height, view) as canvas:
         return _png(canvas.render(frame, look))
 
 
 class Canvas:
-    """Where frames of a staging are rendered, one after another.
+    """Where frames of a staged scene are rendered, one after another.
 
-    with Canvas(staging, 960, 540, "torch") as canvas:
-        pixels = canvas.render(frame, camera(staging, "torch", 960 / 540))    # (540, 960, 3) bytes
+    with Canvas(staged, 960, 540, "torch") as canvas:
+        pixels = canvas.render(frame, camera(staged, "torch", 960 / 540))    # (540, 960, 3) bytes
     """
 
-    def __init__(self, staging: StagedScene, width: int, height: int, view: View) -> None:
+    def __init__(self, staged: StagedScene, width: int, height: int, view: View) -> None:
         """Open it.
 
         Args:
-            staging: what is rendered.
+            staged: what is rendered.
             width: pixels.
             height: pixels.
             view: what is looked at.
@@ -99,17 +99,17 @@ class Canvas:
             InputError: the size is not allowed, or there is no OpenGL; one line.
         """
         require_size(width, height)
-        model = staging.model
+        model = staged.model
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         if max(width, height) <= LITTLE:
             model.vis.quality.shadowsize = min(int(model.vis.quality.shadowsize), LITTLE_SHADOWS)
-        self._staging, self._closely = staging, view == "torch"
+        self._staged, self._closely = staged, view == "torch"
         if self._closely:
-            staging.shade_closely()
+            staged.shade_closely()
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = VISIBLE
         # every mark may have a normal
-        self._renderer = _renderer(model, width, height, model.ngeom + len(staging.beads.target) + 2 * MARKS + 100)
+        self._renderer = _renderer(model, width, height, model.ngeom + len(staged.beads.target) + 2 * MARKS + 100)
 
     def __enter__(self) -> Canvas:
         return self
@@ -127,12 +127,12 @@ class Canvas:
         Returns:
             (height, width, 3), 0 .. 255.
         """
-        self._staging.pose(frame)
+        self._staged.pose(frame)
         if self._closely:
-            self._staging.shade_closely()
-        self._renderer.update_scene(self._staging.data, look, self._option)
+            self._staged.shade_closely()
+        self._renderer.update_scene(self._staged.data, look, self._option)
         self._renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = True
-        self._staging.draw(self._renderer.scene, frame)
+        self._staged.draw(self._renderer.scene, frame)
         return self._renderer.render().copy()
 
 

@@ -22,7 +22,7 @@ RIM = 0.5  # how dark the edge of a tube is: neighbouring beads are told apart b
 STRIPS = 8  # that the half of a tube which is seen is drawn in
 SHORTEST = 3.0  # px: nearer points of a tube are taken for one
 CORNER = np.cos(np.deg2rad(15.0))  # from here on the outside of a bend is rounded off
-AT_ONCE = 1_000_000  # pixels looked at together
+PIXELS_AT_ONCE = 1_000_000  # pixels looked at together
 
 
 class Raster:
@@ -64,7 +64,9 @@ class Raster:
         ends = np.cumsum(
             np.abs(_cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])) / 2 + extent[:, 1] + 2
         )
-        for some in np.split(np.arange(len(corners)), np.searchsorted(ends, np.arange(AT_ONCE, ends[-1], AT_ONCE))):
+        for some in np.split(
+            np.arange(len(corners)), np.searchsorted(ends, np.arange(PIXELS_AT_ONCE, ends[-1], PIXELS_AT_ONCE))
+        ):
             if len(some):
                 self._together(corners[some], rgb[some])
 

@@ -1,10 +1,10 @@
 """What is to be seen at a moment, drawn into MuJoCo's scene: shared by pictures and replay.
 
-    staging = StagedScene(result)
-    staging.pose(Frame(q, table, target=12, done=12.0))
-    staging.draw(scn)                          # beads laid so far, marks, the target's normal
+    staged = StagedScene(result)
+    staged.pose(Frame(q, table, target=12, done=12.0))
+    staged.draw(scn)                          # beads laid so far, marks, the target's normal
 
-A staging has its own copy of the model, so that tinting and translucency never reach a check. World frame, metres.
+It has its own copy of the model, so that tinting and translucency never reach a check. World frame, metres.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ TWIN = 5e-3  # m: a visual geom this close in size to the geom that collides sta
 FLOOR, MARGIN = 12.0, 4.0  # m: half the floor's side at least, and what it extends beyond the cell
 SHADED = 1.2  # m around the torch
 HAZE = (0.88, 0.905, 0.93, 1.0)  # the sky's colour where the floor ends
-FAR = 3.5  # a camera that has all of a cell in view is at most this many times the cell's size away
+FARTHEST_CAMERA = 3.5  # a camera that has all of a cell in view is at most this many times the cell's size away
 ARROW = 0.18  # m; past the torch's bend, or the neck would hide it
 NORMALS = 14.0  # length of a normal in bead radii
 BLUE = (0.1, 0.3, 0.75, 1.0)
@@ -151,7 +151,7 @@ class StagedScene:
             m.geom_pos[geom, :2] = centre[:2]
         m.vis.map.shadowclip = 1.5 * half / m.stat.extent
         # the floor's edge would look like a tilted horizon; nothing of the cell itself is to be in the haze
-        start = max(0.65 * half, FAR * float(away.max(initial=0.0)))
+        start = max(0.65 * half, FARTHEST_CAMERA * float(away.max(initial=0.0)))
         m.vis.map.fogstart, m.vis.map.fogend = start / m.stat.extent, 1.5 * start / m.stat.extent
         m.vis.rgba.fog[:] = HAZE
         directional = m.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL

@@ -57,15 +57,15 @@ def replay(result: Result, *, speed: float = 1.0, loop: bool = False, colour: Co
     """
     player = Player(result, speed, loop, colour)
     require_display()
-    staging = StagedScene(result)
-    staging.pose(player.frame())
+    staged = StagedScene(result)
+    staged.pose(player.frame())
     pressed: queue.SimpleQueue[int] = queue.SimpleQueue()
     others = set(threading.enumerate())
-    viewer = _opened(staging, pressed)
+    viewer = _opened(staged, pressed)
     mine = [thread for thread in threading.enumerate() if thread not in others]
     try:
         with viewer:
-            _play(viewer, staging, player, pressed)
+            _play(viewer, staged, player, pressed)
     except KeyboardInterrupt:
         pass  # the other way of closing it
     finally:
@@ -102,12 +102,12 @@ def require_display() -> None:
         raise InputError(f"no window can be opened on display {name}: {INSTEAD}")
 
 
-def _opened(staging: StagedScene, pressed: queue.SimpleQueue[int]) -> mujoco.viewer.Handle:
+def _opened(staged: StagedScene, pressed: queue.SimpleQueue[int]) -> mujoco.viewer.Handle:
     try:
         import mujoco.viewer
 
         viewer = mujoco.viewer.launch_passive(
-            staging.model, staging.data, key_callback=pressed.put, show_left_ui=False, show_right_ui=False
+            staged.model, staged.data, key_callback=pressed.put, show_left_ui=False, show_right_ui=False
         )
     except ImportError as error:
         raise InputError(f"MuJoCo's viewer cannot be loaded ({error}): {INSTEAD}") from None
@@ -120,18 +120,18 @@ def _opened(staging: StagedScene, pressed: queue.SimpleQueue[int]) -> mujoco.vie
     return viewer
 
 
-def _look(viewer: mujoco.viewer.Handle, staging: StagedScene, frame: Frame, view: View) -> None:
+def _look(viewer: mujoco.viewer.Handle, staged: StagedScene, frame: Frame, view: View) -> None:
     """Turn the camera to what a view frames; from there on it is the user's."""
     # the whole cell is looked at from one side: the best for the middle of the motion
-    staging.pose(frame if view == "torch" else still(staging.result, middle(staging.result)))
-    best = camera(staging, view, ASPECT)
+    staged.pose(frame if view == "torch" else still(staged.result, middle(staged.result)))
+    best = camera(staged, view, ASPECT)
     with viewer.lock():
         viewer.cam.lookat[:] = best.lookat
         viewer.cam.distance, viewer.cam.azimuth = best.distance, best.azimuth
         viewer.cam.elevation = best.elevation
 
 
-def _play(viewer: mujoco.viewer.Handle, staging: StagedScene, player: Player, pressed: queue.SimpleQueue[int]) -> None:
+def _play(viewer: mujoco.viewer.Handle, staged: StagedScene, player: Player, pressed: queue.SimpleQueue[int]) -> None:
     laid, table, last = 0, player.frame().table, time.perf_counter()
     said: list[tuple[str, str]] = []
     view: View | None = None
@@ -146,19 +146,19 @@ def _play(viewer: mujoco.viewer.Handle, staging: StagedScene, player: Player, pr
         frame = player.frame()
         if view != player.view:
             view = player.view
-            _look(viewer, staging, frame, view)
+            _look(viewer, staged, frame, view)
             recoloured = True
         if colour != player.colour:
             colour, laid = player.colour, 0
-            staging.colour(colour)
-        recoloured |= staging.pose(frame)
+            staged.colour(colour)
+        recoloured |= staged.pose(frame)
         # beads stay in the scene from frame to frame, unless some are taken back or the table turns
-        count = staging.laid(frame)
+        count = staged.laid(frame)
         laid = laid if count >= laid and np.array_equal(table, frame.table) else 0
         table = frame.table
         with viewer.lock():
             viewer.user_scn.ngeom = laid
-            laid = staging.draw(viewer.user_scn, frame, laid)
+            laid = staged.draw(viewer.user_scn, frame, laid)
             for flag in OURS:
                 viewer.opt.flags[flag] = 0  # t, c and o are the viewer's keys as well
         texts = player.texts()

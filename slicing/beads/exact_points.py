@@ -20,7 +20,7 @@ from ..mesh.solid import Floats, Mesh
 
 ON_FACE_MM = 1e-5
 GRAZING = 1e-6  # sine² between face and surface below which they are as good as the same
-STEPS = 8
+NEWTON_STEPS = 8
 
 
 def point_between(sliced: SlicedSubVolume, layer: int, a: Floats, b: Floats) -> Callable[[Floats], Floats]:
@@ -40,7 +40,7 @@ def point_between(sliced: SlicedSubVolume, layer: int, a: Floats, b: Floats) -> 
 
     def at(share: Floats) -> Floats:
         points = a + share[:, None] * (b - a)
-        for _ in range(STEPS):
+        for _ in range(NEWTON_STEPS):
             away = surface.distance(points)
             if np.abs(away).max(initial=0.0) < 1e-11:
                 break

@@ -3,7 +3,7 @@
     layers = ordered(layers, parameters)
 
 Contours come before infill (or after it, as asked). Within each of the two the way is the shortest there is for up to
-EXACT beads, and for more the nearest neighbour's, bettered by turning round stretches of it (2-opt). It begins where
+EXACT_COUNT beads, and for more the nearest neighbour's, bettered by turning round stretches of it (2-opt). It begins where
 the layer below ended. Open beads may be laid from either end, unless directions alternate by layer.
 """
 
@@ -16,8 +16,8 @@ import numpy as np
 from ..mesh.solid import Floats
 from .bead import Bead, BeadParameters
 
-EXACT = 7  # beads whose best order is searched for among all
-MOST = 250  # beads whose order is bettered
+EXACT_COUNT = 7  # beads whose best order is searched for among all
+MOST_BETTERED = 250  # beads whose order is bettered
 SWEEPS = 20
 
 
@@ -73,11 +73,11 @@ def shortest(beads: Sequence[Bead], start: Floats | None, may_turn: bool) -> lis
     gaps = np.sqrt(((leave[:, None] - enter[None]) ** 2).sum(axis=2))
     begin = np.zeros(2 * n) if start is None else np.sqrt(((enter - start) ** 2).sum(axis=1))
     free = [may_turn and not bead.closed for bead in beads]
-    if n <= EXACT:
+    if n <= EXACT_COUNT:
         way = _exact(gaps.tolist(), begin.tolist(), free)
     else:
         way = _greedy(gaps, begin, free)
-        if n <= MOST:
+        if n <= MOST_BETTERED:
             same = [bool(np.array_equal(bead.points[0], bead.end)) for bead in beads]
             way = _bettered(way, gaps.tolist(), begin.tolist(), free, same)
     return [(e // 2, bool(e % 2)) for e in way]

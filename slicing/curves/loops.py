@@ -79,7 +79,7 @@ def curves_by_level(start: Ints, end: Ints, level: Ints, levels: int, samples: S
     found: list[list[Curve]] = [[] for _ in range(levels)]
     if len(start) == 0:
         return found
-    order, first = walk(_following(start, end))
+    order, first = cycles(_following(start, end))
     count = np.diff(samples.first)[order]
     begin = np.append(0, np.cumsum(count))
     rows = np.repeat(samples.first[order] - begin[:-1], count) + np.arange(begin[-1])
@@ -107,7 +107,7 @@ def chain(start: Ints, end: Ints) -> list[Ints]:
     """
     if len(start) == 0:
         return []
-    order, first = walk(_following(start, end))
+    order, first = cycles(_following(start, end))
     return np.split(order, first[1:])
 
 
@@ -132,7 +132,7 @@ def _following(start: Ints, end: Ints) -> Ints:
     return following
 
 
-def walk(following: Ints) -> tuple[Ints, Ints]:
+def cycles(following: Ints) -> tuple[Ints, Ints]:
     """The cycles of a permutation.
 
     Args:
@@ -143,7 +143,7 @@ def walk(following: Ints) -> tuple[Ints, Ints]:
         begins.
     """
     if len(following) > MANY_PIECES:
-        return _walk_in_parallel(following)
+        return _cycles_in_parallel(following)
     after, seen = following.tolist(), bytearray(len(following))
     order: list[int] = []
     first: list[int] = []
@@ -159,7 +159,7 @@ def walk(following: Ints) -> tuple[Ints, Ints]:
     return np.array(order, dtype=np.int64), np.array(first, dtype=np.int64)
 
 
-def _walk_in_parallel(following: Ints) -> tuple[Ints, Ints]:
+def _cycles_in_parallel(following: Ints) -> tuple[Ints, Ints]:
     """The same without a Python loop: all cycles at once, breadth first from their least numbers, then sorted."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order, connected_components

@@ -7,7 +7,7 @@
    most lies within the least width is kept.
 3. The axis with the largest round surface wins; the next one that is another axis is its rival.
 
-    axis = find_axis(Skin.of(mesh.vertices, mesh.faces, mesh.noise_mm))
+    axis = find_axis(PartFaces.of(mesh.vertices, mesh.faces, mesh.noise_mm))
     axis.to_z @ point                        # homogeneous: the axis becomes z
 """
 
@@ -27,7 +27,7 @@ __all__ = ["LEVEL", "Axis", "find_axis", "measured", "rotation_to_z"]
 
 REFINED = 8  # candidates worth a least-squares fit
 WORTH = 0.15  # of the best candidate's score
-ROUNDS = 16
+MOST_ROUNDS = 16
 ROUGH = 1e-3  # of the part's extent: a quarter of what corners may stray by about an axis that is not fitted yet
 ROUGH_HALF_FACET_RAD = np.deg2rad(18.0)  # 5 more than of an axis that is fitted
 SHRINK = 0.5
@@ -213,7 +213,7 @@ def _narrowed(vertices: Floats, axis: Axis, corners: _FacetCorners, noise_mm: fl
     floor = max(4 * noise_mm, 1e-7 * corners.radius)
     width = max(2 * corners.flat, 1e-3 * corners.radius, 16 * floor)
     slopes, best, most = list(corners.slopes), axis, -1.0
-    for _ in range(3 * ROUNDS):
+    for _ in range(3 * MOST_ROUNDS):
         motion = axis.to_z
         local = vertices[corners.vertex] @ motion[:3, :3].T + motion[:3, 3]
         away = np.hypot(local[:, 0], local[:, 1])

@@ -23,7 +23,7 @@ from ..mesh.solid import Bools, Floats, Ints, PartError
 from .outline import Outline
 from .turned_steps import is_turned_step
 
-AROUND = 1024  # sides of the cutter: its corners are 5e-6 of the radius outside
+CUTTER_SIDES = 1024  # sides of the cutter: its corners are 5e-6 of the radius outside
 SLIVER_MM, SLIVER_SIZE = 0.05, 2e-3  # a piece that stands out less (and less than that share of the radius) is none
 BULGE = 0.05  # of the body's radius: a dome's, beyond the cones it is taken for
 SLIVER_SHARE = 1e-6  # of the part's volume: neither is a smaller one
@@ -261,18 +261,18 @@ def _cutter(outline: Outline, noise_mm: float) -> Any:
         if not points or abs(before - first) > clear:
             points.append((section.low + math.copysign(clear, before - first), first))
         points.append((section.high - math.copysign(clear, after - last), last))
-    angle = 2 * np.pi * np.arange(AROUND) / AROUND
-    circle = np.column_stack([np.cos(angle), np.sin(angle)]) / math.cos(math.pi / AROUND)
-    rings = [np.column_stack([circle * (r + clear), np.full(AROUND, z)]) for z, r in points]
+    angle = 2 * np.pi * np.arange(CUTTER_SIDES) / CUTTER_SIDES
+    circle = np.column_stack([np.cos(angle), np.sin(angle)]) / math.cos(math.pi / CUTTER_SIDES)
+    rings = [np.column_stack([circle * (r + clear), np.full(CUTTER_SIDES, z)]) for z, r in points]
     ends = np.array([[0.0, 0.0, points[0][0]], [0.0, 0.0, points[-1][0]]])
-    i = np.arange(AROUND)
-    j, last_ring, apex = (i + 1) % AROUND, (len(rings) - 1) * AROUND, len(rings) * AROUND
+    i = np.arange(CUTTER_SIDES)
+    j, last_ring, apex = (i + 1) % CUTTER_SIDES, (len(rings) - 1) * CUTTER_SIDES, len(rings) * CUTTER_SIDES
     faces = [
-        np.column_stack([j, i, np.full(AROUND, apex)]),
-        np.column_stack([last_ring + i, last_ring + j, np.full(AROUND, apex + 1)]),
+        np.column_stack([j, i, np.full(CUTTER_SIDES, apex)]),
+        np.column_stack([last_ring + i, last_ring + j, np.full(CUTTER_SIDES, apex + 1)]),
     ]
-    for a in range(0, last_ring, AROUND):
-        b = a + AROUND
+    for a in range(0, last_ring, CUTTER_SIDES):
+        b = a + CUTTER_SIDES
         faces += [np.column_stack([a + i, a + j, b + j]), np.column_stack([a + i, b + j, b + i])]
     return solid_of(np.concatenate([*rings, ends]), np.concatenate(faces), "the body of revolution").as_original()
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from ..mesh.solid import Floats, Ints
 
-SAME = 5e-3  # of its radius: lands that differ by less are of one bar
-WIDE = 2.0  # of its depth: a wider groove is a narrower stretch of the body
+SAME_RADIUS = 5e-3  # of its radius: lands that differ by less are of one bar
+WIDE_GROOVE = 2.0  # of its depth: a wider groove is a narrower stretch of the body
 CUT_AWAY = 0.6  # of depth times pitch: grooves that take more leave rings that stand on their bottom
 OUT_AND_LONG = 0.999  # of its length: a stretch that stands out as far is a flange, whatever grooves it has
 
@@ -27,7 +27,7 @@ def is_land(z: Floats, r: Floats, where: Ints, top: float) -> bool:
         where: (k,) numbers of the stretch's points.
         top: its greatest radius.
     """
-    ends = where[r[where] >= top * (1.0 - SAME)]
+    ends = where[r[where] >= top * (1.0 - SAME_RADIUS)]
     first, last = int(ends[0]), int(ends[-1])
     if _is_grooved(z, r, (first, last), top):
         return True
@@ -39,7 +39,7 @@ def _reaches_body(z: Floats, r: Floats, k: int, top: float) -> bool:
     """Whether up from the k-th point of an outline narrow grooves lead to a stretch of one radius that is body."""
     while (first := _next_land(r, k, top)) is not None:
         depth = top - float(r[k : first + 1].min())
-        if z[first] - z[k] > WIDE * depth:
+        if z[first] - z[k] > WIDE_GROOVE * depth:
             return False
         last = _end_of(r, first, top)
         if z[last] - z[first] > depth:
@@ -55,8 +55,8 @@ def _is_grooved(z: Floats, r: Floats, land: tuple[int, int], top: float) -> bool
     if (first, last) == land:
         return False
     beside = [float(r[k]) for k in (first - 1, last + 1) if 0 <= k < len(r)]
-    feet = [radius for radius in beside if radius < top * (1.0 - SAME)]
-    if not feet or r[first : last + 1].min() <= max(feet) * (1.0 + SAME):
+    feet = [radius for radius in beside if radius < top * (1.0 - SAME_RADIUS)]
+    if not feet or r[first : last + 1].min() <= max(feet) * (1.0 + SAME_RADIUS):
         return False
     return bool(top - max(feet) < OUT_AND_LONG * (z[last] - z[first]))
 
@@ -78,13 +78,13 @@ def _last_of_grooved(z: Floats, r: Floats, k: int, top: float) -> int:
 
 def _next_land(r: Floats, k: int, top: float) -> int | None:
     """Up from the k-th point the first of the next land of a radius; None where there is none, or a wider stretch."""
-    after = np.flatnonzero(r[k + 1 :] >= top * (1.0 - SAME))
+    after = np.flatnonzero(r[k + 1 :] >= top * (1.0 - SAME_RADIUS))
     first = k + 1 + int(after[0]) if len(after) else None
-    return None if first is None or r[first] > top * (1.0 + SAME) else first
+    return None if first is None or r[first] > top * (1.0 + SAME_RADIUS) else first
 
 
 def _end_of(r: Floats, k: int, top: float) -> int:
     """The last point of the land that the k-th is on."""
-    while k + 1 < len(r) and abs(r[k + 1] - top) <= SAME * top:
+    while k + 1 < len(r) and abs(r[k + 1] - top) <= SAME_RADIUS * top:
         k += 1
     return k

@@ -4,7 +4,7 @@ A turned face is a facet of a cylinder or a cone about z: its plane touches the 
 half the angle of the coarsest polygon that still passes for round. Facets of one cylinder share their plane's
 distance from the axis however the mesh is cut up, so they are gathered by (slope, distance) into *bands*:
 
-    bands = find_bands(Skin.of(vertices, faces, 1e-6))          # frame: z is the axis; the largest first
+    bands = find_bands(PartFaces.of(vertices, faces, 1e-6))          # frame: z is the axis; the largest first
     bands[0].band.radius_low, bands[0].coverage(0.0, 10.0)
 
 Bores look inward and do not matter.

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 FILLED = 0.8  # share of its hull that a piece has to fill
 SMALLEST_MM = 4.0  # pieces are not cut further
 SIMPLIFY_MM = 0.05  # curves are thinned to this before they become hulls, and hulls are padded by it
-FEW = 200  # vertices of a body's hull at most
+HULL_VERTICES = 200  # vertices of a body's hull at most
 ROUND = 48  # corners of a body given as a cylinder
 
 
@@ -303,14 +303,14 @@ def turned(axis: tuple[float, float], profile: Sequence[Point]) -> Mesh:
 
 def _thinned_hull(vertices: Floats) -> Floats:
     """Few points whose hull covers all the given ones: extremes in many directions, grown by what they miss."""
-    if len(vertices) <= FEW:
+    if len(vertices) <= HULL_VERTICES:
         return vertices
     centre = vertices.mean(axis=0)
     # thin slabs: directions are spread in the frame in which the points are as wide every way
     spread, turn = np.linalg.eigh(np.cov((vertices - centre).T))
     scale = turn / np.sqrt(np.maximum(spread, 1e-6))
     even = (vertices - centre) @ scale
-    chosen = even[np.unique(np.argmax(even @ _directions(FEW).T, axis=0))]
+    chosen = even[np.unique(np.argmax(even @ _directions(HULL_VERTICES).T, axis=0))]
     normals, offsets = hull_planes(chosen)
     grown = chosen * max(1.0, float(((even @ normals.T).max(axis=0) / offsets).max()))
     return centre + grown @ np.linalg.inv(scale)

@@ -27,7 +27,7 @@ GAP_MM, GAP_SHARE = 0.1, 0.005  # how far a profile may lie below the body's sur
 FINE_MM = 0.05  # places along a profile
 BEYOND_MM = 0.1  # what reaches less far over an end does not count
 ON_AXIS_MM = 1e-6
-AROUND = 512  # sides of the body that is taken off
+BODY_SIDES = 512  # sides of the body that is taken off
 
 
 def body_ends(profile: Sequence[tuple[float, float]], body: RoundBody) -> tuple[float, float]:
@@ -139,7 +139,7 @@ def _turned(body: RoundBody, low: float, high: float):  # type: ignore[no-untype
         z = np.concatenate([[low], inner[(inner > low) & (inner < high)], [high]])
     radius = radius_at(surface, z)
     polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
-    solid = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), AROUND)
+    solid = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), BODY_SIDES)
     return solid.translate((float(body.axis_xy_mm[0]), float(body.axis_xy_mm[1]), 0.0))
 
 

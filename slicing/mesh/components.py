@@ -12,10 +12,10 @@ import numpy as np
 
 from .solid import Ints
 
-LARGE = 200_000  # edges
+MANY_EDGES = 200_000  # edges
 
 
-def components(nodes: int, one: Ints, other: Ints, large: int = LARGE) -> tuple[int, Ints]:
+def components(nodes: int, one: Ints, other: Ints, large: int = MANY_EDGES) -> tuple[int, Ints]:
     """The components of an undirected graph.
 
     Args:

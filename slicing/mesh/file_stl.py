@@ -21,7 +21,7 @@ from .polygons import Triangles
 from .solid import require_size
 
 HEAD, COUNT, FACE = 80, 84, 50  # bytes of the header, of it with the count, of a triangle
-LOOKED_AT = 4096  # bytes that tell text from numbers
+HEAD_BYTES = 4096  # bytes that tell text from numbers
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 NUMBER = rb"[-+0-9.,eEdDnNaAiIfFtTyY]+"
 
@@ -40,7 +40,7 @@ def read_stl(file: Path) -> Triangles:
     """
     size = file.stat().st_size
     with file.open("rb") as stream:
-        head = stream.read(LOOKED_AT)
+        head = stream.read(HEAD_BYTES)
     stated = struct.unpack("<I", head[HEAD:COUNT])[0] if size >= COUNT else -1
     if stated >= 0 and COUNT + FACE * stated == size:
         return _read_binary(file)

@@ -34,7 +34,7 @@ from .self_crossings import Crossings, crossings
 from .solid import Bools, Floats, Ints, Mesh, PartError, mesh_from_arrays
 
 SHALLOW_MM = 0.01  # the tolerance of curves
-FLAT = 1e-12  # of its extent cubed: a shell of less volume is a sheet
+FLAT_VOLUME = 1e-12  # of its extent cubed: a shell of less volume is a sheet
 SAME_VOLUME = 1e-6  # shells whose union is as large as they are together do not overlap
 MOST_ANGLES = 20_000_000  # solid angles in a check by winding numbers
 SEED = 20240901
@@ -147,7 +147,7 @@ class _Shells:
         corners = mesh.vertices[mesh.faces[self._order]]
         self.low = np.minimum.reduceat(corners.min(axis=1), self._first[:-1])
         self.high = np.maximum.reduceat(corners.max(axis=1), self._first[:-1])
-        self.solid = np.asarray(np.abs(self.volume) > FLAT * (self.high - self.low).max(axis=1) ** 3)
+        self.solid = np.asarray(np.abs(self.volume) > FLAT_VOLUME * (self.high - self.low).max(axis=1) ** 3)
 
     def triangles(self, shell: int) -> Floats:
         """Corners (k, 3, 3) of a shell's faces."""

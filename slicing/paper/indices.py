@@ -29,7 +29,7 @@ from .adhesion import area_near_body
 
 TOP_COSINE = 0.5  # a face belongs to the top if it looks within 60 degrees of the direction of deposition
 TOP_POINTS = 96  # of the last curves, evenly spaced
-AT_ONCE = 2_000_000  # pairs of a point and a face
+PAIRS_AT_ONCE = 2_000_000  # pairs of a point and a face
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def top_angle(sliced: SlicedSubVolume) -> float:
     if len(faces) == 0:
         faces = np.flatnonzero(size > 0)
     looking = unit[faces] / size[faces, None]
-    share = max(AT_ONCE // len(faces), 1)  # of the points: what is compared at once stays within memory
+    share = max(PAIRS_AT_ONCE // len(faces), 1)  # of the points: what is compared at once stays within memory
     parts = [slice(k, k + share) for k in range(0, len(points), share)]
     angles = [_angles(points[p], directions[p], looking, sliced.mesh, faces) for p in parts]
     angle = np.concatenate(angles)

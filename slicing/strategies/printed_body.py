@@ -23,7 +23,7 @@ from ..layers.layer import Layer, SlicedSubVolume, SlicingParameters, require_la
 from ..mesh.solid import Floats, Mesh, PartError, mesh_from_arrays
 from ..surfaces.bodies import RoundBody
 from ..surfaces.surfaces import Plane
-from ..volume.layer_areas import MOST
+from ..volume.layer_areas import MOST_OFF
 
 BODY_NAME = "BODY"
 ON_AXIS_MM = 1e-9
@@ -79,7 +79,7 @@ def _volume_line(mesh: Mesh, base: Plane, layers: list[Layer]) -> list[str]:
     height = np.array([(np.asarray(layer.surface.point) - base.point)[2] for layer in layers])  # type: ignore[union-attr]
     top = float(np.ptp(mesh.bounds[:, 2]))
     held = float(np.trapezoid(area, height) + area[-1] * (top - height[-1]))
-    if abs(held - mesh.volume) <= MOST * mesh.volume:
+    if abs(held - mesh.volume) <= MOST_OFF * mesh.volume:
         return []
     return [f"{BODY_NAME}: its sections hold {held:.1f} mm³, its mesh {mesh.volume:.1f} mm³"]
 

@@ -25,12 +25,12 @@ import numpy as np
 
 from ..mesh.solid import Bools, Floats, Ints
 from .chord_error import error, errors_through
-from .greedy_walk import Stretches, walk
+from .greedy_walk import Stretches, greedy_points
 
 CORNER_DEG = 30.0
 SPACING_MM = 0.02  # points of the fine curve closer than this are thinned out first
 ALIKE_MM = 1e-6  # errors that rounding may change
-FEW = 8  # points of so small a curve are not thinned out
+FEW_POINTS = 8  # points of so small a curve are not thinned out
 LEAST_TARGETS = 3  # of a closed bead, so that it goes round
 
 
@@ -127,7 +127,7 @@ def _walked(runs: Sequence[tuple[_Run, float]], min_segment_mm: float) -> Iterat
     tolerance = np.array([tolerance_mm for _, tolerance_mm in runs])[of]
     size2 = np.array([float((np.ptp(run.line, axis=0) ** 2).sum()) for run, _ in runs])[of]
     columns = np.ascontiguousarray(np.concatenate([run.line for run, _ in runs]).T)
-    walked = iter(walk(Stretches(columns, begin, end, tolerance, size2), min_segment_mm))
+    walked = iter(greedy_points(Stretches(columns, begin, end, tolerance, size2), min_segment_mm))
     for (run, _), some, base in zip(runs, pieces, first.tolist(), strict=False):
         places: list[int] = []
         for _, last in some:
@@ -189,13 +189,13 @@ def corner_flags(points: Floats) -> Bools:
 
 def _thinned(points: Floats) -> Ints:
     """Numbers of points at least about SPACING_MM apart; all of them on a very small curve."""
-    if len(points) < FEW:
+    if len(points) < FEW_POINTS:
         return np.arange(len(points))
     way = points[1:] - points[:-1]
     step = np.zeros(len(points))
     np.floor(np.cumsum(np.sqrt(np.einsum("ij,ij->i", way, way))) / SPACING_MM, out=step[1:])
     kept = np.append(0, np.flatnonzero(step[1:] > step[:-1]) + 1)
-    return kept if len(kept) >= FEW else np.arange(len(points))
+    return kept if len(kept) >= FEW_POINTS else np.arange(len(points))
 
 
 def _distance(a: Floats, b: Floats) -> float:

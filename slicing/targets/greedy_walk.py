@@ -1,6 +1,6 @@
 """Greedy walks along many stretches of polylines at once: how far the next segment of each may reach.
 
-    walked = walk(Stretches(columns, begin, end, tolerance_mm, size2), min_segment_mm=3.0)
+    walked = greedy_points(Stretches(columns, begin, end, tolerance_mm, size2), min_segment_mm=3.0)
 
 Every stretch is walked by itself: from its beginning the segment reaches as far as doubling, then halving finds the
 line to stay within the tolerance of it, but no less than the least segment; the next one begins there. All stretches
@@ -19,9 +19,9 @@ from ..mesh.solid import Bools, Floats, Ints
 from .chord_error import error
 
 SLACK, ROUNDING = 1e-9, 1e-14  # of the squared tolerance, of the squared size: nearer than this `error` decides
-SAME = 1e-9  # relative: distances that rounding may change
+SAME_DISTANCE = 1e-9  # relative: distances that rounding may change
 LOOKS = 4  # points of a long segment that are looked at before all of them are
-MANY = 200_000  # points that are looked at in one go: bounds the memory
+MANY_POINTS = 200_000  # points that are looked at in one go: bounds the memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Stretches:
     size2: Floats
 
 
-def walk(stretches: Stretches, min_segment_mm: float) -> list[list[int]]:
+def greedy_points(stretches: Stretches, min_segment_mm: float) -> list[list[int]]:
     """Where the segments of each stretch begin.
 
     Args:
@@ -73,7 +73,7 @@ def walk(stretches: Stretches, min_segment_mm: float) -> list[list[int]]:
 def _far(columns: Floats, i: Ints, j: Ints, min_segment_mm: float) -> Bools:
     """Whether two points are farther apart than the least segment by more than rounding."""
     away2 = sum((column.take(j) - column.take(i)) ** 2 for column in columns)
-    return np.asarray(away2 > (1.0 + SAME) * min_segment_mm**2)
+    return np.asarray(away2 > (1.0 + SAME_DISTANCE) * min_segment_mm**2)
 
 
 def _farthest(stretches: Stretches, rows: Ints, at: Ints) -> Ints:
@@ -129,10 +129,10 @@ def _within(stretches: Stretches, rows: Ints, i: Ints, j: Ints) -> Bools:
 
 
 def _chunks(ends: Ints) -> list[tuple[int, int]]:
-    """Ranges of rows that hold about MANY points each, from how many the rows up to each hold."""
+    """Ranges of rows that hold about MANY_POINTS points each, from how many the rows up to each hold."""
     if len(ends) == 0:
         return []
-    cuts = np.unique(np.searchsorted(ends, np.arange(MANY, int(ends[-1]), MANY)) + 1)
+    cuts = np.unique(np.searchsorted(ends, np.arange(MANY_POINTS, int(ends[-1]), MANY_POINTS)) + 1)
     bounds = [0, *cuts[cuts < len(ends)].tolist(), len(ends)]
     return list(pairwise(bounds))
 

@@ -34,7 +34,7 @@ LENGTH_SHARE, LENGTH_MM = 0.02, 0.5  # what a border's length may be off
 SHORT_MM = 1.0  # loops up to this length are not counted
 REACH_MM = 0.02  # how far to either side of its surface a layer may fit
 SAGITTA_MM = 0.5  # by how much a face may bulge out of a layer's surface between its corners
-FINER = 10.0  # how much smaller the faces where a layer seems wrong
+FINER_FACES = 10.0  # how much smaller the faces where a layer seems wrong
 ROOT_STEPS = 4  # of the search for where a side meets a layer's surface
 LEAST_SIDE = 2e-3  # of the part's extent: faces are not made smaller than this
 MOST_FACES = 150_000  # faces are not divided once there are so many
@@ -68,7 +68,7 @@ def hold_borders(name: str, mesh: Mesh, layers: Sequence[Layer], cut_mm: Sequenc
     for layer, at in zip(layers, cut_mm, strict=True):
         told = _against_solid(name, fine, layer, at)
         if told and math.isfinite(side):
-            near = _divided(fine, side / FINER, layer.surface.offset(at))
+            near = _divided(fine, side / FINER_FACES, layer.surface.offset(at))
             told = _against_solid(name, near, layer, at)
         lines += told
         lines += _against_region(name, layer)

@@ -16,7 +16,7 @@ Three questions, answered from the mesh's surface alone, none of the layers' cur
 
 The last two differ from the first by what slicing rounds. The stack ends where a whole layer ends, above the top or
 below it: that part is told apart (`end_mm`). A bead has the section at its curves over all of its height; a sum with
-the mean of its section and the next one's (the trapezoidal rule) has not. Where neither comes within MOST of the volume
+the mean of its section and the next one's (the trapezoidal rule) has not. Where neither comes within MOST_OFF of the volume
 a line says so, and why where that can be told.
 
 How the fluxes are summed: `slicing.volume.solid_flux`. A layer is reported only if its area fits no surface within
@@ -43,15 +43,15 @@ from ..surfaces.offset_families import radius_at
 from ..surfaces.surfaces import Cylinder, Plane, Revolved, Surface
 from ..warning import WRONG_LAYER, Code, Warning
 from .borders import hold_borders
-from .solid_flux import Skin
+from .solid_flux import SolidFlux
 
-MOST = 0.02  # of the volume that may be missing or too much
+MOST_OFF = 0.02  # of the volume that may be missing or too much
 AREA_SHARE, AREA_MM2 = 0.02, 0.05  # what a layer's area may be off
 REACH_MM = 0.02  # how far to either side of its surface it may fit
 PAST_MM = 1e-4  # beyond a layer's curves: faces that lie in its surface count as below it
 STEEP = 3.0  # growth of the radius with z from which on a surface lies too flat
-FINER = 4.0  # how much smaller the faces where a layer seems wrong
-AROUND = 512  # sides of the body that is taken off
+FINER_FACES = 4.0  # how much smaller the faces where a layer seems wrong
+BODY_SIDES = 512  # sides of the body that is taken off
 ALONG = 2000  # places at which thickness is taken along an arc
 GRID = 60  # places a side at which it is taken where it changes in two directions
 
@@ -88,35 +88,35 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
     """
     layers, body, h = sliced.layers, sliced.body, sliced.parameters.h_layer_mm
     mesh = sliced.mesh
-    skin = Skin.of(mesh)
+    flux = SolidFlux.of(mesh)
     over_ends, ends_count = 0.0, sliced.body_z_mm != NO_ENDS
     if ends_count and isinstance(layers[0].surface, Plane):
         mesh = without_body(mesh, body, sliced.body_z_mm)
-        skin = Skin.of(mesh)
-    elif skin.deepest(body.surface, -REACH_MM) < -REACH_MM:
+        flux = SolidFlux.of(mesh)
+    elif flux.deepest(body.surface, -REACH_MM) < -REACH_MM:
         over_ends = over_ends_mm3(mesh, body, sliced.body_z_mm) if ends_count else 0.0
         mesh = _outside(mesh, body)
-        skin = Skin.of(mesh)
-    area = _areas_by_solid(skin, layers)
+        flux = SolidFlux.of(mesh)
+    area = _areas_by_solid(flux, layers)
     if ends_count and not isinstance(layers[0].surface, Plane):
         area[0] = np.nan  # it ends with the body, the solid's section there does not
     laid = [laid_volume(layer, layers[k - 1].surface if k else None, body, h) for k, layer in enumerate(layers)]
     last = layers[-1]
-    rest = skin.volume_beyond(last.surface)
-    top = max(float(last.surface.distance(skin.mesh.vertices).max()), 0.0)
+    rest = flux.volume_beyond(last.surface)
+    top = max(float(last.surface.distance(flux.mesh.vertices).max()), 0.0)
     on_body = not isinstance(layers[0].surface, Plane)  # then every bead lies above its curves
     end, end_mm = (last.area_mm2 * h - rest, h - top) if on_body else (-rest, -top)
-    odd = _odd(skin, layers, area)
+    odd = _odd(flux, layers, area)
     if odd:  # look again, more closely
         again = [layers[k] for k in odd]
-        area[odd] = _areas_by_solid(skin, again, FINER)
-        odd = [odd[i] for i in _odd(skin, again, area[odd], FINER)]
+        area[odd] = _areas_by_solid(flux, again, FINER_FACES)
+        odd = [odd[i] for i in _odd(flux, again, area[odd], FINER_FACES)]
     lines = tuple(_area_line(sliced.name, layers[k], float(area[k])) for k in odd)
     lines += hold_borders(sliced.name, mesh, layers, [_cut_at(layer) for layer in layers])
     held = HeldVolume(mesh.volume + over_ends, float(sum(laid)), end, end_mm, area, lines)
     missing = held.laid_mm3 - end - held.volume_mm3
     off = min(abs(missing), abs(missing + _evened(layers, laid)))
-    return held if off <= MOST * held.volume_mm3 and not odd else _with_volume_line(held, sliced)
+    return held if off <= MOST_OFF * held.volume_mm3 and not odd else _with_volume_line(held, sliced)
 
 
 def _evened(layers: tuple[Layer, ...], laid: list[float]) -> float:
@@ -179,7 +179,7 @@ def _outside(mesh: Mesh, body: RoundBody) -> Mesh:
     z = np.sort(np.array(heights))
     radius = radius_at(surface, z)
     polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
-    turned = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), AROUND)
+    turned = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), BODY_SIDES)
     cutter = turned.translate((float(surface.axis_point[0]), float(surface.axis_point[1]), 0.0))
     data = manifold3d.Mesh64(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces, dtype=np.uint64))
     left = (manifold3d.Manifold(data) - cutter).to_mesh64()
@@ -193,11 +193,11 @@ def _cut_at(layer: Layer) -> float:
     return max(float(np.partition(height, middle)[middle]), 0.0) + PAST_MM
 
 
-def _areas_by_solid(skin: Skin, layers: Sequence[Layer], finer: float = 1.0) -> Floats:
+def _areas_by_solid(flux: SolidFlux, layers: Sequence[Layer], finer: float = 1.0) -> Floats:
     """Areas (k,) of layers' regions by the solid, mm²; NaN where a surface lies too flat across the axis."""
     area = np.full(len(layers), np.nan)
     steep = [k for k, layer in enumerate(layers) if not _is_flat(layer)]
-    area[steep] = skin.areas_on([layers[k].surface.offset(_cut_at(layers[k])) for k in steep], finer)
+    area[steep] = flux.areas_on([layers[k].surface.offset(_cut_at(layers[k])) for k in steep], finer)
     return area
 
 
@@ -215,14 +215,14 @@ def _is_flat(layer: Layer) -> bool:
     return bool((near & (np.abs(step[:, 0]) > STEEP * np.abs(step[:, 1]))).any())
 
 
-def _odd(skin: Skin, layers: Sequence[Layer], by_solid: Floats, finer: float = 1.0) -> list[int]:
+def _odd(flux: SolidFlux, layers: Sequence[Layer], by_solid: Floats, finer: float = 1.0) -> list[int]:
     """The layers (numbers in the list) whose area fits no section of the solid near their surface."""
     own = np.array([layer.area_mm2 for layer in layers])
     slack = AREA_SHARE * np.maximum(own, by_solid) + AREA_MM2
     odd = np.flatnonzero(np.abs(own - by_solid) > slack).tolist()  # not where it is NaN
     by = np.array([-1.0, -0.1, 0.1, 1.0]) * REACH_MM
     offsets = [layers[k].surface.offset(at + step) for k in odd for at in [_cut_at(layers[k])] for step in by.tolist()]
-    near = skin.areas_on(offsets, finer).reshape(len(odd), len(by))
+    near = flux.areas_on(offsets, finer).reshape(len(odd), len(by))
     near = np.column_stack([near, by_solid[odd]])
     fits = (near.min(axis=1) - slack[odd] <= own[odd]) & (own[odd] <= near.max(axis=1) + slack[odd])
     return [k for k, fit in zip(odd, fits.tolist(), strict=True) if not fit]

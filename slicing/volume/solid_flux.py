@@ -1,8 +1,8 @@
 """The faces of a solid, small, and what is known from them alone: volumes and areas of sections, without any curve.
 
-    skin = Skin.of(mesh)
-    skin.volume_beyond(Cylinder((0.0, 0.0), 20.0))        # mm³ of the solid outside it
-    skin.area_on(Cylinder((0.0, 0.0), 20.0), 1.73)        # mm² of its section by the cylinder 1.73 mm further out
+    flux = SolidFlux.of(mesh)
+    flux.volume_beyond(Cylinder((0.0, 0.0), 20.0))        # mm³ of the solid outside it
+    flux.area_on(Cylinder((0.0, 0.0), 20.0), 1.73)        # mm² of its section by the cylinder 1.73 mm further out
 
 Both are fluxes. What lies beyond a surface is bounded by the region on the surface and by the faces out there; a field
 without divergence passes as much through the one as through the others. For a plane the field is its normal, for
@@ -34,14 +34,14 @@ from ..surfaces.surfaces import Cylinder, Plane, Round, Surface
 
 SAG_MM = 0.02
 LEVEL = 1e-9  # share of a normal that is rounding
-FAR = 1.1  # an axis this often as far from the solid's middle as its corners is beside it
+FAR_AXIS = 1.1  # an axis this often as far from the solid's middle as its corners is beside it
 ENOUGH_FACES, MOST_FACES = 6_000, 60_000
 MOST_LEVELS, MOST_FAMILIES = 255, 8  # that are looked at together: how many lie below a vertex is one byte each
 FEW_LEVELS = 6  # up to here comparing is faster than searching
 
 
 @dataclass(frozen=True, eq=False)
-class Skin:
+class SolidFlux:
     """The faces of a solid.
 
     Attributes:
@@ -51,17 +51,17 @@ class Skin:
 
     mesh: Mesh
     limit_mm: float = 0.0
-    _divided: dict[tuple[bool, float], Skin | None] = field(default_factory=dict)
+    _divided: dict[tuple[bool, float], SolidFlux | None] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, mesh: Mesh) -> Skin:
+    def of(cls, mesh: Mesh) -> SolidFlux:
         """A mesh's faces."""
         area = total_area(mesh.normals)
         around = 0.5 * float(np.ptp(mesh.bounds, axis=0)[:2].max())
         limit = max(math.sqrt(8.0 * SAG_MM * around), math.sqrt(2.0 * area / ENOUGH_FACES))
         return cls(mesh, limit)
 
-    def fit_for(self, surface: Surface, finer: float = 1.0) -> Skin:
+    def fit_for(self, surface: Surface, finer: float = 1.0) -> SolidFlux:
         """The faces as small as a surface needs them; `finer` times smaller than usual.
 
         None needs to be divided for planes, and none along the axis for cylinders; nor where there are most of them
@@ -74,7 +74,7 @@ class Skin:
             self._divided[key] = self._divide(self.limit_mm / finer, int(MOST_FACES * finer), key[0])
         return self._divided[key] or self
 
-    def _divide(self, limit_mm: float, most: int, across: bool) -> Skin | None:
+    def _divide(self, limit_mm: float, most: int, across: bool) -> SolidFlux | None:
         """The faces divided, what faces along the axis left out; None where they stay as they are."""
         steep = np.empty(len(self.mesh.faces), dtype=bool)
         count = 0
@@ -85,7 +85,7 @@ class Skin:
             if count > most:
                 return None
         small = _divided(self.mesh.vertices, self.mesh.faces[steep], limit_mm, most, across)
-        return Skin(Mesh(self.mesh.name, *small))
+        return SolidFlux(Mesh(self.mesh.name, *small))
 
     @cached_property
     def _places(self) -> Floats:
@@ -176,7 +176,7 @@ class Skin:
     def _is_far(self, surface: Round) -> bool:
         """Whether a surface's axis passes the solid at some distance."""
         (x, y), (middle_x, middle_y) = surface.axis_point, self._middle.tolist()
-        return math.hypot(x - middle_x, y - middle_y) > FAR * self._around
+        return math.hypot(x - middle_x, y - middle_y) > FAR_AXIS * self._around
 
     @cached_property
     def _around(self) -> float:
@@ -281,16 +281,16 @@ class Skin:
         for k, surface in enumerate(surfaces):
             rows.setdefault(family_of(surface), []).append(k)
         areas = np.zeros(len(surfaces))
-        together: dict[Skin, list[list[int]]] = {}
+        together: dict[SolidFlux, list[list[int]]] = {}
         for own in rows.values():
             own.sort(key=lambda k: level_of(surfaces[k]))
             for first in range(0, len(own), MOST_LEVELS):
                 part = own[first : first + MOST_LEVELS]
                 together.setdefault(self.fit_for(surfaces[part[0]], finer), []).append(part)
-        for skin, groups in together.items():
+        for flux, groups in together.items():
             for first in range(0, len(groups), MOST_FAMILIES):
                 some = groups[first : first + MOST_FAMILIES]
-                found = skin._areas_of([Family.of([surfaces[k] for k in group]) for group in some])
+                found = flux._areas_of([Family.of([surfaces[k] for k in group]) for group in some])
                 for group, area in zip(some, found, strict=True):
                     areas[group] = area
         return areas

@@ -27,7 +27,7 @@ def free_nodes(result, i):
     nodes = evaluate(job.solver, here, job.window, np.deg2rad(15), job.singularity_limits)
     index = np.argwhere(np.isfinite(nodes.cost[0]))
     q = nodes.q[0][tuple(index.T)]
-    found = Checker(job.scene, result.table, 0.02).clearances(q, np.full(len(q), job.stage[i]))
+    found = Checker(job.scene, result.table, 0.02).clearances(q, np.full(len(q), job.deposits_before[i]))
     free = found.distance >= 5e-3
     return q[free], index[free, 1]
 
@@ -113,7 +113,7 @@ def test_layers_that_lock_the_torch_out_are_named(make_case, tmp_path):
         assert named[-1]["layer"] == layers - 1
         assert "locked out by SV1 layers" in in_words(row)
         # without them there is nothing in the way, with them there is
-        q, stage = row.attempt[None], locked.job.stage[i : i + 1]
+        q, stage = row.attempt[None], locked.job.deposits_before[i : i + 1]
         gone = {x["layer"] for x in named}
         assert Checker(locked.job.scene, locked.table, 0.02, gone).clearances(q, stage).distance[0] >= 5e-3
         assert Checker(locked.job.scene, locked.table, 0.02).clearances(q, stage).distance[0] < 5e-3

@@ -52,10 +52,17 @@ def mark(found: SpanVerdict) -> str:
         for q in (row.q, row.attempt):
             out.update(b"-" if q is None else q.tobytes())
     motion = found.motion
-    if motion is not None and motion.pace is not None:
+    if motion is not None and motion.held_speed is not None:
         columns = (motion.t_s, motion.q, motion.table, motion.arc, motion.bead, motion.layer, motion.target)
-        pace = motion.pace
-        for column in (*columns, pace.asked_s, pace.taken_s, pace.axis, pace.by, pace.least):
+        held_speed = motion.held_speed
+        for column in (
+            *columns,
+            held_speed.asked_s,
+            held_speed.taken_s,
+            held_speed.axis,
+            held_speed.by,
+            held_speed.least,
+        ):
             out.update(column.tobytes())
         out.update(repr(motion.home_s).encode())
     out.update(repr((found.clearance, found.singularity, found.sigma, found.warnings)).encode())

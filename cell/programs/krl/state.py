@@ -28,7 +28,7 @@ REALS = (
     *("arc_angle", "speed", "turn_speed", "acceleration", "axis_share", "axis_acceleration", "external_share"),
     *("blend", "blend_share"),
 )
-WHOLE = ("kind", "status", "turn", "tool", "base", "file", "line")
+WHOLE_COLUMNS = ("kind", "status", "turn", "tool", "base", "file", "line")
 
 
 @dataclass
@@ -124,7 +124,7 @@ class ControllerState:
         self._tool, self._base = -1, -1
         self._known: dict[tuple[object, ...], int] = {}
         self._columns: dict[str, array[Any]] = {name: array("d") for name in ("joints", *WIDTHS, *REALS)}
-        self._columns |= {name: array("q") for name in WHOLE}
+        self._columns |= {name: array("q") for name in WHOLE_COLUMNS}
 
     def __len__(self) -> int:
         return len(self._columns["kind"])
@@ -273,6 +273,6 @@ class ControllerState:
         widths = {"joints": axes, **WIDTHS}
         columns: dict[str, Any] = {}
         for name, values in self._columns.items():
-            column = np.array(values, dtype=np.int64 if name in WHOLE else np.float64)
+            column = np.array(values, dtype=np.int64 if name in WHOLE_COLUMNS else np.float64)
             columns[name] = column.reshape(-1, widths[name]) if name in widths else column
         return Moves(**columns)

@@ -2,7 +2,7 @@
 
     path = path_of(program, job)
     path.axes, path.move, path.share          # (m, j + 2) rad, (m,), (m,)
-    path.lost                                 # moves whose end or way the arm does not reach, and why
+    path.failures                                 # moves whose end or way the arm does not reach, and why
 
 Between two samples all axes move on straight lines, so close to the programmed way as ``OFF`` and ``TURNED`` say.
 Metres and radians.
@@ -26,7 +26,7 @@ from ...scene.scene import table_angles
 from ..cell_frames import T_flange_tcp, tables_seen_from_base
 from ..orientation import frame_of
 from ..program import MoveKind, Program
-from .configurations_followed import Follower
+from .configuration_tracking import ConfigurationTracker
 from .interpolation import Circles, angles_between, on_lines
 
 OFF, TURNED = 4e-6, np.deg2rad(0.004)  # m and rad that a straight line of the axes is off the programmed way at most
@@ -44,7 +44,7 @@ class ProgramPath:
         move: number of the move each sample is on, (m,).
         share: of its way, (m,), 0 to 1; the last sample of every move has 1.
         Ts_frame_tcp: the programmed TCP in the move's base, (m, 4, 4), m; NaN on moves of axes.
-        lost: what the arm cannot do, by the number of the move: the way ends there, as the controller would.
+        failures: what the arm cannot do, by the number of the move: the way ends there, as the controller would.
         turned: greatest turn of the TCP from one end of a Cartesian move to the other, rad.
         begins: the programmed TCP in the move's base where the move begins, (k, 4, 4), m; NaN of moves of axes.
     """
@@ -53,7 +53,7 @@ class ProgramPath:
     move: Ints
     share: Floats
     Ts_frame_tcp: Floats
-    lost: dict[int, Failure]
+    failures: dict[int, Failure]
     turned: float
     begins: Floats
 
@@ -79,11 +79,11 @@ class _Walk:
 
     def __init__(self, program: Program, job: Job) -> None:
         self.program, self.job, self.moves = program, job, program.moves
-        self.follow = Follower(job.solver)
+        self.tracker = ConfigurationTracker(job.solver)
         self.n = job.scene.chain.n
         self.external = _held(self.moves.external, job)
         self.to_tool = [inverse(T_flange_tcp(job.scene)) @ tool.T_flange_tcp for tool in program.tools]
-        self.lost: dict[int, Failure] = {}
+        self.failures: dict[int, Failure] = {}
         self.parts: list[tuple[Floats, Ints, Floats, Floats]] = []
         self.turned = 0.0
         self.begins = np.full((len(self.moves), 4, 4), np.nan)
@@ -95,7 +95,7 @@ class _Walk:
         q = self._first()
         self._put(np.append(q, self.external[0])[None], 0, np.ones(1))
         i = 1
-        while i < len(moves) and not self.lost:
+        while i < len(moves) and not self.failures:
             j = i + 1
             if moves.kind[i] == MoveKind.AXES:
                 q = self._axes(i, q)
@@ -105,7 +105,7 @@ class _Walk:
                 q = self._cartesian(i, j, q)
             i = j
         axes, move, share, T = (np.concatenate(some) for some in zip(*self.parts, strict=True))
-        return ProgramPath(axes, move, share, T, self.lost, self.turned, self.begins)
+        return ProgramPath(axes, move, share, T, self.failures, self.turned, self.begins)
 
     def _put(self, axes: Floats, move: int, share: Floats) -> None:
         self.parts.append((axes, np.full(len(axes), move), share, np.full((len(axes), 4, 4), np.nan)))
@@ -130,7 +130,7 @@ class _Walk:
             return joints
         self._needs_frames(i)
         T = self._in_arm_base(np.array([i]), self.external[[i]], frame_of(self.moves.pose[[i]]))
-        return self.follow.nearest(T[0], q, int(self.moves.turn[i]))
+        return self.tracker.nearest(T[0], q, int(self.moves.turn[i]))
 
     def _needs_frames(self, i: int) -> None:
         for name, index in (("tool", self.moves.tool[i]), ("base", self.moves.base[i])):
@@ -154,7 +154,7 @@ class _Walk:
     def _axes(self, i: int, q: Floats) -> Floats:
         end = self._target(i, q)
         if end is None:
-            self.lost[i] = Failure(Kind.OUT_OF_REACH, place=IN_ROWS)
+            self.failures[i] = Failure(Kind.OUT_OF_REACH, place=IN_ROWS)
             return q
         a, b = np.append(q, self.external[i - 1]), np.append(end, self.external[i])
         count = max(int(np.ceil(np.abs(b - a).max() / AXES_STEP)), 1)
@@ -180,7 +180,7 @@ class _Walk:
             why = Failure(Kind.OUT_OF_REACH, place=IN_ROWS)
             if np.isfinite(turn[k]):
                 why = Failure(Kind.NO_CONFIGURATION, round(float(np.rad2deg(turn[k])), 3), place=IN_ROWS)
-            self.lost[i + int(at[k])] = why
+            self.failures[i + int(at[k])] = why
             at, share, axes = at[:k], share[:k], axes[:k]
             if not k:
                 return q
@@ -249,7 +249,7 @@ class _Lines:
         """All axes, (m, j + 2), rad; NaN where a pose is out of reach."""
         external = self.external(at, share)
         T = self.walk._in_arm_base(self.move[at], external, self.poses(at, share))
-        return np.concatenate([self.walk.follow.along(T, self.q), external], axis=1)
+        return np.concatenate([self.walk.tracker.along(T, self.q), external], axis=1)
 
     def refined(self, at: Ints, share: Floats) -> tuple[Ints, Floats, Floats]:
         """Samples between which a straight line of the axes is the programmed way, within ``OFF`` and ``TURNED``."""

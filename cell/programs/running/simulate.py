@@ -34,7 +34,7 @@ from .corners import BRAKES, DEFAULT_SPEED, asked_distances, rounded_distances
 from .program_path import ProgramPath, path_of
 
 TURN_SPEED = np.deg2rad(200.0)  # of the TCP about itself (KUKA: DEF_VEL_ORI1)
-EXACT = 1e-5  # m: corners that are rounded over less are stopped in
+EXACT_STOP = 1e-5  # m: corners that are rounded over less are stopped in
 TICK = 2e-6  # s that every row takes at least
 STOPS = (Happens.ARC_ON, Happens.ARC_OFF, Happens.WAIT)
 
@@ -49,7 +49,7 @@ class SimulatedProgram:
         move: number of the move that each row is on, (m,).
         runs: rows between stops, and how their corners are rounded.
         weld: number of the stretch with the arc on that each row belongs to, (m,), -1 with the arc off.
-        lost: what the arm cannot do, by the number of the move; the motion ends there.
+        failures: what the arm cannot do, by the number of the move; the motion ends there.
         arc_faults: what is wrong with the order of arc on and arc off, by the number of the move.
         turned: greatest turn of the TCP from one end of a line to the other, rad.
         rounded: distance from its end at which the corner of every move may be rounded, (k,), m.
@@ -60,7 +60,7 @@ class SimulatedProgram:
     move: Ints
     runs: tuple[BlendedRows, ...]
     weld: Ints
-    lost: dict[int, Failure]
+    failures: dict[int, Failure]
     arc_faults: dict[int, Failure]
     turned: float
     rounded: Floats
@@ -110,13 +110,13 @@ class _Clock:
     def all(self) -> None:
         """Every move and event, in order."""
         self._put(self.path.axes[:1], np.zeros(1), np.zeros(1, dtype=np.int64))
-        i, end = 1, min([len(self.moves), *(k + 1 for k in self.path.lost)])
+        i, end = 1, min([len(self.moves), *(k + 1 for k in self.path.failures)])
         while i < end:
             self._happen(i)
             j = min(self._run_end(i), end)
             self._run(i, j)
             i = j
-        if self.path.lost:
+        if self.path.failures:
             return
         self._happen(len(self.moves))
         if self.on:
@@ -158,7 +158,7 @@ class _Clock:
 
     def _exact(self, move: int) -> bool:
         """Whether the program has the arm stop at the end of a move."""
-        return bool(self.moves.blend[move] <= EXACT and self.moves.blend_share[move] <= 0)
+        return bool(self.moves.blend[move] <= EXACT_STOP and self.moves.blend_share[move] <= 0)
 
     def _run_end(self, i: int) -> int:
         """The move after the last of those that are run through without a stop."""
@@ -188,7 +188,7 @@ class _Clock:
             dt, s, zone = self._axes_times(axes, move)
         else:
             dt, s, zone = self._line_times(axes, move, rows)
-        if j - i > 1 and zone > EXACT and len(rows) > 1:
+        if j - i > 1 and zone > EXACT_STOP and len(rows) > 1:
             self.runs.append(BlendedRows(self.count - 1, self.count - 1 + len(rows), s, zone))
         self._put(axes[1:], np.maximum(dt, TICK), move)
 
@@ -262,7 +262,7 @@ class _Clock:
         axes = np.concatenate([axes, s[:, None]], axis=1)
         limits = np.append(speed, np.inf), np.append(acceleration, set_.min(initial=BRAKES))
         law: TimeLaw
-        if zone > EXACT:
+        if zone > EXACT_STOP:
             law = time_path(axes, s, *limits, cap=cap, zone=zone)
         else:
             ends = np.flatnonzero(np.diff(move, append=-1) != 0) + 1
@@ -289,7 +289,7 @@ class _Clock:
             longer = max(s[corner - first], s[-1] - s[corner - first])
             share = float(m.blend_share[k - 1]) if m.kind[k - 1] == MoveKind.AXES else 0.0
             zone = min(max(float(self.asked[k - 1]), share * longer / 2), longer / 2)
-            if zone > EXACT:
+            if zone > EXACT_STOP:
                 out.append(BlendedRows(first - 1, stop - 1, s, zone))
         return out
 
@@ -311,7 +311,7 @@ class _Clock:
             move,
             tuple(self.runs),
             weld,
-            path.lost,
+            path.failures,
             self.arc_faults,
             path.turned,
             rounded_distances(self.moves, path),

@@ -14,7 +14,7 @@ from cell.cli.bar import Bars
 from cell.cli.console import console
 from cell.cli.main import main
 from cell.cli.speech import is_quiet, is_verbose, speaking
-from cell.progress import counted, stage
+from cell.progress import counted, phase
 from cell.report.check_report import WORST
 
 
@@ -23,7 +23,7 @@ class Tty(io.StringIO):
         return True
 
 
-@stage("adding")
+@phase("adding")
 def add(a: int, b: int) -> int:
     return a + b
 

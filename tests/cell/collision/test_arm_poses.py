@@ -31,7 +31,7 @@ def test_clearances_are_the_same_either_way(make_case, monkeypatch):
     q = np.random.default_rng(4).uniform(scene.chain.lower, scene.chain.upper, (200, 6))
     stage = np.arange(200) % 3
     plain = Checker(scene, (0.4, -1.0), 0.05).clearances(q, stage)
-    monkeypatch.setattr(collision, "MANY", 0)
+    monkeypatch.setattr(collision, "MANY_GEOMS", 0)
     quick = Checker(scene, (0.4, -1.0), 0.05)
     quick.clearances(q[::-1], stage)  # puts the arm elsewhere, which must not matter
     found = quick.clearances(q, stage)

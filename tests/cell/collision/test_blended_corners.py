@@ -33,7 +33,7 @@ from cell.remedy_search import search as remedies_module
 from cell.remedy_search.changes import single_changes
 from cell.remedy_search.search import remedies
 from cell.report.motion_report import finding_in_words
-from cell.timing.blending import rounded
+from cell.timing.blending import blended
 from cell.verdict.check import Result, check
 from cell.verdict.words import in_words
 from cell.verification.motion_check import check_motion
@@ -51,7 +51,7 @@ def test_how_far_a_rounded_path_is_off_its_rows_is_bounded_and_no_more_than_it_i
         p = pieces(path, RADIUS)
         at = np.sort(np.concatenate([rng.uniform(s[0], s[-1], 4000), s]))
         straight = np.stack([np.interp(at, s, column) for column in q.T], axis=1)
-        off = np.abs(rounded(q, s, 1e-3, at) - straight) @ RADIUS
+        off = np.abs(blended(q, s, 1e-3, at) - straight) @ RADIUS
         bound = p.off[np.clip(np.searchsorted(p.s, at) - 1, 0, len(p.off) - 1)]
         assert (off <= bound + 1e-12).all(), trial
         assert p.off.max() <= 1.3 * off.max() + 1e-6
@@ -130,7 +130,7 @@ def nearest_rounded(result: Result, motion: Motion, blend: float) -> float:
     way = np.linalg.norm(np.diff(scene.chain.forward(q)[:, :3, 3], axis=0), axis=1)
     s = np.concatenate([[0.0], np.cumsum(way)])
     at = np.linspace(0, s[-1], 4000)
-    found = Checker(scene, result.table, 0.02).clearances(rounded(q, s, blend, at), np.zeros(4000, dtype=np.int64))
+    found = Checker(scene, result.table, 0.02).clearances(blended(q, s, blend, at), np.zeros(4000, dtype=np.int64))
     return float(found.distance.min())
 
 
@@ -194,7 +194,7 @@ def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypat
     zone = np.deg2rad(30.0)
     rows, _ = travel_path(q)
     places = np.linspace(rows.s[0], rows.s[-1], 3000)
-    closely = checker.clearances(rounded(rows.q, rows.s, zone, places), np.full(3000, stage)).distance.min()
+    closely = checker.clearances(blended(rows.q, rows.s, zone, places), np.full(3000, stage)).distance.min()
     assert closely < found.distance.min() - 1e-3
     for least, turn, free in (
         (found.distance.min() - 1e-4, zone, False),
@@ -221,7 +221,7 @@ class OfAPoint:
     def __init__(self, centre, radius, norm):
         self.centre, self.radius, self.norm = np.array(centre), radius, norm
 
-    def way(self, radius, a, b):
+    def travel_bound(self, radius, a, b):
         return np.linalg.norm(b - a, ord=self.norm, axis=1)
 
     def clearances(self, q, stage):
@@ -260,7 +260,7 @@ def test_a_rounded_path_that_bows_into_something_beside_its_chord_is_not_proved_
     stage = np.zeros(len(q), dtype=np.int64)
     along = np.concatenate([a + (b - a) * np.linspace(0, 1, 400)[:, None] for a, b in pairwise(q)])
     assert point.clearances(along, None).distance.min() > 0
-    run = rounded(q, s, path.zone, np.linspace(s[bows], s[bows + 1], 4001))
+    run = blended(q, s, path.zone, np.linspace(s[bows], s[bows + 1], 4001))
     assert point.clearances(run, None).distance.min() < 0
     step, nearest = cut_corners(point, np.ones(2), path, stage, point.clearances(q, stage), 0.0)
     assert bows in step

@@ -18,7 +18,7 @@ from cell.collision.reach_radii import radii, table_radii
 from cell.failure import Failure, Kind, Place, Where
 from cell.job.job import prepare
 from cell.planning import assemble as motion
-from cell.timing.blending import rounded
+from cell.timing.blending import blended
 
 GEOM = mujoco.mjtGeom
 
@@ -31,7 +31,7 @@ class Posts:
     def __init__(self, posts, thick):
         self.posts, self.thick, self.looked_at = np.atleast_2d(posts), thick, 0
 
-    def way(self, radius, a, b):
+    def travel_bound(self, radius, a, b):
         return np.linalg.norm(b - a, axis=1)
 
     def distance(self, q):
@@ -127,9 +127,9 @@ def test_many_steps_are_bounded_as_one_by_one_and_in_little_memory(scene):
     b = a + rng.normal(size=a.shape) * 0.02
     checker = Checker(scene, (0.0, 0.0), 0.02)
     radius = radii(scene)
-    assert len(checker.way(radius, a[:0], b[:0])) == 0
+    assert len(checker.travel_bound(radius, a[:0], b[:0])) == 0
     tracemalloc.start()
-    found = checker.way(radius, a, b)
+    found = checker.travel_bound(radius, a, b)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 60e6
@@ -243,7 +243,7 @@ def test_a_rounded_corner_that_comes_too_near_is_never_passed(least):
         s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
         zone = float(rng.uniform(0.02, 0.2))
         dense = np.linspace(0, s[-1], 1000)
-        run = rounded(q, s, zone, dense)
+        run = blended(q, s, zone, dense)
         post = run[rng.integers(1000)] + rng.normal(size=2) * 0.3 * least
         checker = Posts(post, 1e-4)
         if min(checker.distance(on_the_way(q, k)).min() for k in range(4)) < least:
@@ -264,7 +264,7 @@ def test_a_rounding_is_passed_by_what_the_rows_keep_only_where_it_keeps_it_too(l
         q = np.cumsum(rng.normal(size=(9, 2)) * 0.3, axis=0)
         s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
         zone = float(rng.uniform(0.02, 0.3))
-        stage, run = stage_of(q), rounded(q, s, zone, np.linspace(0, s[-1], 1000))
+        stage, run = stage_of(q), blended(q, s, zone, np.linspace(0, s[-1], 1000))
         checker = Posts(run[rng.integers(1000, size=1)] + rng.normal(size=(1, 2)) * 0.3 * least, 1e-4)
         # what the rows' own way keeps, exactly
         t = np.linspace(0, 1, 200)[:, None]
@@ -274,7 +274,7 @@ def test_a_rounding_is_passed_by_what_the_rows_keep_only_where_it_keeps_it_too(l
             checker, np.ones(2), BlendedPath(q, s, zone), stage, seen, least, kept=np.array(own) - 1e-3
         )
         for k in range(8):
-            run = rounded(q, s, zone, np.linspace(s[k], s[k + 1], 300))
+            run = blended(q, s, zone, np.linspace(s[k], s[k + 1], 300))
             true = checker.clearances(run, stage_of(run)).distance.min()
             if true < least:
                 near += own[k] > least

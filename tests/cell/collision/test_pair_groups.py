@@ -83,7 +83,7 @@ def test_all_pairs_within_a_distance_are_those_that_it_is_the_least_of(scenes):
 @pytest.mark.parametrize("many", [0, 10**9])
 def test_the_least_is_what_dense_samples_have(scenes, monkeypatch, many):
     """Of motions that are free: nearer than any of many samples but for what is promised, by proofs and by halving."""
-    monkeypatch.setattr("cell.collision.between_samples.MANY", many)
+    monkeypatch.setattr("cell.collision.between_samples.MANY_STEPS", many)
     rng = np.random.default_rng(4)
     met = 0
     for checker in checkers(scenes, rng):

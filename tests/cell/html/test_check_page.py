@@ -29,7 +29,7 @@ from cell.html.check_page import html_report, packed
 from cell.html.pack import Pack, unpack
 from cell.html.words import in_plain_words, what_went_wrong, worst
 from cell.job.job import prepare
-from cell.motion.deposition_speed import pace_document
+from cell.motion.deposition_speed import speed_document
 from cell.motion.motion import Motion
 from cell.remedy_search.search import Remedy
 from cell.shipped import DEFAULT_CASE
@@ -225,7 +225,7 @@ def test_a_collision_is_said_in_words(hit: Result) -> None:
 def test_gathered_samples_keep_the_peaks_and_every_target(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
     fine = unpack(packed(good))["path"]
     assert fine["note"] == ""
-    monkeypatch.setattr(drawn_path, "MOST", 300)
+    monkeypatch.setattr(drawn_path, "MOST_SAMPLES", 300)
     coarse = unpack(packed(good))["path"]
     assert len(coarse["x"]) < 0.4 * len(fine["x"])
     assert coarse["note"].startswith(f"{len(coarse['x']):,} steps stand for the {len(fine['x']):,} samples")
@@ -236,7 +236,7 @@ def test_gathered_samples_keep_the_peaks_and_every_target(good: Result, monkeypa
 
 
 def test_the_least_clearance_is_drawn_where_it_occurs(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drawn_path, "MOST", 300)
+    monkeypatch.setattr(drawn_path, "MOST_SAMPLES", 300)
     assert good.clearance is not None
     # nearer than at any sample sent: between two of them
     least = replace(good.clearance, value=0.0061, target=77, what=("torch_nozzle", "faceplate"))
@@ -397,8 +397,8 @@ def test_what_would_help_is_on_top_and_escaped(bad: Result, bad_page: str) -> No
 
 def test_the_header_says_how_far_the_speed_is_held(good: Result, good_page: str) -> None:
     assert good.motion is not None
-    assert good.motion.pace is not None
-    held = pace_document(good.motion.pace, good.job.targets.path)
+    assert good.motion.held_speed is not None
+    held = speed_document(good.motion.held_speed, good.job.targets.path)
     header = good_page[: good_page.index("</header>")]
     assert held["slowed"]
     assert f"held to {100 * held['least_share']:.0f} % or more" in header

@@ -27,7 +27,7 @@ def path_with(starts: np.ndarray, m: int) -> DrawnPath:
 
 @pytest.mark.parametrize("most_steps", [75_000, 3_000, 100])
 def test_every_target_and_both_ends_of_every_way_are_kept(monkeypatch: pytest.MonkeyPatch, most_steps: int) -> None:
-    monkeypatch.setattr(drawn_path, "MOST", 500)
+    monkeypatch.setattr(drawn_path, "MOST_SAMPLES", 500)
     monkeypatch.setattr(drawn_path, "MOST_STEPS", most_steps)
     motion = motion_of(1000, 20)
     starts = drawn_path._starts(motion)
@@ -51,7 +51,7 @@ def test_the_worst_of_a_step_is_the_worst_of_all_its_samples(monkeypatch: pytest
     values[rng.random(values.shape) < 0.2] = np.nan
     starts = np.unique(np.append(0, rng.integers(0, 1000, 90)))
     values[starts[4] : starts[5]] = np.nan
-    monkeypatch.setattr(drawn_path, "AT_ONCE", at_once)
+    monkeypatch.setattr(drawn_path, "SAMPLES_AT_ONCE", at_once)
     asked = []
 
     def some(first: int, stop: int) -> np.ndarray:

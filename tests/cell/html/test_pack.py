@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cell.html.pack import MOST, Pack, unpack
+from cell.html.pack import LARGEST_STEPS, Pack, unpack
 
 
 def there_and_back(values: np.ndarray, per_unit: float) -> np.ndarray:
@@ -41,12 +41,12 @@ def test_numbers_come_out_half_a_step_off_at_most(
     assert (off <= 0.5 / per_unit + 1e-15 * np.abs(out[known])).all()
 
 
-@pytest.mark.parametrize("largest", [MOST - 1, -(MOST - 1)])
+@pytest.mark.parametrize("largest", [LARGEST_STEPS - 1, -(LARGEST_STEPS - 1)])
 def test_whole_numbers_are_kept_up_to_the_most_and_more_are_refused(largest: int) -> None:
     values = np.array([largest, -largest, 0, largest, 1], dtype=np.float64)
     assert there_and_back(values, 1.0).tolist() == values.tolist()
     # what the page adds up in floating point is whole numbers all along
-    assert 8 * MOST <= 2**53
+    assert 8 * LARGEST_STEPS <= 2**53
     for bad in (2.0 * largest, np.inf):
         with pytest.raises(ValueError, match="too many"):
             Pack().steps([bad])

@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 
 from cell.case.read import load_case
 from cell.job.job import prepare
-from cell.job.wire_in_metal import AROUND, Metal, Wires, wire_size
+from cell.job.wire_in_metal import SKIN_LINES, Metal, Wires, wire_size
 from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.check import check
 from cell.verification.motion_check import check_motion
@@ -129,7 +129,7 @@ def test_what_wires_run_through_is_what_dense_points_on_them_say():
         first = np.cross(out[k], [0.3, 0.5, 0.8])
         first /= np.linalg.norm(first)
         second = np.cross(out[k], first)
-        turn = np.linspace(0, 2 * np.pi, 2 * AROUND, endpoint=False)[:, None]
+        turn = np.linspace(0, 2 * np.pi, 2 * SKIN_LINES, endpoint=False)[:, None]
         skin = tip[k] + np.concatenate([[[0, 0, 0]], RADIUS * (np.cos(turn) * first + np.sin(turn) * second)])
         points = skin[:, None] + along[:, None] * out[k]
         hit = [inside(points, planes[m]) for m in there]

@@ -8,7 +8,7 @@ from cell.case.read import load_case
 from cell.cli.main import main
 from cell.errors import InputError
 from cell.job.job import prepare
-from cell.report.scene_probe import probe_scene
+from cell.report.scene_contents import look_into_scene
 from cell.scene.composition import Piece
 
 
@@ -109,7 +109,7 @@ def test_a_probe_names_what_always_touches_and_what_is_not_planned(tmp_path, cap
         '<geom name="lid" size="0.01" pos="0 0.05 0.1" contype="0" conaffinity="0"/></body></body>',
     )
     path = write_case(tmp_path, "cell", arm=arm, torch=torch)
-    found = probe_scene(scene_of(path), (0.0, 0.0), count=40)
+    found = look_into_scene(scene_of(path), (0.0, 0.0), count=40)
     assert found.always == (("foot", "waist"),)
     assert found.home_deg is None
     (standing,) = found.standing
@@ -124,7 +124,7 @@ def test_a_probe_names_what_always_touches_and_what_is_not_planned(tmp_path, cap
 
 
 def test_a_cell_in_order_is_said_to_be(tmp_path):
-    found = probe_scene(scene_of(write_case(tmp_path, "cell")), (0.0, 0.0), count=40)
+    found = look_into_scene(scene_of(write_case(tmp_path, "cell")), (0.0, 0.0), count=40)
     assert found.always == found.at_home == found.standing == ()
     assert found.home_deg == (0, -90, 90, 0, 0, 90)
     assert all(hard for _, hard, _ in found.links)

@@ -98,20 +98,20 @@ def test_what_cannot_be_left_is_stuck_and_the_bead_stays(job: Job, context: Cont
     assert joint.bead is None
     beads = (*a.beads[:-1], replace(a.beads[-1], stretches=(buried,)))
     found = join_chunks(Shared.of(job, few), [replace(a, beads=beads), b])
-    assert list(found.stuck) == [b.beads[0].first]
-    assert found.stuck[b.beads[0].first].place.from_target == a.beads[-1].stop - 1
+    assert list(found.travel_failures) == [b.beads[0].first]
+    assert found.travel_failures[b.beads[0].first].place.from_target == a.beads[-1].stop - 1
     assert len(found.travels) == len(plan.travels) - 1
 
 
 def test_a_travel_that_few_attempts_did_not_find_is_searched_again(job: Job, context: Context, plan: PartPlan) -> None:
     a, b = halves(plan)
-    stuck = {bead.first: Failure(Kind.COLLISION, place=ON_TRAVEL) for bead in (b.beads[2], b.beads[4])}
+    travel_failures = {bead.first: Failure(Kind.COLLISION, place=ON_TRAVEL) for bead in (b.beads[2], b.beads[4])}
     travels = tuple(way for k, way in enumerate(b.travels) if k not in (1, 3))
-    found = join_chunks(Shared.of(job, context), [a, PartPlan(b.beads, travels, stuck)])
-    assert not found.stuck
+    found = join_chunks(Shared.of(job, context), [a, PartPlan(b.beads, travels, travel_failures)])
+    assert not found.travel_failures
     assert same(found, plan)
     # not where a bead is lost: there it helps nobody
     lost = replace(a.beads[0], open=frozenset([a.beads[0].first]))
     some = PartPlan((lost, *a.beads[1:]), a.travels, {})
-    left = join_chunks(Shared.of(job, context), [some, PartPlan(b.beads, travels, stuck)])
-    assert left.stuck == stuck
+    left = join_chunks(Shared.of(job, context), [some, PartPlan(b.beads, travels, travel_failures)])
+    assert left.travel_failures == travel_failures

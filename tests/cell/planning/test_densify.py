@@ -11,7 +11,7 @@ from cell.case.read import load_case
 from cell.failure import Kind
 from cell.job.job import prepare
 from cell.planning.context import Context
-from cell.planning.densify import refined
+from cell.planning.densify import densified
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_bead
 from cell.scene.scene import table_angles
@@ -52,7 +52,7 @@ def off_and_askew(context: Context, stretch: Stretch, between: float) -> tuple[n
 
 def test_rows_are_put_where_straight_joint_motion_leaves_the_bead(context: Context, bead: Stretch) -> None:
     assert np.rad2deg(off_and_askew(context, bead, 0.5)[1].max()) > 0.05
-    (dense,), failures = refined(context, [bead])
+    (dense,), failures = densified(context, [bead])
     assert failures == {}
     assert len(dense.q) > len(bead.q)
     for between in (0.0, 0.3, 0.5, 0.8):
@@ -62,13 +62,13 @@ def test_rows_are_put_where_straight_joint_motion_leaves_the_bead(context: Conte
     # nothing that was there is gone
     old = {tuple(q) for q in bead.q.round(12).tolist()}
     assert old <= {tuple(q) for q in dense.q.round(12).tolist()}
-    again, _ = refined(context, [dense])
+    again, _ = densified(context, [dense])
     assert len(again[0].q) == len(dense.q)
 
 
 def test_a_new_row_that_is_too_near_to_something_is_refused(context: Context, bead: Stretch) -> None:
     strict = replace(context, settings=replace(context.settings, clearance=0.049))
-    _, failures = refined(strict, [bead])
+    _, failures = densified(strict, [bead])
     assert failures
     target, failure = next(iter(failures.items()))
     assert failure.from_target == target - 1
@@ -79,13 +79,13 @@ def test_a_new_row_that_is_too_near_to_something_is_refused(context: Context, be
 
 def test_a_new_row_that_is_near_a_singularity_is_refused(context: Context, bead: Stretch) -> None:
     strict = replace(context, limits=replace(context.limits, wrist=np.deg2rad(89.0)))
-    assert {f.kind for f in refined(strict, [bead])[1].values()} == {Kind.SINGULAR}
+    assert {f.kind for f in densified(strict, [bead])[1].values()} == {Kind.SINGULAR}
 
 
 def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cell.planning.densify.ROUNDS", 1)
-    monkeypatch.setattr("cell.planning.densify.ASKEW", np.deg2rad(0.001))
-    _, failures = refined(context, [bead])
+    monkeypatch.setattr("cell.planning.densify.MOST_HALVINGS", 1)
+    monkeypatch.setattr("cell.planning.densify.MOST_WIRE_ANGLE", np.deg2rad(0.001))
+    _, failures = densified(context, [bead])
     assert failures
     assert {failure.kind for failure in failures.values()} == {Kind.JUMP}
     assert all(failure.from_target == i - 1 for i, failure in failures.items())
@@ -94,6 +94,6 @@ def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch, mon
 def test_new_rows_that_come_too_near_are_refused(context: Context, bead: Stretch) -> None:
     # the bead's own rows were passed before: what is found now is found of what is put between them
     beyond = float(bead.low.max()) + 1e-3
-    (dense,), failures = refined(replace(context, settings=replace(context.settings, clearance=beyond)), [bead])
+    (dense,), failures = densified(replace(context, settings=replace(context.settings, clearance=beyond)), [bead])
     assert len(dense.q) > len(bead.q)
     assert {failure.kind for failure in failures.values()} == {Kind.COLLISION}

@@ -25,7 +25,7 @@ def test_a_roll_is_called_reached_alone_only_where_nothing_is_in_the_way(make_ca
     nodes = evaluate(job.solver, placed.rows(slice(0, 1)), job.window, settings.roll_step, context.limits)
     T = placed.Ts_base_target[0]
     roll = float(certify(job.solver.chain, T[None], job.window, context.limits, job.solver.form).roll[0])
-    hint = standing_between(context, nodes, T, int(job.stage[0]), roll)
+    hint = standing_between(context, nodes, T, int(job.deposits_before[0]), roll)
     if blocked:
         assert hint.collision.measure < 5
         assert abs(hint.roll_deg - np.rad2deg(roll)) < 6.001

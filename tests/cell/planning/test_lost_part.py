@@ -132,7 +132,7 @@ def test_the_first_bead_of_a_chunked_part_is_searched_as_sparingly_as_any(monkey
     assert len(q_before) == len(chunks)
     assert known.bead.first == 0
     assert not known.bead.whole
-    assert known.bead.missing
+    assert known.bead.target_failures
     assert 0 < known.spent <= context.work
     assert in_full == []
     # and its chunk goes on with what is left
@@ -157,7 +157,7 @@ def context_of(job: Job) -> Context:
 
 def test_targets_judged_together_are_judged_as_one_by_one(job_with):
     context = context_of(job_with(POST))
-    some = list(range(0, len(context.stage), max(len(context.stage) // 12, 1)))
+    some = list(range(0, len(context.deposits_before), max(len(context.deposits_before) // 12, 1)))
     together = lost_alone(context, some)
     assert 0 < len(together) < len(some)
     alone = {i: m for i in some for m in [lost_alone(context, [i]).get(i)] if m is not None}
@@ -167,7 +167,7 @@ def test_targets_judged_together_are_judged_as_one_by_one(job_with):
 
 def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with):
     context = context_of(job_with(POST))
-    some = np.arange(0, len(context.stage), max(len(context.stage) // 4, 1))
+    some = np.arange(0, len(context.deposits_before), max(len(context.deposits_before) // 4, 1))
     rolls = np.deg2rad(np.arange(-180, 180, 20.0))
     target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
     looked = _looked_at(context, target, roll, None, context.tool_radius)
@@ -178,7 +178,7 @@ def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with):
         Ts = apply_roll(context.placed.rows(looked.target[held]).Ts_base_target, turned)
         q = context.solver.candidates(Ts).q
         row, g, k = np.nonzero(np.isfinite(q[..., 0]))
-        seen = context.screen.clearances(q[row, g, k], context.stage[looked.target[held[row]]])
+        seen = context.screen.clearances(q[row, g, k], context.deposits_before[looked.target[held[row]]])
         assert (seen.distance < context.settings.clearance).all()
 
 
@@ -201,7 +201,7 @@ def test_the_tool_is_nowhere_further_from_the_wire_than_said(job_with):
 @pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
 def test_rolls_at_which_the_tool_is_held_hide_nothing(job_with, fixture):
     context = context_of(job_with(fixture))
-    some = list(range(0, len(context.stage), max(len(context.stage) // 6, 1)))
+    some = list(range(0, len(context.deposits_before), max(len(context.deposits_before) // 6, 1)))
     step = np.deg2rad(5.0)
     found, work = free_rolls(context, some, step), context.asked
     everywhere = context_of(job_with(fixture))

@@ -98,7 +98,7 @@ def test_what_moves_with_the_tcp_collides_alike_in_every_branch(boss):
     _, context = boss
     nodes = evaluate(context.solver, context.placed, context.window, context.settings.roll_step, context.limits)
     index = np.argwhere(np.isfinite(nodes.q[:20, ..., 0]))
-    found = context.screen.clearances(nodes.q[tuple(index.T)], context.stage[index[:, 0]])
+    found = context.screen.clearances(nodes.q[tuple(index.T)], context.deposits_before[index[:, 0]])
     alike = (found.distance < context.settings.clearance) & context.screen.of_tool(found.pair)
     assert alike.any()
     assert not alike.all()
@@ -138,7 +138,7 @@ def beside(boss, tmp_path_factory):
         place_mm = (1e3 * (at + np.array([0, gap, 0]))).tolist()
         post = {"name": "post", "box": {"size_mm": [8, 8, 8]}, "position_mm": place_mm}
         _, context = setup_of(boss_case(folder, roll="free", sampling={"min_segment_mm": 2.0}, fixtures=[post]))
-        found = context.checker.clearances(plain.q_targets, context.stage[slice(*bounds)])
+        found = context.checker.clearances(plain.q_targets, context.deposits_before[slice(*bounds)])
         if found.distance.min() > least:
             break
     assert found.distance.min() < 1.8 * least
@@ -151,7 +151,7 @@ def test_a_way_with_more_room_is_preferred(beside, search):
     context = beside.context
     step = context.settings.roll_step
     way = StationSearch(beside, step, Ends()).run() if search == "quick" else full(beside, step).stretches[0]
-    found = context.checker.clearances(way.q_targets, beside.stage)
+    found = context.checker.clearances(way.q_targets, beside.deposits_before)
     assert found.distance.min() > 1.9 * context.settings.clearance
 
 
@@ -173,7 +173,7 @@ def test_a_post_between_stations_is_gone_round(tmp_path, monkeypatch):
     at = neck(job, context, straight, here)
     post = {"name": "post", "box": {"size_mm": [8, 8, 8]}, "position_mm": (1e3 * at).tolist()}
     job, context = setup_of(boss_case(tmp_path, "post", **case, fixtures=[post]))
-    hit = context.checker.clearances(straight.q, np.full(len(straight.q), context.stage[bounds[0]]))
+    hit = context.checker.clearances(straight.q, np.full(len(straight.q), context.deposits_before[bounds[0]]))
     assert hit.distance.min() < 0
     assert hit.distance[[0, -1]].min() > context.settings.clearance
     search = StationSearch(SearchedBead.of(context, *bounds), context.settings.roll_step, Ends())

@@ -17,7 +17,7 @@ from cell.case.read import load_case, with_changes
 from cell.collision.clearances import Clearances
 from cell.errors import InputError
 from cell.failure import Contact, Effort, Failure, Kind, Place, Seen, Where
-from cell.motion.deposition_speed import STRETCH, Pace, note_stretches, over_stretches, too_slow
+from cell.motion.deposition_speed import STRETCH, HeldSpeed, note_stretches, over_stretches, too_slow
 from cell.motion.motion_file import read_motion, write_motion
 from cell.planning.edge_tracking import Ways, along
 from cell.planning.free_rolls import free_rolls, stabbing
@@ -159,11 +159,11 @@ def test_a_speed_is_held_over_stretches_and_not_over_microns():
     s = np.array([0.0, 0.010, 0.020, 0.020014])
     asked = s / 0.008
     t = asked + np.array([0.0, 0.0, 0.0, 0.016])
-    pace = Pace.unknown(4)
-    pace.asked_s[:3], pace.taken_s[:3] = np.diff(asked), np.diff(t)
-    assert pace.share[2] < 0.11
-    note_stretches(pace, np.arange(4), s, over_stretches(s, t, asked))
-    assert too_slow(pace, 0.5) == {}
+    held_speed = HeldSpeed.unknown(4)
+    held_speed.asked_s[:3], held_speed.taken_s[:3] = np.diff(asked), np.diff(t)
+    assert held_speed.ratio[2] < 0.11
+    note_stretches(held_speed, np.arange(4), s, over_stretches(s, t, asked))
+    assert too_slow(held_speed, 0.5) == {}
     # the same time lost over a stretch is told, wherever targets are
     for inner in ([], [0.0113], [0.0101, 0.0102, 0.0149]):
         s = np.sort(np.array([0.0, 0.010, 0.015, 0.020, *inner]))

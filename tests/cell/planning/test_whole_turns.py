@@ -62,7 +62,7 @@ def test_configurations_of_a_search_are_looked_at_one_by_one(make_case):
         search._judge_targets(np.array([i]))
         index = np.argwhere(np.isfinite(nodes.cost[i]))
         q = nodes.q[i][tuple(index.T)]
-        free = context.screen.clearances(q, np.repeat(job.stage[i], len(q))).distance >= settings.clearance
+        free = context.screen.clearances(q, np.repeat(job.deposits_before[i], len(q))).distance >= settings.clearance
         assert search._free[i][tuple(index.T)].tolist() == free.tolist()
         mixed += len(np.unique(np.column_stack([index[:, 0], free]), axis=0)) > len(np.unique(index[:, 0]))
     assert mixed > 0

@@ -18,7 +18,7 @@ from cell.programs.export import export_program
 from cell.programs.krl_read import read_krl
 from cell.programs.program import Event, Happens, MoveKind
 from cell.programs.program_check import check_program
-from cell.programs.running.configurations_followed import Follower
+from cell.programs.running.configuration_tracking import ConfigurationTracker
 from cell.programs.running.interpolation import Circles, on_lines
 from cell.programs.running.program_path import OFF, TURNED, path_of
 from cell.programs.running.simulate import run_program
@@ -193,7 +193,7 @@ def test_a_pose_out_of_reach_is_a_finding_on_its_move_and_no_exception() -> None
     k = int(np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[3])
     pose[k, 2] += 9.0
     run = run_program(replace(program, moves=replace(program.moves, pose=pose)), boss.job)
-    assert run.lost[k].reason == "unreachable"
+    assert run.failures[k].reason == "unreachable"
 
 
 def moving(boss, turn: np.ndarray):
@@ -202,7 +202,7 @@ def moving(boss, turn: np.ndarray):
     before = tables_seen_from_base(scene, motion.table)
     table = motion.table + turn
     T = tables_seen_from_base(scene, table) @ inverse(before) @ scene.chain.forward(motion.q)
-    q = Follower(solver).along(T, motion.q[0])
+    q = ConfigurationTracker(solver).along(T, motion.q[0])
     assert np.isfinite(q).all()
     return replace(motion, q=q, table=table)
 

@@ -135,7 +135,7 @@ def test_an_arm_that_stands_in_the_way_is_kept_clear_of(job: Job) -> None:
     upright = int(np.argmax(placed.normal[:, 2]))
     nodes = evaluate(job.solver, placed.rows([upright]), job.window, 0.3, job.singularity_limits)
     q = nodes.q[0][np.isfinite(nodes.cost[0])]
-    laid = int(job.stage[upright])
+    laid = int(job.deposits_before[upright])
     clear = Checker(scene, a, 0.05).clearances(q, np.full(len(q), laid))
     welding = q[int(np.argmax(clear.distance))]
     search = TurnSearch(job)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cell.cli.main import main
-from cell.timing.blending import rounded
+from cell.timing.blending import blended
 from cell.timing.time_law import MOST_STEPS, _grid, time_path, time_stops
 
 V, A = np.array([2.0, 2.0]), np.array([4.0, 4.0])
@@ -48,7 +48,7 @@ def test_smaller_zones_are_slower_and_no_finer_than_is_needed() -> None:
 
 def test_without_a_zone_nothing_is_rounded() -> None:
     q, s = right_angle(4)
-    np.testing.assert_allclose(rounded(q, s, 0.0), q, atol=1e-8)
+    np.testing.assert_allclose(blended(q, s, 0.0), q, atol=1e-8)
 
 
 def test_a_case_whose_controller_stops_is_checked_and_its_motion_holds(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cell.job.job import speeds
-from cell.motion.deposition_speed import Pace, pace_document, too_slow
-from cell.timing.blending import rounded
+from cell.motion.deposition_speed import HeldSpeed, speed_document, too_slow
+from cell.timing.blending import blended
 from cell.timing.time_law import time_path, time_travel
 
 V, A = np.array([2.0]), np.array([5.0])
@@ -70,7 +70,7 @@ def test_a_corner_is_passed_at_the_speed_of_its_rounding(zone: float, angle: flo
 
 def test_rounding_leaves_a_corner_by_a_quarter_of_the_zone_and_the_rest_as_it_was() -> None:
     q, s = corner(100)
-    round_ = rounded(q, s, 0.1)
+    round_ = blended(q, s, 0.1)
     away = np.linalg.norm(round_ - q, axis=1)
     assert away[100] == pytest.approx(0.1 * np.sqrt(2) / 4)
     assert away[np.abs(s - 1) > 0.1 + 1e-9].max() < 1e-12
@@ -113,7 +113,7 @@ def test_random_polylines_keep_every_limit_by_an_independent_measure(seed: int) 
     assert (np.abs(np.diff(q, axis=0)) / dt <= v * (1 + 1e-9)).all()
     assert (np.diff(s) / dt[:, 0] <= 1.5 * (1 + 1e-9)).all()
     # second differences of the rounded path are means of its accelerations
-    speed = np.diff(rounded(q, s, 0.05), axis=0) / dt
+    speed = np.diff(blended(q, s, 0.05), axis=0) / dt
     mean = np.diff(speed, axis=0) / ((dt[1:] + dt[:-1]) / 2)
     share = np.abs(mean / a).max(axis=0)
     assert share.max() <= 1.01
@@ -146,14 +146,14 @@ def test_a_travel_may_stand_still_but_a_bead_moves_on() -> None:
 
 
 def test_how_far_a_speed_is_held_is_data() -> None:
-    pace = Pace.unknown(4)
-    pace.asked_s[:3], pace.taken_s[:3] = 1.0, [1.0, 4.0, 1.25]
-    pace.axis[1], pace.by[1] = "A2", "acceleration"
-    slow = too_slow(pace, 0.5)
+    held_speed = HeldSpeed.unknown(4)
+    held_speed.asked_s[:3], held_speed.taken_s[:3] = 1.0, [1.0, 4.0, 1.25]
+    held_speed.axis[1], held_speed.by[1] = "A2", "acceleration"
+    slow = too_slow(held_speed, 0.5)
     assert list(slow) == [2]
     assert slow[2].from_target == 1
     assert (slow[2].measure, slow[2].axis, slow[2].reason) == (0.25, "A2", "speed")
-    document = pace_document(pace, np.zeros(4, dtype=np.int64))
+    document = speed_document(held_speed, np.zeros(4, dtype=np.int64))
     assert document["least_share"] == 0.25
     assert document["axis"] == "A2"
     assert document["slowed_s"] == 5.25

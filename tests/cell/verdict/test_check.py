@@ -37,7 +37,7 @@ def independent_problems(result):
             low, high = model.joint(name).range
             if not low - 1e-9 <= value <= high + 1e-9:
                 yield f"sample {i}: {name} outside its range"
-        laid = job.stage[motion.target[i]]
+        laid = job.deposits_before[motion.target[i]]
         for contact in data.contact:
             pair = [model.geom(g).name for g in contact.geom]
             born = [int(n.split("/")[1]) for n in pair if n.startswith("deposit/")]
@@ -197,8 +197,8 @@ def test_growing_part_counts_only_what_is_laid(make_case, tmp_path):
     boss_mesh(height=40).export(tmp_path / "boss.stl")
     result = run(path)
     job = result.job
-    assert job.stage[0] == 0
-    assert job.stage[-1] == job.shape.n_deposits - 1
+    assert job.deposits_before[0] == 0
+    assert job.deposits_before[-1] == job.shape.n_deposits - 1
     # the finished boss is in the way of its own first layer: that is why it must not count there
     checker = Checker(job.scene, result.table, 0.02)
     q = result.rows[0].q[None]

@@ -61,7 +61,7 @@ def test_the_judge_of_any_motion_accepts_it(upright: Result, tmp_path: Path) -> 
     write_motion(tmp_path / "m.npz", upright.motion)
     found = check_motion(upright.job, read_motion(tmp_path / "m.npz", upright.job))
     assert [(f.reason, f.row, f.detail) for f in found.findings] == []
-    assert found.off[0] < 0.05e-3
+    assert found.bead_distance[0] < 0.05e-3
     assert found.wire_angle[0] < np.deg2rad(0.05)
 
 
@@ -138,12 +138,12 @@ def test_what_the_table_meets_in_a_rounded_corner_counts(
     upright: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     met = [Finding(Failure(Kind.COLLISION, measure=-1.0, limit=0.0, place=IN_ROWS), 7, 8)]
-    monkeypatch.setattr("cell.verification.motion_check.table_corner_collisions", lambda *_: met)
+    monkeypatch.setattr("cell.verification.motion_check.table_blend_collisions", lambda *_: met)
     write_motion(tmp_path / "m.npz", upright.motion)
     found = check_motion(upright.job, read_motion(tmp_path / "m.npz", upright.job))
     assert [(f.reason, f.row) for f in found.findings] == [("collision", 8)]  # rows of files count from 1
     rows = list(upright.rows)
-    monkeypatch.setattr("cell.verdict.coordinated.table_corner_collisions", lambda *_: met)
+    monkeypatch.setattr("cell.verdict.coordinated.table_blend_collisions", lambda *_: met)
     told = _with_table_met(upright.job, upright.motion, rows)
     assert [i for i, row in enumerate(told) if row.reason == "collision"] == [int(upright.motion.target[8])]
 

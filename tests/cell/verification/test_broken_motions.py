@@ -116,7 +116,7 @@ def test_a_workpiece_that_reaches_into_the_positioners_own_arm(good: Result, fol
 
 
 def test_large_cells_are_looked_at_with_the_table_as_well(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cell.collision.checker.MANY", 10)
+    monkeypatch.setattr("cell.collision.checker.MANY_GEOMS", 10)
     assert look(good.job, swung(good.motion, 5.0)).feasible
 
 

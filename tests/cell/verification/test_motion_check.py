@@ -65,11 +65,11 @@ def test_a_checked_motion_passes_and_is_measured_alike(good: Result) -> None:
     assert found.welded == len(good.job.targets)
     # of the same way, sampled otherwise
     assert found.clearance[0] == pytest.approx(good.clearance.value, abs=1e-6)
-    assert found.off[0] < 5e-5
+    assert found.bead_distance[0] < 5e-5
     assert np.rad2deg(found.wire_angle[0]) < 0.05
     # the law runs the drives to their limit and no further
     assert 0.8 < found.use[1].max() < 1.005
-    np.testing.assert_allclose(found.pace.share, good.motion.pace.share, rtol=1e-3)
+    np.testing.assert_allclose(found.held_speed.ratio, good.motion.held_speed.ratio, rtol=1e-3)
 
 
 def test_a_joint_outside_its_range(good: Result, folder: Path) -> None:
@@ -246,7 +246,7 @@ def test_arm_and_table_may_turn_together(good: Result) -> None:
     followed = dls.track_one(job.scene.chain, wanted, m.q, RollWindow.fixed(0.0))
     assert followed.ok.all()
     found = look(job, replace(m, q=followed.q, table=m.table + np.stack([np.zeros_like(turn), turn], axis=1)))
-    assert found.off[0] < 5e-5
+    assert found.bead_distance[0] < 5e-5
     assert reasons(found) <= {"speed"}  # the time law is another's
 
 

@@ -12,9 +12,9 @@ from support.boss_motion import boss_case, job_of
 
 from cell.job.job import Job
 from cell.motion.motion_file import BlendedRows
-from cell.timing.blending import rounded
+from cell.timing.blending import blended
 from cell.verification.bead_samples import Way
-from cell.verification.blended_motion import table_corner_collisions
+from cell.verification.blended_motion import table_blend_collisions
 from cell.verification.collisions import table_collisions
 
 TIP_MM = (300.0, 0.0, 300.0)  # of a rod that stands beside the faceplate and turns with it
@@ -47,7 +47,7 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
     folder = tmp_path_factory.mktemp("corner")
     free = job_of(boss_case(folder, fixtures=[ROD]))
     tables, s = rows()
-    at = tip(free, rounded(tables, s, ZONE, np.array([s[25]])))[0]
+    at = tip(free, blended(tables, s, ZONE, np.array([s[25]])))[0]
     # the rows keep well away from there
     assert np.linalg.norm(tip(free, tables) - at, axis=1).min() > 7.0
     wall = {"name": "wall", "box": {"size_mm": [2, 2, 2]}, "position_mm": at.tolist()}
@@ -61,7 +61,7 @@ def met(job: Job, zone: float) -> list[Any]:
     stage = np.zeros(len(q), dtype=np.int64)
     assert table_collisions(job, way, stage) == []
     read = SimpleNamespace(motion=None, row=np.arange(len(q)) + 1, blended=(BlendedRows(0, len(q) - 1, s, zone),))
-    return table_corner_collisions(job, read, way, way, stage)
+    return table_blend_collisions(job, read, way, way, stage)
 
 
 def test_what_a_rounded_corner_of_the_table_meets_is_found(job: Job) -> None:
@@ -80,4 +80,4 @@ def test_a_table_that_stands_is_not_looked_at(job: Job, monkeypatch: pytest.Monk
     monkeypatch.setattr("cell.verification.blended_motion.TableChecker", lambda *_: pytest.fail("looked at"))
     q = np.zeros((3, job.scene.chain.n + 2))
     way = Way(np.arange(3), q, np.tile(np.eye(4), (3, 1, 1)), np.tile(np.eye(4), (3, 1, 1)))
-    assert table_corner_collisions(job, SimpleNamespace(), way, way, np.zeros(3, dtype=np.int64)) == []
+    assert table_blend_collisions(job, SimpleNamespace(), way, way, np.zeros(3, dtype=np.int64)) == []

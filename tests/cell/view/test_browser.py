@@ -55,10 +55,10 @@ def test_a_place_that_is_none_is_refused_in_one_line(host: str, port: int) -> No
 
 
 def test_the_viewer_is_brought_to_the_players_frame(little: Result) -> None:
-    player, staging = Player(little), StagedScene(little, PIECES)
-    stage = BrowserStage(staging, player)
+    player, staged = Player(little), StagedScene(little, PIECES)
+    stage = BrowserStage(staged, player)
     viewer = SimpleNamespace(
-        data=mujoco.MjData(staging.model), camera=mujoco.MjvCamera(), vis_options=mujoco.MjvOption(), extra_geoms=[]
+        data=mujoco.MjData(staged.model), camera=mujoco.MjvCamera(), vis_options=mujoco.MjvOption(), extra_geoms=[]
     )
     player.playing = False
     counts = []
@@ -83,10 +83,10 @@ def test_what_collides_is_sent_to_the_browser_anew(little: Result) -> None:
     rows[2] = replace(rows[2], failure=hit, q=None, attempt=rows[2].q)
     rows[3] = replace(rows[3], failure=Failure(Kind.UNREACHABLE, 1.0), q=None)
     bad = replace(little, rows=tuple(rows), motion=None)
-    player, staging = Player(bad), StagedScene(bad, PIECES)
-    stage = BrowserStage(staging, player)
+    player, staged = Player(bad), StagedScene(bad, PIECES)
+    stage = BrowserStage(staged, player)
     viewer = SimpleNamespace(
-        data=mujoco.MjData(staging.model), camera=mujoco.MjvCamera(), vis_options=mujoco.MjvOption(), extra_geoms=[]
+        data=mujoco.MjData(staged.model), camera=mujoco.MjvCamera(), vis_options=mujoco.MjvOption(), extra_geoms=[]
     )
     player.playing = False
     assert stage.update(viewer)

@@ -143,16 +143,16 @@ def test_a_size_is_width_and_height() -> None:
 
 @pytest.mark.parametrize("view", ["cell", "torch"])
 def test_the_wires_end_is_in_view_all_the_way(little: Result, view: str) -> None:
-    player, staging = Player(little), StagedScene(little)
-    look = camera(staging, view, 1.5, video._moments(player))
+    player, staged = Player(little), StagedScene(little)
+    look = camera(staged, view, 1.5, video._moments(player))
     a, e = np.deg2rad([look.azimuth, look.elevation])
     forward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     up = np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])
     motion = little.motion
     for time in motion.t_s[motion.arc == 1][::25]:
         player.time = float(time)
-        staging.pose(player.frame())
-        out = staging.tcp()[0] - (look.lookat - forward * look.distance)
+        staged.pose(player.frame())
+        out = staged.tcp()[0] - (look.lookat - forward * look.distance)
         tall = out @ forward * np.tan(np.deg2rad(FOVY) / 2)
         assert abs(out @ up) < tall
         assert abs(out @ np.cross(forward, up)) < 1.5 * tall
@@ -161,14 +161,14 @@ def test_the_wires_end_is_in_view_all_the_way(little: Result, view: str) -> None
 @pytest.mark.usefixtures("gl")
 def test_the_floor_has_no_specks_where_the_shadows_end(little: Result) -> None:
     """An empty stretch of floor is as bright in one place as in the next."""
-    staging = StagedScene(little)
+    staged = StagedScene(little)
     frame = replace(Player(little).frame(), arrow=False)
-    staging.pose(frame)
-    look = camera(staging, "cell", 1.5)
+    staged.pose(frame)
+    look = camera(staged, "cell", 1.5)
     look.azimuth += 180.0  # away from the cell
     look.lookat[:] += 3.0 * np.array([np.cos(np.deg2rad(look.azimuth)), np.sin(np.deg2rad(look.azimuth)), 0])
     look.lookat[2], look.elevation, look.distance = 0.0, -30.0, 1.0
-    with Canvas(staging, 320, 200, "cell") as canvas:
+    with Canvas(staged, 320, 200, "cell") as canvas:
         grey = canvas.render(frame, look).astype(int).sum(axis=2)
     floor = grey[120:]
     assert floor.min() > 0.75 * floor.max()
@@ -177,12 +177,12 @@ def test_the_floor_has_no_specks_where_the_shadows_end(little: Result) -> None:
 @pytest.mark.usefixtures("gl")
 def test_the_floor_ends_in_haze_and_the_cell_is_clear_of_it(little: Result) -> None:
     """Where the floor ends neighbouring rows of pixels differ little, and what is in view is nearer than the haze."""
-    staging = StagedScene(little)
+    staged = StagedScene(little)
     frame = replace(Player(little).frame(), arrow=False)
-    staging.pose(frame)
-    look = camera(staging, "cell", 1.5)
-    start = staging.model.vis.map.fogstart * staging.model.stat.extent
-    corners = _cell_points(staging)
+    staged.pose(frame)
+    look = camera(staged, "cell", 1.5)
+    start = staged.model.vis.map.fogstart * staged.model.stat.extent
+    corners = _cell_points(staged)
     forward = np.array([np.cos(np.deg2rad(v)) for v in (look.azimuth, look.azimuth - 90.0)])
     away = np.append(forward * np.cos(np.deg2rad(look.elevation)), np.sin(np.deg2rad(look.elevation)))
     eye = look.lookat - away * look.distance
@@ -191,6 +191,6 @@ def test_the_floor_ends_in_haze_and_the_cell_is_clear_of_it(little: Result) -> N
     look.azimuth += 25.0
     ahead = np.array([np.cos(np.deg2rad(look.azimuth)), np.sin(np.deg2rad(look.azimuth)), 0.0])
     look.lookat[:], look.elevation, look.distance = eye + ahead, 0.0, 1.0
-    with Canvas(staging, 320, 200, "cell") as canvas:
+    with Canvas(staged, 320, 200, "cell") as canvas:
         column = canvas.render(frame, look).astype(int).sum(axis=2)[:150, 160]
     assert np.abs(np.diff(column)).max() < 30

@@ -104,39 +104,39 @@ def projected(view: mujoco.MjvCamera, point: np.ndarray, aspect: float) -> np.nd
 def test_the_wires_end_is_in_the_picture_and_in_sight(result: Result, view: str, table: tuple[int, int]) -> None:
     turned = result if table == (90, 180) else check(result.job, *table)
     frame = still(turned, pictures.middle(turned))
-    staging = StagedScene(turned)
-    staging.pose(frame)
-    look = camera(staging, view, 1.6)
-    tip = staging.tcp()[0]
+    staged = StagedScene(turned)
+    staged.pose(frame)
+    look = camera(staged, view, 1.6)
+    tip = staged.tcp()[0]
     assert np.abs(projected(look, tip, 1.6)).max() < 1.0
     # nothing is between the camera and the wire's end but the wire and the bead
     a, e = np.deg2rad([look.azimuth, look.elevation])
     eye = look.lookat - look.distance * np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     way = tip - eye
     hit = np.array([-1], dtype=np.int32)
-    met = mujoco.mj_ray(staging.model, staging.data, eye, way / np.linalg.norm(way), VISIBLE, True, -1, hit, None)
+    met = mujoco.mj_ray(staged.model, staged.data, eye, way / np.linalg.norm(way), VISIBLE, True, -1, hit, None)
     assert met < 0 or met > np.linalg.norm(way) - 5e-3
 
 
 def test_the_whole_arm_is_in_the_picture_of_the_cell(result: Result) -> None:
-    staging = StagedScene(result)
-    staging.pose(still(result, 0))
-    look = camera(staging, "cell", 1.6)
+    staged = StagedScene(result)
+    staged.pose(still(result, 0))
+    look = camera(staged, "cell", 1.6)
     names = [*(f"link_{i}" for i in range(1, 7)), "base_link", "torch", "pedestal", "turn", "part"]
     for name in names:
-        assert np.abs(projected(look, staging.data.body(name).xpos, 1.6)).max() < 1.0, name
+        assert np.abs(projected(look, staged.data.body(name).xpos, 1.6)).max() < 1.0, name
 
 
 def test_the_model_of_the_result_is_left_alone(tmp_path: Path) -> None:
     result = check(prepare(load_case(little_case(tmp_path))), 90, 180)
     model = result.job.scene.model
     before = model.geom_rgba.copy(), model.geom_group.copy(), model.opt.disableflags
-    staging = StagedScene(result)
+    staged = StagedScene(result)
     good = still(result, 0)
     bad = replace(good, pair=("torch_nozzle", "deposit/0/SV1/0", "floor"))
-    assert staging.pose(bad)
-    assert not staging.pose(bad)
-    assert staging.pose(good)
+    assert staged.pose(bad)
+    assert not staged.pose(bad)
+    assert staged.pose(good)
     np.testing.assert_array_equal(model.geom_rgba, before[0])
     np.testing.assert_array_equal(model.geom_group, before[1])
     assert model.opt.disableflags == before[2]
@@ -154,11 +154,11 @@ def test_beads_lead_from_target_to_target_and_are_thinned(result: Result) -> Non
 
 
 def test_a_full_scene_takes_no_more(result: Result) -> None:
-    staging = StagedScene(result)
+    staged = StagedScene(result)
     frame = replace(still(result, len(result.rows) - 1), marks=True, arrow=True)
-    staging.pose(frame)
-    scn = mujoco.MjvScene(staging.model, maxgeom=10)
-    staging.draw(scn, frame)
+    staged.pose(frame)
+    scn = mujoco.MjvScene(staged.model, maxgeom=10)
+    staged.draw(scn, frame)
     assert scn.ngeom == 10
 
 

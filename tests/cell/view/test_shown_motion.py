@@ -84,12 +84,12 @@ def test_a_picture_stands_the_table_where_it_is_at_that_target(result: Result, t
     there = shown(result, replace(m, table=table), tmp_path / "m.csv", target=len(result.job.targets) - 1)
     at = np.flatnonzero((m.target == len(result.job.targets) - 1) & (m.arc == 1))[0]
     assert there.table[0] == pytest.approx(table[at, 0], abs=1e-3)
-    staging = StagedScene(there)
-    staging.pose(Player(there).frame())
-    data = mujoco.MjData(staging.model)
+    staged = StagedScene(there)
+    staged.pose(Player(there).frame())
+    data = mujoco.MjData(staged.model)
     data.qpos[result.job.scene.table_qpos] = table[0]
-    mujoco.mj_kinematics(staging.model, data)
-    np.testing.assert_allclose(staging.data.site("part").xpos, data.site("part").xpos, atol=1e-6)
+    mujoco.mj_kinematics(staged.model, data)
+    np.testing.assert_allclose(staged.data.site("part").xpos, data.site("part").xpos, atol=1e-6)
 
 
 @pytest.mark.slow

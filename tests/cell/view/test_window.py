@@ -80,60 +80,60 @@ def test_a_motion_of_one_sample_can_be_shown(result: Result) -> None:
 
 
 def test_beads_grow_and_end_at_the_wire(result: Result) -> None:
-    player, staging = Player(result), StagedScene(result)
+    player, staged = Player(result), StagedScene(result)
     before, laid = -1.0, 0
     for time in np.linspace(0, player.end, 80):
         frame = at(player, float(time)).frame()
         assert frame.done >= before
-        staging.pose(frame)
-        scn = mujoco.MjvScene(staging.model, maxgeom=1000)
-        now = staging.draw(scn, frame)
-        assert now == staging.laid(frame) >= laid
+        staged.pose(frame)
+        scn = mujoco.MjvScene(staged.model, maxgeom=1000)
+        now = staged.draw(scn, frame)
+        assert now == staged.laid(frame) >= laid
         # a piece that is being laid comes on top of those that are
         assert now <= scn.ngeom - 1 <= now + 1
         before, laid = frame.done, now
-    assert laid == len(staging.beads.target)
+    assert laid == len(staged.beads.target)
 
 
 def test_the_bead_under_the_torch_ends_above_the_wires_end(result: Result) -> None:
-    player, staging = Player(result), StagedScene(result)
+    player, staged = Player(result), StagedScene(result)
     frame = at(player, player.end / 2).frame()
     assert frame.laying
-    staging.pose(frame)
-    scn = mujoco.MjvScene(staging.model, maxgeom=1000)
-    laid = staging.draw(scn, frame)
+    staged.pose(frame)
+    scn = mujoco.MjvScene(staged.model, maxgeom=1000)
+    laid = staged.draw(scn, frame)
     assert scn.ngeom == laid + 2  # that bead and the arrow
     last = scn.geoms[laid]
     end = last.pos + last.mat[:, 2] * last.size[2]
-    tip, wire = staging.tcp()
+    tip, wire = staged.tcp()
     # half a bead's thickness out along the normal, so that the wire's end is in the bead's foot
     np.testing.assert_allclose(end, tip - wire * last.size[0], atol=1e-6)
 
 
 def test_a_target_is_done_when_the_wire_is_there(result: Result) -> None:
-    player, staging = Player(result), StagedScene(result)
+    player, staged = Player(result), StagedScene(result)
     player.key(KEYS["right"])  # from home to where the first bead begins
     for target in (0, 7, len(result.rows) - 1):
         while player.frame().done < target:
             player.key(KEYS["right"])
         frame = player.frame()
         assert frame.done == target == frame.target
-        staging.pose(frame)
-        np.testing.assert_allclose(staging.tcp()[0], staging.targets()[0][target], atol=2e-4)
-        np.testing.assert_allclose(-staging.tcp()[1], staging.targets()[1][target], atol=1e-3)
+        staged.pose(frame)
+        np.testing.assert_allclose(staged.tcp()[0], staged.targets()[0][target], atol=2e-4)
+        np.testing.assert_allclose(-staged.tcp()[1], staged.targets()[1][target], atol=1e-3)
 
 
 def test_drawing_on_is_drawing_anew(result: Result) -> None:
-    player, staging = Player(result), StagedScene(result)
-    on = mujoco.MjvScene(staging.model, maxgeom=1000)
+    player, staged = Player(result), StagedScene(result)
+    on = mujoco.MjvScene(staged.model, maxgeom=1000)
     laid = 0
     for time in np.linspace(0, 0.7 * player.end, 9):
         frame = at(player, float(time)).frame()
-        staging.pose(frame)
+        staged.pose(frame)
         on.ngeom = laid
-        laid = staging.draw(on, frame, laid)
-    anew = mujoco.MjvScene(staging.model, maxgeom=1000)
-    staging.draw(anew, frame)
+        laid = staged.draw(on, frame, laid)
+    anew = mujoco.MjvScene(staged.model, maxgeom=1000)
+    staged.draw(anew, frame)
     assert on.ngeom == anew.ngeom
     for a, b in zip(on.geoms[: on.ngeom], anew.geoms[: anew.ngeom], strict=True):
         np.testing.assert_array_equal(a.pos, b.pos)
@@ -255,30 +255,30 @@ def test_the_texts_say_why(infeasible: Result) -> None:
 
 
 def test_o_shows_the_normals_of_all_targets_or_none(result: Result) -> None:
-    player, staging = Player(result), StagedScene(result)
+    player, staged = Player(result), StagedScene(result)
     counts = []
     for _ in range(4):
         frame = player.frame()
-        staging.pose(frame)
-        scn = mujoco.MjvScene(staging.model, maxgeom=2000)
-        laid = staging.draw(scn, frame)
+        staged.pose(frame)
+        scn = mujoco.MjvScene(staged.model, maxgeom=2000)
+        laid = staged.draw(scn, frame)
         counts.append(scn.ngeom - laid)
         player.key(KEYS["o"])
     assert counts == [1, 1 + len(result.rows), 0, 1]
 
 
 def test_c_colours_by_layer_thickness_and_verdict(infeasible: Result) -> None:
-    player, staging = Player(infeasible), StagedScene(infeasible)
+    player, staged = Player(infeasible), StagedScene(infeasible)
     said = []
     for _ in range(3):
         said.append(dict(player.texts())["colours"])
-        assert staging.colour(player.colour) == said[-1]
-        start = staging.beads.target[:, 0]
+        assert staged.colour(player.colour) == said[-1]
+        start = staged.beads.target[:, 0]
         if player.colour == "verdict":
-            red = staging.beads.rgba[:, 0] > staging.beads.rgba[:, 1]
+            red = staged.beads.rgba[:, 0] > staged.beads.rgba[:, 1]
             np.testing.assert_array_equal(red, np.isin(start, BAD))
         if player.colour == "layer":
-            of_layer = [staging.beads.rgba[infeasible.job.targets.layer[start] == k] for k in (0, 1)]
+            of_layer = [staged.beads.rgba[infeasible.job.targets.layer[start] == k] for k in (0, 1)]
             assert all(np.ptp(rgba, axis=0).max() == 0 for rgba in of_layer)
             assert (of_layer[0][0] != of_layer[1][0]).any()
         player.key(KEYS["c"])

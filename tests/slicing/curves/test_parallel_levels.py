@@ -69,12 +69,12 @@ def _cube():
 @settings(max_examples=60, deadline=None)
 def test_cycles_are_walked_the_same_either_way(n, seed):
     following = np.random.default_rng(seed).permutation(n)
-    order, first = chains.walk(following)
+    order, first = chains.cycles(following)
     assert np.array_equal(np.sort(order), np.arange(n))
     for cycle in np.split(order, first[1:]):
         assert np.array_equal(following[cycle], np.roll(cycle, -1))
         assert cycle[0] == cycle.min()
-    for ours, theirs in zip((order, first), chains._walk_in_parallel(following), strict=True):
+    for ours, theirs in zip((order, first), chains._cycles_in_parallel(following), strict=True):
         assert np.array_equal(ours, theirs)
 
 

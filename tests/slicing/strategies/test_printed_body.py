@@ -106,8 +106,8 @@ def test_the_body_comes_first_and_is_not_there_before_it_is_printed(make_case):
     assert not [name for name in job.shape.hulls if name.startswith("body/")]
     # all of the body is laid before the first bead of the boss, nothing before the body's own
     first_of_boss = int(np.flatnonzero(job.targets.sub_volume_index == 1)[0])
-    assert job.stage[0] == 0
-    assert job.stage[first_of_boss] == len(body.layers)
+    assert job.deposits_before[0] == 0
+    assert job.deposits_before[first_of_boss] == len(body.layers)
     assert {line.code for line in job.warnings} == {"deposit_share"}  # borders alone do not fill
     standing = prepare(load_case(make_case(part=ON_PLATE)))
     assert [name for name in standing.shape.hulls if name.startswith("body/")]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from slicing.targets import greedy_walk as walking
 from slicing.targets.break_points import BeadLine, break_points, chosen_points, open_break_points
 from slicing.targets.chord_error import error, errors_through
-from slicing.targets.greedy_walk import Stretches, walk
+from slicing.targets.greedy_walk import Stretches, greedy_points
 
 
 def wobbly(seed: int, n: int) -> np.ndarray:
@@ -70,7 +70,7 @@ def test_every_stretch_is_walked_as_if_it_were_alone(given_lines, least):
     tolerances = [tolerance for _, _, tolerance in given_lines]
     first = np.cumsum([0, *(len(line) for line in lines)])
     for own, line, tolerance, base in zip(
-        walk(stretches(lines, tolerances), least), lines, tolerances, first, strict=False
+        greedy_points(stretches(lines, tolerances), least), lines, tolerances, first, strict=False
     ):
         assert [k - base for k in own] == alone(line, tolerance, least)
 
@@ -81,15 +81,15 @@ def test_distances_that_rounding_decides_are_those_of_error():
         k = np.arange(400.0)
         line = np.stack([k, tolerance * (k % 2), 0 * k], axis=1) @ np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 1.3)[0]
         line += [1234.5, -77.7, 3.3]
-        (own,) = walk(stretches([line], [tolerance]), 0.5)
+        (own,) = greedy_points(stretches([line], [tolerance]), 0.5)
         assert own == alone(line, tolerance, 0.5)
 
 
 def test_looking_at_few_points_at_a_time_changes_nothing(monkeypatch):
     lines = [wobbly(seed, 60 + 37 * seed) for seed in range(12)]
-    whole = walk(stretches(lines, [0.2] * 12), 2.0)
-    monkeypatch.setattr(walking, "MANY", 50)
-    assert walk(stretches(lines, [0.2] * 12), 2.0) == whole
+    whole = greedy_points(stretches(lines, [0.2] * 12), 2.0)
+    monkeypatch.setattr(walking, "MANY_POINTS", 50)
+    assert greedy_points(stretches(lines, [0.2] * 12), 2.0) == whole
 
 
 def test_beads_chosen_together_are_those_chosen_alone():

@@ -20,7 +20,7 @@ from slicing.paper.indices import indices
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 from slicing.volume.layer_areas import hold_volume, laid_volume
-from slicing.volume.solid_flux import Skin
+from slicing.volume.solid_flux import SolidFlux
 
 PARTS = ROOT / "models" / "parts"
 H = 1.73
@@ -42,29 +42,29 @@ def spoilt(sliced: SlicedSubVolume, layer: int, curves) -> SlicedSubVolume:
 @pytest.mark.parametrize("finer", [0, 4])
 def test_area_and_volume_from_the_faces_alone(surface, finer):
     mesh = subdivided(box((2, -6, -8), (60, 6, 8)), finer)
-    skin = Skin.of(mesh)
+    flux = SolidFlux.of(mesh)
     by = (0.0, 1.5, 3.0)
     for step in by:
         (curve,) = intersect(mesh, surface.offset(step))
-        assert skin.area_on(surface, step) == pytest.approx(curve.area_mm2, rel=2e-3)
+        assert flux.area_on(surface, step) == pytest.approx(curve.area_mm2, rel=2e-3)
     far = surface.offset(3.0)
     between = quad(lambda d: sum(c.area_mm2 for c in intersect(mesh, surface.offset(d))), 0, 3, epsabs=1e-3)[0]
-    assert skin.volume_beyond(surface) - skin.volume_beyond(far) == pytest.approx(between, rel=2e-3)
+    assert flux.volume_beyond(surface) - flux.volume_beyond(far) == pytest.approx(between, rel=2e-3)
 
 
 def test_planes_are_exact():
-    skin = Skin.of(blade())
+    flux = SolidFlux.of(blade())
     for x in (25.0, 31.7):
         plane = Plane((x, 0.0, 0.0), (1.0, 0.0, 0.0))
         (curve,) = intersect(blade(), plane)
-        assert skin.area_on(plane) == pytest.approx(curve.area_mm2, rel=1e-8)
+        assert flux.area_on(plane) == pytest.approx(curve.area_mm2, rel=1e-8)
 
 
 def test_area_on_a_revolved_profile():
     surface = Revolved((0.0, 0.0), ((20.0, -20.0), (24.0, 0.0), (23.0, 20.0)), 2.0)
     mesh = box((2, -6, -8), (60, 6, 8))
     (curve,) = intersect(mesh, surface)
-    assert Skin.of(mesh).area_on(surface) == pytest.approx(curve.area_mm2, rel=3e-3)
+    assert SolidFlux.of(mesh).area_on(surface) == pytest.approx(curve.area_mm2, rel=3e-3)
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
@@ -192,21 +192,21 @@ def test_layers_on_an_end_face_raise_no_alarm():
 
 
 def test_many_sections_at_once_are_those_one_by_one():
-    skin = Skin.of(from_manifold(TUBE))
+    flux = SolidFlux.of(from_manifold(TUBE))
     surfaces = [
         *(Cylinder((0.0, 0.0), r) for r in (33.0, 21.0, 27.5)),
         *(Plane((x, 0.0, 0.0), (1.0, 0.0, 0.0)) for x in (30.0, 15.0)),
         *(Cone((0.0, 0.0), r, 15.0) for r in (25.0, 20.0, 22.0)),
         Cylinder((-30.0, 2.0), 60.0),
     ]
-    alone = [Skin.of(from_manifold(TUBE)).area_on(surface) for surface in surfaces]
-    assert skin.areas_on(surfaces) == pytest.approx(alone, rel=1e-9)
-    assert skin.areas_on(surfaces) == pytest.approx(
+    alone = [SolidFlux.of(from_manifold(TUBE)).area_on(surface) for surface in surfaces]
+    assert flux.areas_on(surfaces) == pytest.approx(alone, rel=1e-9)
+    assert flux.areas_on(surfaces) == pytest.approx(
         [sum(c.area_mm2 for c in intersect(from_manifold(TUBE), surface)) for surface in surfaces], rel=3e-3
     )
 
 
 def test_a_body_that_only_enters_through_the_middle_of_a_face_is_taken_off():
-    skin = Skin.of(box((-30, -30, 0), (30, 30, 8)))
-    assert skin.deepest(Cylinder((1.0, 2.0), 20.0)) == pytest.approx(-20.0)
-    assert Skin.of(box((10, -40, 0), (30, 40, 8))).deepest(Cylinder((0.0, 0.0), 20.0)) == pytest.approx(-10.0)
+    flux = SolidFlux.of(box((-30, -30, 0), (30, 30, 8)))
+    assert flux.deepest(Cylinder((1.0, 2.0), 20.0)) == pytest.approx(-20.0)
+    assert SolidFlux.of(box((10, -40, 0), (30, 40, 8))).deepest(Cylinder((0.0, 0.0), 20.0)) == pytest.approx(-10.0)

@@ -17,7 +17,7 @@ from slicing.mesh.solid import Mesh, PartError, mesh_from_arrays
 from slicing.surfaces.bodies import Body, RevolvedBody
 from slicing.surfaces.offset_families import radius_at
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved
-from slicing.volume.solid_flux import Skin
+from slicing.volume.solid_flux import SolidFlux
 
 PROFILE = ((20.0, -60.0), (24.0, 0.0), (22.0, 60.0))
 NOTCHED = box_solid((10, -18, -30), (70, 18, 30)) - box_solid((30, -30, -6), (90, 2, 6))
@@ -104,19 +104,19 @@ def test_areas_are_the_sums_over_all_faces(solid, family, monkeypatch):
     monkeypatch.setattr("slicing.mesh.face_measures.CHUNK", 300)  # several chunks, the last one not full
     mesh, surfaces = SOLIDS[solid], FAMILIES[family]
     exact = [plain_area(mesh, surface) for surface in surfaces]
-    assert Skin(mesh).areas_on(surfaces) == pytest.approx(exact, rel=1e-9, abs=1e-9 * total_area(mesh.normals))
+    assert SolidFlux(mesh).areas_on(surfaces) == pytest.approx(exact, rel=1e-9, abs=1e-9 * total_area(mesh.normals))
 
 
 def test_families_taken_together_are_those_taken_alone():
     mesh = SOLIDS["notched"]
     surfaces = [surface for family in FAMILIES.values() for surface in family]
     mixed = np.random.default_rng(7).permutation(len(surfaces))
-    together = Skin(mesh).areas_on([surfaces[k] for k in mixed])
-    alone = np.concatenate([Skin(mesh).areas_on(family) for family in FAMILIES.values()])
+    together = SolidFlux(mesh).areas_on([surfaces[k] for k in mixed])
+    alone = np.concatenate([SolidFlux(mesh).areas_on(family) for family in FAMILIES.values()])
     assert together == pytest.approx(alone[mixed], rel=1e-12, abs=1e-9)
     few = [0, 128, 254, 255, 299]  # more levels than a byte counts
     many = FAMILIES["many cylinders"]
-    found = Skin(mesh).areas_on(many)
+    found = SolidFlux(mesh).areas_on(many)
     assert found[few] == pytest.approx([plain_area(mesh, many[k]) for k in few], rel=1e-9)
 
 
@@ -133,7 +133,7 @@ def test_areas_of_any_ball_by_any_surface(centre, axis, radius, tilt):
     surfaces = [Cylinder(axis, radius), Cylinder((axis[0] - 9.0, 0.0), radius), Plane(centre, normal)]
     cone = Cone(axis, radius, 40.0 * tilt)
     exact = [plain_area(mesh, surface) for surface in [*surfaces, cone]]
-    assert Skin(mesh).areas_on([*surfaces, cone]) == pytest.approx(exact, rel=1e-9, abs=1e-6)
+    assert SolidFlux(mesh).areas_on([*surfaces, cone]) == pytest.approx(exact, rel=1e-9, abs=1e-6)
 
 
 @pytest.mark.parametrize("solid", SOLIDS)
@@ -152,16 +152,16 @@ def test_volumes_and_measures_of_faces(solid):
     assert (radii >= reach).all()
     assert (radii <= math.sqrt(3.0) * reach).all()
     for surface in (Cylinder((0.0, 0.0), 27.0), Cylinder((-40.0, 3.0), 75.0)):
-        assert Skin(mesh).volume_beyond(surface) == pytest.approx(plain_volume(mesh, surface), rel=1e-9, abs=1e-6)
+        assert SolidFlux(mesh).volume_beyond(surface) == pytest.approx(plain_volume(mesh, surface), rel=1e-9, abs=1e-6)
 
 
 def test_chunks_cover_more_faces_than_one_holds():
     fine = ball(6)
     assert len(fine.faces) > 2 * CHUNK
-    skin, surface = Skin.of(fine), Cylinder((0.0, 0.0), 40.0)
-    assert skin.fit_for(surface) is skin  # so many faces are not divided
+    flux, surface = SolidFlux.of(fine), Cylinder((0.0, 0.0), 40.0)
+    assert flux.fit_for(surface) is flux  # so many faces are not divided
     (curve,) = intersect(fine, surface)
-    assert skin.area_on(surface) == pytest.approx(curve.area_mm2, rel=1e-4)
+    assert flux.area_on(surface) == pytest.approx(curve.area_mm2, rel=1e-4)
     assert fine.volume == pytest.approx(4.0 / 3.0 * math.pi * 24.0**3, rel=1e-3)
 
 
@@ -171,16 +171,16 @@ def test_a_solid_that_enters_the_body_between_its_corners_is_seen(depth, finer):
     """A flat face whose corners lie far outside of the body touches it in its middle alone."""
     mesh = subdivided(box((20.0 - depth, -43.7, 1.0), (30.0, 40.0, 9.0)), finer)
     surface = Cylinder((0.0, 0.0), 20.0)
-    assert Skin.of(mesh).deepest(surface) == pytest.approx(-depth, abs=1e-9)
+    assert SolidFlux.of(mesh).deepest(surface) == pytest.approx(-depth, abs=1e-9)
     # what is asked for alone need be exact
-    told = Skin.of(mesh).deepest(surface, -0.02)
+    told = SolidFlux.of(mesh).deepest(surface, -0.02)
     assert told == pytest.approx(-depth, abs=1e-9) if depth > 0.02 else told >= -0.02
 
 
 def test_the_axis_through_a_face_is_seen_from_any_mesh():
     slab = box((-30, -30, 0), (30, 30, 8))
     for finer in (0, 2):
-        assert Skin.of(subdivided(slab, finer)).deepest(Cylinder((1.0, 2.0), 20.0), -0.02) == pytest.approx(-20.0)
+        assert SolidFlux.of(subdivided(slab, finer)).deepest(Cylinder((1.0, 2.0), 20.0), -0.02) == pytest.approx(-20.0)
 
 
 @pytest.mark.parametrize("solid", SOLIDS)

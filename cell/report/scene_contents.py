@@ -1,7 +1,7 @@
 """What a composed cell is like before anything is asked of it: for a cell's first run.
 
-    found = probe_scene(scene, (E1, E2))
-    for line in probe_lines(found): ...               # rich renderables
+    found = look_into_scene(scene, (E1, E2))
+    for line in scene_lines(found): ...               # rich renderables
 
 The arm is put at home and into random configurations within its limits; pairs of shapes that touch in all of them are
 no collisions but shapes that are modelled too large, or an ``<exclude>`` that is missing.
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 CONFIGURATIONS = 300
 TURN = 2 * np.pi - 1e-9
-MOST = 12  # pairs that are named
+MOST_PAIRS = 12  # pairs that are named
 DIRECT = {int(mujoco.mjtJoint.mjJNT_HINGE): "hinge", int(mujoco.mjtJoint.mjJNT_SLIDE): "slide"}
 
 
 @dataclass(frozen=True)
-class SceneProbe:
+class SceneContents:
     """What was found.
 
     Attributes:
@@ -59,7 +59,7 @@ class SceneProbe:
     warnings: tuple[str, ...]
 
 
-def probe_scene(scene: Scene, table: tuple[float, float], count: int = CONFIGURATIONS) -> SceneProbe:
+def look_into_scene(scene: Scene, table: tuple[float, float], count: int = CONFIGURATIONS) -> SceneContents:
     """Look a cell over.
 
     Args:
@@ -84,7 +84,7 @@ def probe_scene(scene: Scene, table: tuple[float, float], count: int = CONFIGURA
     names = {(a, b): (scene.geom_name(a), scene.geom_name(b)) for a, b in {*at_home, *always}}
     home_deg = np.rad2deg(scene.home) if scene.has_home else None
     turns = np.rad2deg(chain.upper - chain.lower)
-    return SceneProbe(
+    return SceneContents(
         links=tuple(_links(scene)),
         always=tuple(sorted(names[p] for p in always)),
         at_home=tuple(sorted((*names[p], round(d * 1e3, 2)) for p, d in at_home.items() if p not in always))
@@ -130,7 +130,7 @@ def _links(scene: Scene) -> Iterator[tuple[str, int, int]]:
             yield "tool", int((mine & hard).sum()), int((mine & ~hard).sum())
 
 
-def probe_lines(found: SceneProbe) -> Iterator[RenderableType]:
+def scene_lines(found: SceneContents) -> Iterator[RenderableType]:
     """What was found, for the terminal.
 
     Yields:
@@ -148,17 +148,17 @@ def probe_lines(found: SceneProbe) -> Iterator[RenderableType]:
     yield facts_table(_facts(found))
 
 
-def _facts(found: SceneProbe) -> Iterator[tuple[str, str]]:
-    for a, b in found.always[:MOST]:
+def _facts(found: SceneContents) -> Iterator[tuple[str, str]]:
+    for a, b in found.always[:MOST_PAIRS]:
         yield (
             "always touch",
             f"{a} - {b}: two links of one model need an <exclude>, a torch that stands in a link smaller shapes",
         )
-    if len(found.always) > MOST:
-        yield "always touch", f"and {len(found.always) - MOST} more"
+    if len(found.always) > MOST_PAIRS:
+        yield "always touch", f"and {len(found.always) - MOST_PAIRS} more"
     if not found.always:
         yield "always touch", "no pair"
-    for a, b, distance in found.at_home[:MOST]:
+    for a, b, distance in found.at_home[:MOST_PAIRS]:
         yield "touch at home", f"{a} - {b} {distance:g} mm"
     yield "nothing touches", f"in {100 * found.often:.0f} % of random configurations, but for what always does"
     home = "none: set robot.home_deg, or give the MJCF a key home; a motion then begins and ends at the part"

@@ -1,7 +1,7 @@
 """The arm's axes along poses that a controller goes through in one configuration.
 
-    follow = Follower(solver)
-    q = follow.along(Ts_base_tcp, q_start)    # (m, n), NaN where the pose is out of reach
+    tracker = ConfigurationTracker(solver)
+    q = tracker.along(Ts_base_tcp, q_start)    # (m, n), NaN where the pose is out of reach
 
 From the axes at the start on, the configuration stays: a branch of the closed form, its angles unwound from row to row;
 of an arm without one, the solution that damped least squares reach from the row before. Where a branch has no
@@ -20,12 +20,12 @@ from ik.roll import RollWindow, wrap
 from ik.solver import Solver
 
 ARM_AXES = 3  # the first axes, which a wrist in line does not leave open
-ALIKE = 1e-4  # rad: configurations that differ by less are one
+SAME_CONFIGURATION = 1e-4  # rad: configurations that differ by less are one
 FIXED = RollWindow.fixed(0.0)
 
 
 @dataclass(frozen=True)
-class Follower:
+class ConfigurationTracker:
     """Follows poses.
 
     Attributes:
@@ -83,11 +83,11 @@ def _branch(raw: Floats, q: Floats) -> int:
     """Which of the configurations (g, n) at a pose is the one that the axes q (n,) are in."""
     gap = np.abs(wrap(raw - q))
     whole = np.where(np.isfinite(gap), gap, np.inf).max(axis=1)
-    if whole.min() < ALIKE:
+    if whole.min() < SAME_CONFIGURATION:
         return int(np.argmin(whole))
     # with the wrist in line A4 and A6 share their turn as they like
     arm = np.where(np.isfinite(gap[:, :ARM_AXES]), gap[:, :ARM_AXES], np.inf).max(axis=1)
-    return int(np.argmin(np.where(arm < ALIKE, 0.0, np.pi) + np.minimum(whole, np.pi)))
+    return int(np.argmin(np.where(arm < SAME_CONFIGURATION, 0.0, np.pi) + np.minimum(whole, np.pi)))
 
 
 def _unwound(q: Floats, before: Floats) -> Floats:
