@@ -201,8 +201,8 @@ def _changed_text(text: str, rng: random.Random) -> str:
 
 def write_part(folder: Path) -> None:
     """The small part that the cases name."""
-    box = trimesh.creation.box((9.0, 12.0, 14.0))
-    box.apply_translation((23.5, 0.0, 20.0))
+    box = trimesh.creation.box((8.0, 6.0, 8.0))
+    box.apply_translation((22.0, 0.0, 20.0))
     box.export(folder / "block.stl")
 
 

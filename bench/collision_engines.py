@@ -40,7 +40,7 @@ def detectable(spec: mujoco.MjSpec) -> None:
     make_detectable(spec, SimpleNamespace(path="pair"))
 
 
-def pairs(count: int, seed: int) -> int:
+def pairs(count: int, seed: int, low: float) -> int:
     """Every pair of kinds in random sizes and places; how many configurations were missed or wrong."""
     bad = 0
     for one, two in combinations_with_replacement(KINDS, 2):
@@ -50,7 +50,7 @@ def pairs(count: int, seed: int) -> int:
         deep = missed = wrong = 0
         worst = 0.0
         for _ in range(-(-count // 20)):
-            plain, model = random_pair(rng, one, two, detectable)
+            plain, model = random_pair(rng, one, two, detectable, low)
             datas = [mujoco.MjData(plain), mujoco.MjData(model)]
             shapes = [shape_of(plain, g) for g in range(2)]
             reach = float(rng.choice([6e-4, 5e-3, 0.05, 0.3]))
@@ -130,9 +130,10 @@ def main() -> int:
     parser.add_argument("--cells", type=int, default=400)
     parser.add_argument("--each", type=int, default=50, help="configurations of every cell")
     parser.add_argument("--pairs", type=int, default=0, help="configurations of every pair of kinds instead")
+    parser.add_argument("--least-mm", type=float, default=3.0, help="least half size of the shapes of pairs")
     parser.add_argument("--seed", type=int, default=1)
     args = parsed(parser, cells=4, each=5)
-    bad = pairs(args.pairs, args.seed) if args.pairs else cells(args.cells, args.each, args.seed)
+    bad = pairs(args.pairs, args.seed, args.least_mm * 1e-3) if args.pairs else cells(args.cells, args.each, args.seed)
     return int(bad > 0)
 
 

@@ -14,16 +14,20 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyproject.toml", "README.md")
-LONGEST = 900  # s a mutant
+LONGEST = 1800  # s a mutant
 BOUNDS, DETECTION, OWN = "cell/collision/test_bounds.py", "cell/mjcf/test_detection.py", "acceptance/test_own_motion.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
 GROUPS, OPEN = "cell/collision/test_pair_groups.py", "cell/collision/test_open_steps.py"
@@ -89,9 +93,10 @@ MUTANTS = (
     Mutant("cell/collision/checker.py", "np.multiply(self._hard, far / 2,", "np.multiply(self._hard, far / 4,", (DETECTION, "cell/collision/test_clearances.py")),
     Mutant("cell/collision/checker.py", "if far == self._far:", "if self._far >= 0:", ("cell/collision/test_clearances.py",)),
     Mutant("cell/collision/checker.py", "(scene.deposit_of_geom < stage)", "(scene.deposit_of_geom < stage - 1)", (DETECTION, "cell/collision/test_clearances.py")),
-    Mutant("cell/collision/checker.py", "copy.copy(scene.model) if pair_gap is None", "scene.model if pair_gap is None", ("cell/collision/test_shared_scene.py",)),
+    Mutant("cell/collision/model_copies.py", "mine = copy.copy(model)", "mine = model", ("cell/collision/test_shared_scene.py", "cell/collision/test_model_copies.py")),
+    Mutant("cell/collision/model_copies.py", "mine = spare.pop()", "mine = spare[-1]", ("cell/collision/test_shared_scene.py", "cell/collision/test_model_copies.py")),
     Mutant("cell/collision/broad_phase.py", "self.radius + reach", "self.radius", ("cell/collision/test_clearances.py",)),
-    Mutant("cell/collision/checker.py", "alone.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE", "pass", ("acceptance/test_rewritten_models.py",)),
+    Mutant("cell/collision/model_copies.py", "mine.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE", "pass", ("acceptance/test_rewritten_models.py",)),
     Mutant("cell/mjcf/convex_pieces.py", "yield (thin[:, None] + 4 * slack * CORNERS).reshape(-1, 3)", "pass", ("cell/mjcf/test_convex_pieces.py",)),
     Mutant("cell/mjcf/convex_pieces.py", "return parts if all(part.volume() > 0 for part in parts) else [solid]", "return parts", ("cell/mjcf/test_convex_pieces.py",)),
     Mutant("cell/mjcf/asset_files.py", "if nested or not at.is_file():", "if not at.is_file():", ("cell/mjcf/test_asset_files.py",)),
@@ -119,54 +124,110 @@ MUTANTS = (
 )  # fmt: skip
 
 
-def survives(mutant: Mutant) -> str:
-    """What became of a mutant: "killed", "survives" or why it does not apply."""
-    source = (ROOT / mutant.module).read_text(encoding="utf-8")
+def copied_tree(folder: Path) -> Path:
+    """The tree as it is now, apart, so that it can be edited while mutants run."""
+    copy = folder / "tree"
+    copy.mkdir()
+    for name in COPIED:
+        here = ROOT / name
+        if here.is_dir():
+            shutil.copytree(here, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+        elif here.exists():
+            shutil.copy2(here, copy / name)
+    return copy
+
+
+def tested(tree: Path, tests: Iterable[str]) -> tuple[int | None, str]:
+    """Exit code of pytest over files of tests, up to the first that fails (None: it does not end), and which that was."""
+    every = ["-x", "-q", "-p", "no:cacheprovider", "-m", "slow or not slow", "-r", "fE"]
+    command = [sys.executable, "-m", "pytest", *every, *(f"tests/{name}" for name in tests)]
+    environment = {**os.environ, "PYTHONPATH": str(tree)}
+    try:
+        done = subprocess.run(
+            command, cwd=tree, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return None, ""
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+    return done.returncode, failed[1].removeprefix("tests/") if failed else ""
+
+
+def outcome(tree: Path, mutant: Mutant) -> tuple[str, str]:
+    """What became of a mutant ("killed", "survives" or why it does not apply), and the test that killed it."""
+    module = tree / mutant.module
+    source = module.read_text(encoding="utf-8")
     if source.count(mutant.text) != 1:
-        return f"does not apply: its text stands {source.count(mutant.text)} times"
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "tree"
-        copy.mkdir()
-        for name in COPIED:
-            here = ROOT / name
-            if here.is_dir():
-                shutil.copytree(here, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-            elif here.exists():
-                shutil.copy2(here, copy / name)
-        (copy / mutant.module).write_text(source.replace(mutant.text, mutant.by), encoding="utf-8")
-        tests = [f"tests/{name}" for name in mutant.tests]
-        every = ["-m", "slow or not slow"]
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *every, *tests]
-        try:
-            done = subprocess.run(
-                command,
-                cwd=copy,
-                env={**os.environ, "PYTHONPATH": str(copy)},
-                capture_output=True,
-                timeout=LONGEST,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            return "killed (does not end)"
-    if done.returncode == 1:
-        return "killed"
-    return "survives" if done.returncode == 0 else f"pytest ended with {done.returncode}"
+        return f"does not apply: its text stands {source.count(mutant.text)} times", ""
+    try:
+        _written(module, source.replace(mutant.text, mutant.by))
+        code, by = tested(tree, mutant.tests)
+    finally:
+        _written(module, source)
+    if code is None:
+        return "killed (does not end)", ""
+    return {0: "survives", 1: "killed"}.get(code, f"pytest ended with {code}"), by
+
+
+def _written(module: Path, source: str) -> None:
+    """Write a module and forget its bytecode, which Python tells apart by whole seconds and sizes alone."""
+    for old in (module.parent / "__pycache__").glob(f"{module.stem}.*"):
+        old.unlink()
+    module.write_text(source, encoding="utf-8")
+
+
+def document(rows: list[list[str]], baseline: str) -> dict[str, Any]:
+    """The outcome as bench/figures/mutants.json keeps it."""
+    killed = sum(row[2].startswith("killed") for row in rows)
+    return {
+        "bench": "mutants",
+        "question": "proofs and checks, weakened",
+        "against": "the tests of what is weakened",
+        "result": f"{len(rows)} weakenings, {killed} killed, {len(rows) - killed} not",
+        "command": "python bench/mutants.py --figures bench/figures/mutants.json",
+        "date": time.strftime("%Y-%m-%d"),
+        "machine": "shared, 2 cores, Linux x86-64; other programs beside it",
+        "about": "weakenings of what is proved or checked, one at a time: a test must fail for each",
+        "tables": [
+            {"caption": "", "columns": ["module", "what is replaced", "outcome", "first test that fails"], "rows": rows}
+        ],
+        "notes": [f"Without a weakening the same tests pass: {baseline}."],
+    }
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", help="mutants of modules whose path begins so")
     parser.add_argument("--list", "--smoke", action="store_true", help="apply none")
+    parser.add_argument("--figures", metavar="F", type=Path, help="keep the outcome in this file")
     args = parser.parse_args()
-    bad = 0
-    for mutant in MUTANTS:
-        if not mutant.module.startswith(args.only):
-            continue
-        words = "listed" if args.list else survives(mutant)
-        bad += not (words.startswith("killed") or args.list)
-        print(f"{words:12} {mutant.module}: {' '.join(mutant.text.split())[:90]}", flush=True)
+    mutants = [mutant for mutant in MUTANTS if mutant.module.startswith(args.only)]
+    if args.list:
+        for mutant in mutants:
+            print(f"listed       {mutant.module}: {_short(mutant)}")
+        return 0
+    from figures import text_of
+
+    rows: list[list[str]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        tree = copied_tree(Path(folder))
+        files = sorted({name for mutant in mutants for name in mutant.tests})
+        code, failed = tested(tree, files)
+        if code != 0:
+            print(f"the tests do not pass without a mutant: pytest ended with {code}, {failed}")
+            return 1
+        for mutant in mutants:
+            words, by = outcome(tree, mutant)
+            rows.append([mutant.module, _short(mutant), words, by])
+            print(f"{words:12} {mutant.module}: {_short(mutant)}  [{by}]", flush=True)
+            if args.figures:
+                args.figures.write_text(text_of(document(rows, f"{len(files)} files")), encoding="utf-8")
+    bad = sum(not row[2].startswith("killed") for row in rows)
     print(f"{bad} mutants survive or do not apply")
     return int(bad > 0)
+
+
+def _short(mutant: Mutant) -> str:
+    return " ".join(mutant.text.split())[:90]
 
 
 if __name__ == "__main__":

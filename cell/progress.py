@@ -31,7 +31,7 @@ class Watcher(Protocol):
         """Entered when a phase begins and left when it ends.
 
         Args:
-            stage: its name.
+            phase: its name.
             spins: whether it shows no progress of its own.
         """
         ...

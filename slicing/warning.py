@@ -67,6 +67,7 @@ class Code(StrEnum):
     TABLE_WITHOUT_SHAPE = "table_without_shape"
     TOOLPATH_COLUMNS = "toolpath_columns"
     TOOLPATH_NOT_SLICED = "toolpath_not_sliced"
+    WIRE_SHAPE = "wire_shape"
 
 
 WRONG_LAYER = frozenset(

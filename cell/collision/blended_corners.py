@@ -4,13 +4,15 @@
 
 The rounded path is the one that ``cell.timing.time_law`` times, the rows' moving average. It is made of parabolas, of
 which it is known exactly how far they are off the rows and how far off their own chords. Where the clearances at the
-rows, less that, prove nothing, the rounded path itself is looked at. Radians and metres; a path's length may be in
-either.
+rows, less that, prove nothing, the rounded path itself is looked at. A controller may round less than it is told to, so
+that paths between the rows and that one are looked at as well where they are far apart. Radians and metres; a path's
+length may be in either.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,8 @@ from .clearances import Clearances, Sees
 from .motion_bounds import curvature, joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
+APART = 5e-3  # m: paths no further apart are taken for one where a smaller clearance is asked for
+MOST_BETWEEN = 100  # paths of one run that are looked at
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
 CLOSELY, PLACES = 100, 12  # of what is too near so many steps are looked at again, in so many places
 MANY = 20  # steps, from which to prove them together costs less than each by itself
@@ -89,6 +93,24 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
     return Parabolas(grid + path.s[0], row, np.maximum(off[:-1], off[1:]) + np.diff(grid) ** 2 / 8 * bends, bends)
 
 
+def _off_rows(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas, most: Floats) -> Floats:
+    """How far anything is off where the rows have it on each step, at most, (m - 1,), m.
+
+    Args:
+        checker: of what moves.
+        radius: of the arm about its joints.
+        path: the rows.
+        p: its parabolas.
+        most: where it is more than this by the joints' radii, (m - 1,), m, it is looked at more closely.
+    """
+    off = np.zeros(len(path.s) - 1)
+    np.maximum.at(off, p.row, p.off)
+    close = np.flatnonzero((off > most) & (most >= 0))
+    if len(close):
+        off[close] = np.minimum(off[close], _off_closely(checker, radius, path, p, close))
+    return off
+
+
 def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas, steps: Ints) -> Floats:
     """How far anything is off where the rows have it on some steps, by where the arm's links are, (k,), m.
 
@@ -150,29 +172,70 @@ def cut_corners(
     """
     if len(path.s) < 3:
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
-    p = pieces(path, radius)
-    off, bend = np.zeros(len(path.s) - 1), np.zeros(len(path.s) - 1)
-    np.maximum.at(off, p.row, p.off)
+    rows = _KnownRows(stage, found, least, which, kept)
+    ways = [(one, *_cut(checker, radius, one, rows)) for one in _between(checker, radius, path, least)]
+    for one, step, nearest in ways:
+        _look_closely(checker, one, step, stage, nearest)
+    step, nearest = np.concatenate([way[1] for way in ways]), Clearances.joined([way[2] for way in ways])
+    order = np.argsort(nearest.distance, kind="stable")
+    first, index = np.unique(step[order], return_index=True)
+    return first, nearest.rows(order[index])
+
+
+def _look_closely(checker: Sees, path: BlendedPath, steps: Ints, stage: Ints, nearest: Clearances) -> None:
+    """Note what is nearer on steps that are too near than what they were found by."""
+    for n, k in enumerate(steps[:CLOSELY].tolist()):
+        at = blended(path.q, path.s, path.zone, np.linspace(path.s[k], path.s[k + 1], PLACES))
+        there = checker.clearances(at, np.full(PLACES, max(stage[k], stage[k + 1])))
+        nearest.nearer(np.array([n]), there.rows(np.array([int(np.argmin(there.distance))])))
+
+
+@dataclass(frozen=True, eq=False)
+class _KnownRows:
+    """What :func:`cut_corners` is told of the rows."""
+
+    stage: Ints
+    found: Clearances
+    least: float
+    which: NDArray[np.bool_] | None
+    kept: Floats | None
+
+
+def _between(checker: Sees, radius: Floats, path: BlendedPath, least: float) -> Iterator[BlendedPath]:
+    """A rounded path, and such as round less, until two of them are no further apart than the clearance.
+
+    Where that is kept on all of them and on the rows, whatever lies between two is half of it away at least.
+    """
+    apart = max(least, APART)
+    off = _off_rows(checker, radius, path, pieces(path, radius), np.full(len(path.s) - 1, apart))
+    count = min(int(np.ceil(float(off.max(initial=0.0)) / apart)), MOST_BETWEEN)
+    yield path
+    yield from (replace(path, zone=path.zone * k / count) for k in range(count - 1, 0, -1))
+
+
+def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
+    """As :func:`cut_corners`, of one rounded path."""
+    p, stage, found, least = pieces(path, radius), rows.stage, rows.found, rows.least
+    bend = np.zeros(len(path.s) - 1)
     np.maximum.at(bend, p.row, p.bend)
-    steps = off > NOTHING if which is None else which & (off > NOTHING)
-    if kept is not None:
+    off = _off_rows(checker, radius, path, p, np.full(len(bend), np.inf) if rows.kept is None else rows.kept - least)
+    steps = off > NOTHING if rows.which is None else rows.which & (off > NOTHING)
+    if rows.kept is not None:
         # off the rows' own way by so much at most
-        close = np.flatnonzero(steps & (kept - off < least) & (kept >= least))
-        off[close] = np.minimum(off[close], _off_closely(checker, radius, path, p, close))
-        steps &= kept - off < least
+        steps &= rows.kept - off < least
     q = blended(path.q, path.s, path.zone)
     known, sagitta = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
     # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
     low = known - joint_travel_bound(radius, path.q, q)
     near = _ends(steps) & (low < least)
-    # between its ends a point is off the chord by the sagitta at most, and the chord no nearer than half of what the ends'
-    # clearances have beyond its way: the rounded path keeps `least` where low + low - 2 least > way + 2 sagitta
+    # between its ends a point is off the chord by the sagitta at most, and the chord no nearer than half of what the
+    # ends' clearances have beyond its way: the rounded path keeps `least` where low + low - 2 least > way + 2 sagitta
     maybe = steps & (low[:-1] + low[1:] - 2 * least <= joint_travel_bound(radius, q[:-1], q[1:]) + 2 * sagitta)
     again = np.flatnonzero(near | _ends(maybe))
     low[again] = known[again] - checker.travel_bound(radius, path.q[again], q[again])
-    rows = np.flatnonzero(near & (low < least))
-    seen = checker.clearances(q[rows], stage[rows])
-    low[rows] = np.minimum(seen.distance, checker.reach)
+    at = np.flatnonzero(near & (low < least))
+    seen = checker.clearances(q[at], stage[at])
+    low[at] = np.minimum(seen.distance, checker.reach)
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
     k = k[low[k] + low[k + 1] - 2 * least <= checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]
@@ -183,13 +246,8 @@ def cut_corners(
         k = k[proved.kept - off[k] < least]
     open_, nearest = _not_proved(checker, radius, _BlendedSteps(path, p, sagitta, low, stage), k, least)
     both = Clearances.joined([seen.rows(hit), nearest])
-    first, index = np.unique(np.concatenate([np.minimum(rows[hit], len(path.s) - 2), open_]), return_index=True)
-    both = both.rows(index)
-    for n, k in enumerate(first[:CLOSELY].tolist()):
-        at = blended(path.q, path.s, path.zone, np.linspace(path.s[k], path.s[k + 1], PLACES))
-        there = checker.clearances(at, np.full(PLACES, max(stage[k], stage[k + 1])))
-        both.nearer(np.array([n]), there.rows(np.array([int(np.argmin(there.distance))])))
-    return first, both
+    first, index = np.unique(np.concatenate([np.minimum(at[hit], len(path.s) - 2), open_]), return_index=True)
+    return first, both.rows(index)
 
 
 def _ends(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:

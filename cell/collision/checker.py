@@ -12,7 +12,6 @@ penetration. Metres.
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
@@ -30,6 +29,7 @@ from ..errors import InputError
 from .arm_poses import ArmPoses
 from .broad_phase import BroadPhase
 from .clearances import Clearances
+from .model_copies import borrowed
 from .motion_bounds import CoupledBounds, MotionBounds, joint_travel_bound
 from .near_pairs import NearPairs
 
@@ -39,28 +39,22 @@ if TYPE_CHECKING:
 
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
-AWAY = 1e4  # m
 STEPS_TOGETHER = 5_000  # that are bounded together: each takes some 4 kB meanwhile
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
 CONTACTS = 20  # that cost as much as a configuration without any
 MANY_GEOMS = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
 
-def _without_pairs(scene: Scene) -> mujoco.MjModel:
-    """The model with the pairs that it names so far apart that none is ever met.
+def _named_pairs(scene: Scene) -> tuple[int, ...]:
+    """Shapes without which no pair that the model names is ever met: where they are away, none is.
 
-    A gap silences pairs that are apart, not those that penetrate. Of each pair a shape is moved that counts for nothing
-    in this scene; every one of them elsewhere.
+    A gap silences pairs that are apart, not those that penetrate. Of each pair it is a shape that counts for nothing in
+    this scene.
     """
-    alone = copy.copy(scene.model)
     inert = (scene.contact_bits == 0).all(axis=0).tolist()
-    for one, other in zip(alone.pair_geom1.tolist(), alone.pair_geom2.tolist(), strict=True):
-        geom = other if inert[other] else one
-        if inert[geom]:
-            # MuJoCo leaves the place of a shape that stands in its body's own frame unread
-            alone.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
-            alone.geom_pos[geom, 2] = AWAY * (1 + geom)
-    return alone
+    pairs = zip(scene.model.pair_geom1.tolist(), scene.model.pair_geom2.tolist(), strict=True)
+    named = {other if inert[other] else one for one, other in pairs}
+    return tuple(sorted(geom for geom in named if inert[geom]))
 
 
 @dataclass
@@ -114,7 +108,7 @@ class Checker:
         self.without = tuple(without)
         self.asked = Asked()
         # what collides is switched in it; the scene's own stays as it is
-        self._model = copy.copy(scene.model) if pair_gap is None else _without_pairs(scene)
+        self._model = borrowed(scene.model, self, () if pair_gap is None else _named_pairs(scene))
         self._data = mujoco.MjData(self._model)
         self._data.qpos[scene.table_qpos] = table
         self.pair_gap = pair_gap

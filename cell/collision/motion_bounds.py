@@ -75,8 +75,8 @@ class MotionBounds:
         if not len(a):
             return joints
         straight = self.straight(self.chain.frames(a), self.chain.frames(b))
-        # of a point that is off its chord by an eighth of the curvature at most, the ways from both ends add up to this; two
-        # parts of the arm may both move, one towards the other
+        # of a point that is off its chord by an eighth of the curvature at most, the ways from both ends add up to
+        # this; two parts of the arm may both move, one towards the other
         return np.minimum(joints, 2 * (straight + curvature(self.radius, np.abs(b - a)) / 4))
 
     def straight(self, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Floats:

@@ -242,7 +242,7 @@ class PlaneProofs:
         return out - LESS
 
     def _travel(self, poses: _Poses, cells: _Cells) -> Floats:
-        """How far any point of the arm is at most from where it was at the sample of its cell that is looked at, (t,)."""
+        """How far any point of the arm is at most from where it is at the sample that is looked at, (t,), m."""
         a, b = cells.sample, cells.at[cells.cell]
         # the chord of a turn, of what is 1 from its centre
         chord = np.sqrt(((poses.R[a] - poses.R[b]) ** 2).sum(axis=(2, 3)) / 2.0)

@@ -83,9 +83,8 @@ def _starts(motion: Motion) -> Ints:
         return np.arange(m)
     change = np.flatnonzero((np.diff(motion.target) != 0) | (np.diff(motion.arc) != 0)) + 1
     before, even = change - 1, MOST_SAMPLES
-    if (
-        2 * len(change) + MOST_SAMPLES > MOST_STEPS
-    ):  # of many targets the sample before is kept where the arc goes on or off
+    # of many targets the sample before is kept where the arc goes on or off
+    if 2 * len(change) + MOST_SAMPLES > MOST_STEPS:
         before = np.flatnonzero(np.diff(motion.arc) != 0)
         even = max(MOST_SAMPLES, MOST_STEPS - len(change) - len(before))
     spread = np.linspace(0, m - 1, min(even, m)).astype(np.int64)

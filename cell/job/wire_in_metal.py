@@ -256,13 +256,14 @@ def wire_size(scene: Scene) -> tuple[float, float] | None:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     place, z = data.site_xpos[scene.sites["tcp"]], data.site_xmat[scene.sites["tcp"]].reshape(3, 3)[:, 2]
-    length, radius = 0.0, 0.0
+    length, radius = 0.0, np.inf
     for geom in wires.tolist():
         turn = data.geom_xmat[geom].reshape(3, 3)
         along = np.abs(turn.T @ z) @ model.geom_aabb[geom, 3:]
         centre = data.geom_xpos[geom] + turn @ model.geom_aabb[geom, :3]
         length = max(length, float((place - centre) @ z + along))
-        radius = max(radius, float(np.sort(model.geom_aabb[geom, 3:])[0]))
+        # of several the thinnest: a thicker one takes more metal to be run through with all of it
+        radius = min(radius, float(np.sort(model.geom_aabb[geom, 3:])[0]))
     return length / METRES_PER_MM, radius / METRES_PER_MM
 
 

@@ -34,6 +34,8 @@ TRIANGLES = 4000  # that planes are tried on at each cut: fewer planes for finer
 WORK = 60_000  # triangles looked at for cuts in all
 THIN = 1e-6  # thickness over length of what may be left where a cut runs along a face
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
+HELD = 1e-5  # share of a mesh's length by which its surface may be outside its pieces: rounding
+IN_IT = 1e-6  # share of a cavity's volume that may be outside the solid around it: rounding
 REFLEX = 1e-3  # rad by which an edge has to be bent inwards to be taken for one
 
 
@@ -55,11 +57,12 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST_PIECES) -> ConvexPiece
     """Cut a solid into convex pieces.
 
     Args:
-        mesh: closed, its faces turned outwards, or all of them inwards.
+        mesh: closed; its shells turned outwards, those of cavities inwards, or all the other way round. A shell
+            that is turned inwards and lies in no other is a solid turned inside out, and counts as one.
         most: pieces at most.
 
     Returns:
-        The pieces; one hull for a convex solid and for a mesh that is no solid.
+        The pieces; one hull for a convex solid, and for a mesh that is no solid or crosses itself.
 
     Raises:
         ValueError: a part of the solid is too thin a sheet: pieces of it would be taken for rounding and left out.
@@ -90,8 +93,24 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST_PIECES) -> ConvexPiece
             number += 1
     pieces = [*done, *(piece for *_, piece in heap)]
     excess = sum(_lacks(piece) for piece in pieces) / volume
-    hulls = [_corners(piece.hull()) for piece in pieces]
-    return ConvexPieces(tuple(_without_slivers(hulls)), max(float(excess), 0.0))
+    hulls = tuple(_without_slivers([_corners(piece.hull()) for piece in pieces]))
+    if not _hold(hulls, mesh):  # its faces cross: what of it is solid is not known
+        return ConvexPieces((np.asarray(mesh.vertices, dtype=np.float64),), np.inf)
+    return ConvexPieces(hulls, max(float(excess), 0.0))
+
+
+def _hold(hulls: tuple[Floats, ...], mesh: trimesh.Trimesh) -> bool:
+    """Whether every corner and every middle of a face of a mesh is in one of the hulls."""
+    from scipy.spatial import ConvexHull  # heavy: only where there is a fixture of a mesh
+
+    left = np.concatenate([mesh.vertices, mesh.triangles_center])
+    slack = HELD * float(np.ptp(mesh.vertices, axis=0).max())
+    for hull in hulls:
+        faces = ConvexHull(hull).equations
+        near = np.flatnonzero(((left >= hull.min(axis=0) - slack) & (left <= hull.max(axis=0) + slack)).all(axis=1))
+        held = (left[near] @ faces[:, :3].T + faces[:, 3]).max(axis=1) <= slack
+        left = np.delete(left, near[held], axis=0)
+    return not len(left)
 
 
 def _parts(solid: Manifold) -> list[Manifold]:
@@ -130,12 +149,42 @@ def _solid(mesh: trimesh.Trimesh) -> Manifold | None:
         return None
     if joined.volume < 0:
         joined.invert()  # all of its faces are turned inwards
-    vertices, faces = np.asarray(joined.vertices, dtype=np.float64), np.asarray(joined.faces, dtype=np.uint32)
-    scale = float(np.ptp(vertices, axis=0).max())
-    made = Manifold(ManifoldMesh(vert_properties=vertices.astype(np.float32), tri_verts=faces))
+    joined = _right_side_out(joined)
+    scale = float(np.ptp(joined.vertices, axis=0).max())
+    made = _manifold(joined)
     if made.is_empty() or made.volume() <= 1e-9 * scale**3:
         return None
     return made
+
+
+def _right_side_out(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A closed mesh with those of its shells turned that are inside out, and no cavity of another."""
+    shells = list(mesh.split(only_watertight=False))
+    wrong = [shell for shell in shells if shell.volume < 0]
+    if not wrong:
+        return mesh
+    solids = [shell for shell in shells if shell.volume > 0]
+    for shell in wrong:
+        turned = shell.copy()
+        turned.invert()
+        around = [
+            solid
+            for solid in solids
+            if (solid.bounds[0] <= shell.bounds[0]).all() and (solid.bounds[1] >= shell.bounds[1]).all()
+        ]
+        own = _manifold(turned)
+        if not any((own - _manifold(solid)).volume() <= IN_IT * own.volume() for solid in around):
+            shell.invert()
+    import trimesh
+
+    joined = trimesh.util.concatenate(shells)
+    assert isinstance(joined, trimesh.Trimesh)
+    return joined
+
+
+def _manifold(mesh: trimesh.Trimesh) -> Manifold:
+    vertices, faces = np.asarray(mesh.vertices, dtype=np.float32), np.asarray(mesh.faces, dtype=np.uint32)
+    return Manifold(ManifoldMesh(vert_properties=vertices, tri_verts=faces))
 
 
 def _lacks(piece: Manifold) -> float:

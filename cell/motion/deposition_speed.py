@@ -1,10 +1,10 @@
 """How far a bead's speed is held, from target to target: a torch that slows down deposits more.
 
-    held_speed = motion.held_speed
-    held_speed.ratio[i], held_speed.taken_s[i], held_speed.axis[i]      # from target i to the next one of its bead
-    too_slow(held_speed, least_share)                      # targets reached at less than that share, with why
+    held = motion.held_speed
+    held.ratio[i], held.taken_s[i], held.axis[i]    # from target i to the next one of its bead
+    too_slow(held, least_share)                     # targets reached at less than that share, with why
 
-Seconds; a share is the time asked for divided by the time taken. What has to be held is the speed over every stretch of
+Seconds; a ratio is the time asked for divided by the time taken. What has to be held is the speed over every stretch of
 ``STRETCH`` of a bead, wherever its targets are: over less a share says nothing about the weld.
 """
 

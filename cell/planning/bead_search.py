@@ -1,7 +1,7 @@
 """The search of one bead: a way through its nodes, checked where it leads, until one is free or there is none.
 
     plan = BeadSearch(bead, nodes).run(q_before)
-    plan.whole, plan.stretches, plan.edge_failures, plan.target_failures          # what failed, by target
+    plan.whole, plan.stretches, plan.edge_failures, plan.target_failures    # what failed, by target
 
 Metres, radians, seconds.
 """
@@ -76,7 +76,7 @@ class BeadPlan:
 
     @property
     def may_be_mended(self) -> bool:
-        """Whether a roll between the samples could help: not where every target without a configuration is proved out."""
+        """Whether a roll between the samples could help: not where all lost targets are proved out."""
         return bool(self.edge_failures) or not all(m.failure.proved for m in self.target_failures.values())
 
     @property

@@ -59,12 +59,10 @@ def settings_of(job: Job) -> Settings:
     )
 
 
-KEPT_CLEARANCE = (
-    2e-6  # m beyond the clearance asked for that is proved: what a motion file's digits and finer samples may take
-)
-FINER_ROLLS = (
-    3  # times as many rolls where a bead does not come out whole, and again where every target is free by itself
-)
+# m beyond the clearance asked for that is proved: what a motion file's digits and finer samples may take
+KEPT_CLEARANCE = 2e-6
+# times as many rolls where a bead does not come out whole, and again where every target is free by itself
+FINER_ROLLS = 3
 LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be seen
 
 

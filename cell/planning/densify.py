@@ -3,8 +3,8 @@
     dense, failures = densified(context, stretches)
 
 What replays or runs a motion moves the joints on straight lines from row to row. Where that leaves the bead by more
-than ``MOST_BEAD_DISTANCE`` or the wire by more than ``MOST_WIRE_ANGLE`` half-way, a row is put in between: exactly on the bead, checked like any
-other. Metres and radians.
+than ``MOST_BEAD_DISTANCE`` or the wire by more than ``MOST_WIRE_ANGLE`` half-way, a row is put in between: exactly on
+the bead, checked like any other. Metres and radians.
 """
 
 from __future__ import annotations

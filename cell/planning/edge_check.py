@@ -1,9 +1,9 @@
 """A bead to be planned, and its edges followed densely and checked: what is wrong with each, or the stretch it makes.
 
-    bead = Bead.of(context, first, stop)
+    bead = SearchedBead.of(context, first, stop)
     found = check_edges(bead, start, roll, q)
     found.causes                     # for each edge: why it does not hold, or None
-    found.stretch(e)                   # the Stretch of an edge that holds
+    found.stretch(e)                 # the Stretch of an edge that holds
 
 Metres, radians, seconds.
 """

@@ -44,7 +44,7 @@ def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeWays | No
         plan: of the part.
 
     Returns:
-        The plan, with targets that no such way leads to, or from, among those without a travel; and the ways, None where
+        The plan, with targets that no such way leads to, or from, in its travel_failures; and the ways, None where
         neither place is known.
     """
     if context.span.start is None and context.span.end is None:

@@ -90,8 +90,8 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
 
 
 def _collided(bead: BeadPlan) -> set[int]:
-    target_failures = {i for i, m in bead.target_failures.items() if m.failure.kind is Kind.COLLISION}
-    return target_failures | {i for i, failure in bead.edge_failures.items() if failure.kind is Kind.COLLISION}
+    lost = {i for i, m in bead.target_failures.items() if m.failure.kind is Kind.COLLISION}
+    return lost | {i for i, failure in bead.edge_failures.items() if failure.kind is Kind.COLLISION}
 
 
 def _leaves(failure: Failure) -> int:

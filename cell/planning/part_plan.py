@@ -1,8 +1,8 @@
 """The way of the arm through every bead and from bead to bead.
 
     plan = plan_part(context, path)             # path (n,): bead of each target
-    plan.beads[0].stretches                   # what can be run through; edge_failures and target_failures say what cannot
-    plan.travels, plan.travel_failures                  # between the beads, and the failures of those that are not found
+    plan.beads[0].stretches               # what can be run through; edge_failures and target_failures say what cannot
+    plan.travels, plan.travel_failures    # between the beads, and the failures of those that are not found
 
 A bead that does not come out whole is searched again with the roll sampled finer, turning as fast as the joints can,
 and with rolls at which its targets are free between the samples; one to which no travel leads, with its beginning

@@ -5,9 +5,9 @@
     found = sweep(case, poses, executor=ThreadPoolExecutor(2))       # or any other of concurrent.futures
     document = sweep_document(case, found)                           # "rbam-sweep/1"
 
-Hopeless poses are settled first, ``SCREENED_TOGETHER`` at once, by ``cell.table_poses.hopeless_poses``; each of the others gets
-the whole check by itself. Which are taken together is a matter of the poses alone, so that results do not depend on who
-computes them.
+Hopeless poses are settled first, ``SCREENED_TOGETHER`` at once, by ``cell.table_poses.hopeless_poses``; each of the
+others gets the whole check by itself. Which are taken together is a matter of the poses alone, so that results do not
+depend on who computes them.
 """
 
 from __future__ import annotations

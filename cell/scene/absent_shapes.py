@@ -1,6 +1,7 @@
-"""Links whose shapes collide with nothing: what a check does not look at.
+"""Links whose shapes collide with nothing, and wires that are none: what a check does not look at.
 
     links_without_shapes(model, arm_joints, table_joints, piece)      # typed warnings, one a model
+    wires_told(model, wire_geom)                                      # likewise
 
 A link is what moves together: the bodies between one axis and the next, and what is welded to them.
 """
@@ -11,11 +12,14 @@ from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from slicing import Code, Warning
 
 from ..arrays import Ints
 from .composition import Piece
+
+THICK_WIRE = 2.5e-3  # m: half the thickness of the thickest welding wire
 
 
 def links_without_shapes(
@@ -49,6 +53,33 @@ def links_without_shapes(
                 "shapes need contype or conaffinity"
             )
             yield Warning(Code.LINK_WITHOUT_SHAPES, text)
+
+
+def wires_told(model: mujoco.MjModel, wire_geom: NDArray[np.bool_]) -> Iterator[Warning]:
+    """Say what is not looked at for the shapes that the case calls the wire.
+
+    Args:
+        model: the compiled cell, with its contact bits.
+        wire_geom: which geoms they are, (ngeom,).
+
+    Yields:
+        One warning for each kind of gap.
+    """
+    wires = np.flatnonzero(wire_geom & ((model.geom_contype | model.geom_conaffinity) != 0))
+    if not len(wires):
+        yield Warning(
+            Code.WIRE_SHAPE,
+            "tool.wire: no wire that collides: whether it runs through metal between nozzle and bead, or is drawn "
+            "through it on the way, is not looked at",
+        )
+    thick = [g for g in wires.tolist() if float(np.sort(model.geom_aabb[g, 3:])[0]) > THICK_WIRE]
+    if thick:
+        names = ", ".join(f"{model.geom(g).name} ({2e3 * np.sort(model.geom_aabb[g, 3:])[0]:.0f} mm)" for g in thick)
+        yield Warning(
+            Code.WIRE_SHAPE,
+            f"tool.wire: {names} thicker than any wire: what is named there is not held against the part; the wire "
+            "alone belongs there",
+        )
 
 
 def _is_last(model: mujoco.MjModel, joint: int, joints: Sequence[int]) -> bool:

@@ -27,7 +27,7 @@ from ..mjcf.detection import make_detectable
 from ..mjcf.held_joints import Held
 from ..mjcf.model_names import require
 from ..progress import phase
-from .absent_shapes import links_without_shapes
+from .absent_shapes import links_without_shapes, wires_told
 from .composition import Piece, Pieces, one_line
 from .contacts import pair_tool_with_arm, set_contact_bits
 from .equipment import add_positioner, add_robot, leave_out_table
@@ -126,7 +126,11 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
         table_joints=np.array(table_joints, dtype=np.int64),
         base_body=require(model, "body", base, "robot.base"),
         sites=sites,
-        warnings=(*pieces.warnings, *links_without_shapes(model, arm_joints, there, piece)),
+        warnings=(
+            *pieces.warnings,
+            *links_without_shapes(model, arm_joints, there, piece),
+            *wires_told(model, wire_geom),
+        ),
     )
 
 

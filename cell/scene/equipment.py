@@ -85,6 +85,8 @@ def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
     for pair in pairs:
         spec.delete(pair)
     _with_the_cells_options(spec, pieces.world)
+    for body in spec.bodies:
+        body.mocap = False  # what a user drags in a viewer stays where it is drawn
     for eye in (*spec.cameras, *spec.lights):
         if eye.targetbody:
             eye.targetbody, eye.mode = "", mujoco.mjtCamLight.mjCAMLIGHT_FIXED
@@ -109,7 +111,11 @@ def _put(pieces: Pieces, child: mujoco.MjSpec, piece: Piece, parent: mujoco.MjsB
     excludes say.
     """
     what = piece.name.lower()
-    holds = [(e.bodyname1, e.bodyname2) for e in child.excludes if "world" in (e.bodyname1, e.bodyname2)]
+    # the world of a model is its own: what it excludes from that says nothing of this cell's floor
+    of_world = [e for e in child.excludes if "world" in (e.bodyname1, e.bodyname2)]
+    holds = [(e.bodyname1, e.bodyname2) for e in of_world]
+    for exclude in of_world:
+        child.delete(exclude)
     world = pieces.world
     if len(child.worldbody.geoms):
         parent = parent.add_body(name=what, pos=pos, quat=quat)

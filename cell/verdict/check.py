@@ -394,8 +394,9 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
             rows.update((i, TargetVerdict(None, q)) for i, q in zip(targets, stretch.q_targets, strict=True))
         rows.update((i, failed(m.failure, i, m.attempt)) for i, m in bead.target_failures.items())
         rows.update((i, failed(failure, i, rows[i].q)) for i, failure in bead.edge_failures.items())
-    rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.travel_failures.items())
     rows.update((i, TargetVerdict(None, None, looked_at=False)) for bead in plan.beads for i in bead.open)
+    # at home the arm may be in the way whether the bead at its end was looked at or not
+    rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.travel_failures.items())
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:
         for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():

@@ -113,7 +113,8 @@ class OnBead:
     Attributes:
         bead_distance: distance from the bead, (m,), m.
         wire_angle: angle between the wire and its direction there, (m,), rad.
-        progress: length along the bead from its first target, (m,), m.
+        progress: length along the bead from its first target, (m,), m; on the chord that the sample names where that is
+            as near as any but for :data:`AS_BAD`: where a bead runs back another pass over the place is as near.
         normal: deposition direction there, (m, 3), part frame.
         roll: about the wire, (m,), rad.
     """
@@ -153,6 +154,7 @@ def against_beads(job: Job, way: Way, target: Ints) -> OnBead:
     best = np.full(len(x), np.inf)
     off, wire_angle, progress = (np.full(len(x), np.inf) for _ in range(3))
     normal = n[target]
+    named_score, named_progress = best, progress
     for shift in (0, -1, 1):
         e = np.clip(target + shift, 0, len(t) - 2)
         mine = (t.path[e] == t.path[target]) & (t.path[e + 1] == t.path[target])
@@ -164,10 +166,14 @@ def against_beads(job: Job, way: Way, target: Ints) -> OnBead:
         # a chord may be nearer whose direction is another; where chords meet, it is the one that the row names
         score = np.maximum(away / AS_BAD.position, turned / AS_BAD.angle)
         better = mine & (score < best - MORE)
+        here = along[e] + s * (along[e + 1] - along[e])
+        if shift == 0:
+            named_score, named_progress = np.where(mine, score, np.inf), here
         best, off = np.where(better, score, best), np.where(better, away, off)
         wire_angle = np.where(better, turned, wire_angle)
-        progress = np.where(better, along[e] + s * (along[e + 1] - along[e]), progress)
+        progress = np.where(better, here, progress)
         normal = np.where(better[:, None], towards, normal)
+    progress = np.where(named_score <= best + 1, named_progress, progress)
     return OnBead(off, wire_angle, progress, normal, _roll(way, normal))
 
 

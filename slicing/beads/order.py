@@ -3,8 +3,8 @@
     layers = ordered(layers, parameters)
 
 Contours come before infill (or after it, as asked). Within each of the two the way is the shortest there is for up to
-EXACT_COUNT beads, and for more the nearest neighbour's, bettered by turning round stretches of it (2-opt). It begins where
-the layer below ended. Open beads may be laid from either end, unless directions alternate by layer.
+EXACT_COUNT beads, and for more the nearest neighbour's, bettered by turning round stretches of it (2-opt). It begins
+where the layer below ended. Open beads may be laid from either end, unless directions alternate by layer.
 """
 
 from __future__ import annotations

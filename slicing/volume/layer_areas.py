@@ -16,8 +16,8 @@ Three questions, answered from the mesh's surface alone, none of the layers' cur
 
 The last two differ from the first by what slicing rounds. The stack ends where a whole layer ends, above the top or
 below it: that part is told apart (`end_mm`). A bead has the section at its curves over all of its height; a sum with
-the mean of its section and the next one's (the trapezoidal rule) has not. Where neither comes within MOST_OFF of the volume
-a line says so, and why where that can be told.
+the mean of its section and the next one's (the trapezoidal rule) has not. Where neither comes within MOST_OFF of the
+volume a line says so, and why where that can be told.
 
 How the fluxes are summed: `slicing.volume.solid_flux`. A layer is reported only if its area fits no surface within
 REACH_MM of its

@@ -23,6 +23,7 @@ from cell.collision.checker import Checker
 from cell.collision.table import table_alone
 from cell.collision.wire import wire_checker
 from cell.job.job import prepare
+from cell.job.wire_in_metal import wire_size
 from cell.scene.composition import Piece
 from cell.verdict.check import check
 from slicing.warning import Code
@@ -206,10 +207,38 @@ def test_an_arm_of_visuals_alone_is_feasible_with_a_warning_that_names_its_links
     assert all(f"link_{k}" in line for k in range(1, 7))
 
 
+@pytest.mark.parametrize(
+    ("wire", "words"),
+    [([], "no wire that collides"), (["wire", "neck"], "neck (24 mm) thicker than any wire"), (["wire"], None)],
+)
+def test_a_wire_that_is_none_is_said(wire, words, tmp_path):
+    job = prepare(load_case(write_case(tmp_path, "wire", tool={"wire": wire})))
+    told = [w for w in job.warnings if w.code is Code.WIRE_SHAPE]
+    assert [words in line for line in told] == ([] if words is None else [True])
+    # of a wire and what is no wire the wire's own thickness counts
+    assert not wire or wire_size(job.scene)[1] == pytest.approx(0.6)
+
+
 def test_couplings_that_are_left_out_are_said(tmp_path):
     arm = ARM.replace("<contact>", '<equality><joint joint1="A3" joint2="A2"/></equality><contact>')
     job = prepare(load_case(write_case(tmp_path, "coupled", arm=arm)))
     assert [w.code for w in job.warnings if w.code is not Code.DEPOSIT_SHARE] == [Code.MODEL_ELEMENT_LEFT_OUT]
+
+
+@pytest.mark.parametrize("plinth", ["", '<geom name="plinth" type="box" size="0.2 0.2 0.01" pos="-3 0 0"/>'])
+def test_what_a_model_excludes_from_its_own_world_says_nothing_of_the_floor(plinth, tmp_path):
+    """Public models exclude their links from a floor of their own; the arm is not to go through this cell's."""
+    held = '<exclude body1="world" body2="link_4"/><exclude body1="link_6" body2="world"/>'
+    arm = ARM.replace("</contact>", held + "</contact>").replace("<worldbody>", "<worldbody>" + plinth, 1)
+    torch = '<mujoco><worldbody><body name="t"><site name="tcp" pos="0 0 0.3"/></body></worldbody></mujoco>'
+    scene = prepare(load_case(write_case(tmp_path, "arm", arm=arm, torch=torch, tool={"wire": []}))).scene
+    excluded = np.array([divmod(int(s), 1 << 16) for s in scene.model.exclude_signature])
+    assert (excluded > 0).all()
+    # the forearm's end and the flange hang under the floor
+    q = np.deg2rad([[180.0, 30.0, 60.0, 0.0, 0.0, 0.0]])
+    found = Checker(scene, (np.pi / 2, 0.0), REACH).clearances(q, np.zeros(1, dtype=np.int64))
+    assert "floor" in {scene.geom_name(int(g)) for g in found.pair[0]}
+    assert found.distance[0] < -0.1
 
 
 def test_a_pair_that_touches_at_zero_is_no_affair_of_the_table_nor_of_the_wire(verdicts):

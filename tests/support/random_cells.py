@@ -164,12 +164,12 @@ def random_cell(rng, folder):
     return parse_case(content, folder / "cell.case.yaml")
 
 
-def random_pair(rng, one, two, detectable):
-    """A model of two shapes that move freely, (a plane stands), of random sizes and with the reach as its gap."""
+def random_pair(rng, one, two, detectable, low=0.003):
+    """A model of two shapes that move freely, (a plane stands), of random sizes from ``low`` on."""
     spec = mujoco.MjSpec()
     for i, kind in enumerate((one, two)):
         body = spec.worldbody.add_body(name=f"b{i}")
-        size, what = sizes(rng), {}
+        size, what = sizes(rng, low), {}
         if kind == "mesh":
             spec.add_mesh(name=f"m{i}", uservert=points(rng, size).ravel())
             what = {"meshname": f"m{i}"}

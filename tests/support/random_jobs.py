@@ -15,8 +15,10 @@ from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.motion.motion_file import read_motion, write_motion
-from cell.verdict.check import check
+from cell.verdict.as_asked import check_as_asked
+from cell.verdict.check import Result
 from cell.verification.motion_check import check_motion
+from support.odd_models import HOME, odd_models
 
 SAME = 1e-4  # m: least clearances of one way, sampled otherwise
 PATTERNS = ("contour_parallel", "zigzag", "raster", "contour")
@@ -69,20 +71,67 @@ def random_job(rng, folder: Path) -> Path:
     return path
 
 
+def odd_job(rng, folder: Path) -> Path:
+    """The same in a cell of models as other people write them, of which the table may index or move along."""
+    path = random_job(rng, folder)
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    models = odd_models(rng, folder)
+    content["robot"] = {"model": models["robot"], "home_deg": list(HOME)}
+    content["tool"] = {"model": models["tool"], "wire": ["wire"]}
+    content["positioner"] |= {"model": models["positioner"], "max_speed_deg_s": [60, 120]}
+    mode = rng.choice(["fixed", "fixed", "indexed", "coordinated"])
+    if mode != "fixed":
+        content["table"] = {"mode": str(mode)}
+    if mode == "coordinated":
+        content["table"]["upright_deg"] = float(rng.choice([10, 30, 90]))
+    if rng.random() < 0.4:  # a sheet, thin and wide
+        place = rng.uniform((600, -900, 300), (1400, 900, 1500)).tolist()
+        turn = rng.uniform(-180, 180, 3).tolist()
+        sheet = {"name": "sheet", "position_mm": place, "rotation_deg": turn, "box": {"size_mm": [600.0, 400.0, 1.0]}}
+        content["fixtures"] = [*content.get("fixtures", []), sheet]
+    if rng.random() < 0.3:
+        ball = trimesh.creation.icosphere(3, 1.0)
+        ball.apply_scale(rng.uniform(20, 250, 3))
+        ball.export(folder / "ball.stl")
+        place = rng.uniform((300, -900, 0), (1600, 900, 1600)).tolist()
+        content["fixtures"] = [*content.get("fixtures", []), {"name": "ball", "mesh": "ball.stl", "position_mm": place}]
+    if rng.random() < 0.5:  # another boss beside it, laid before or after it, or there from the start
+        own = trimesh.load(folder / "boss.stl")
+        turn = np.deg2rad(rng.choice([-1, 1]) * rng.uniform(35, 180))
+        own.apply_transform(trimesh.transformations.rotation_matrix(turn, (0, 0, 1)))
+        own.apply_translation((0, 0, rng.uniform(-5, 5)))
+        own.export(folder / "other.stl")
+        part = content["part"]
+        part["sub_volumes"] = ["boss.stl", "other.stl"]
+        what = rng.integers(3)
+        if what == 1:
+            part["take"] = ["SV2", "SV1"]
+        elif what == 2:
+            part |= {"take": ["SV1"], "built": ["SV2"]}
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
 def own_motion(path: Path, suffix: str = "csv") -> list[str] | None:
     """What the check of a motion from outside says against the very motion that a check wrote; None: there is none."""
+    result, wrong = own_result(path, suffix)
+    return None if result.motion is None else wrong
+
+
+def own_result(path: Path, suffix: str = "csv") -> tuple[Result, list[str]]:
+    """A case's verdict, and what the check of motions says against its own motion."""
     job = prepare(load_case(path))
-    table = job.case.table
-    result = check(job, table.E1_deg, table.E2_deg)
+    result = check_as_asked(job)
     if result.motion is None:
-        return None
+        return result, []
+    job = result.job
     file = path.with_name(f"m.{suffix}")
     write_motion(file, result.motion)
     wrong = [] if (np.diff(result.motion.t_s) > 0).all() else ["its times do not rise"]
     try:
         again = check_motion(job, read_motion(file, job))
     except InputError as error:
-        return [*wrong, str(error)]
+        return result, [*wrong, str(error)]
     wrong += [f"{f.reason} {f.detail}" for f in again.findings]
     least = np.inf if result.clearance is None else result.clearance.value
     held = np.inf if again.clearance is None else again.clearance[0]
@@ -90,4 +139,4 @@ def own_motion(path: Path, suffix: str = "csv") -> list[str] | None:
         wrong.append(f"least clearance {least * 1e3:.3f} mm, held against itself {held * 1e3:.3f} mm")
     if min(least, held) < job.case.checks.clearance_mm * 1e-3:
         wrong.append(f"least clearance {min(least, held) * 1e3:.3f} mm of {job.case.checks.clearance_mm:g}")
-    return wrong
+    return result, wrong

@@ -265,3 +265,40 @@ def test_a_rounded_path_that_bows_into_something_beside_its_chord_is_not_proved_
     step, nearest = cut_corners(point, np.ones(2), path, stage, point.clearances(q, stage), 0.0)
     assert bows in step
     assert nearest.distance[step == bows] < 0
+
+
+class Rod:
+    """A point that two axes move in a plane, and a round rod in it."""
+
+    reach = 0.05
+
+    def __init__(self, at: tuple[float, float], radius: float) -> None:
+        self.at, self.radius = np.array(at), radius
+
+    def clearances(self, q: np.ndarray, stage: np.ndarray, /) -> Clearances:
+        found = Clearances.none(len(q))
+        found.distance[:] = np.linalg.norm(q - self.at, axis=1) - self.radius
+        found.pair[:] = (0, 1)
+        return found
+
+    def travel_bound(self, radius: np.ndarray, a: np.ndarray, b: np.ndarray, /) -> np.ndarray:
+        return joint_travel_bound(radius, a, b)
+
+
+@pytest.mark.parametrize("depth", [0.012, 0.017, 0.022, 0.028])
+def test_what_stands_between_a_corner_and_its_widest_rounding_is_met_by_one_that_rounds_less(depth: float) -> None:
+    """C_DIS of 100 mm: the widest way round is 35 mm from the corner, and a controller may take any one before it."""
+    s = np.linspace(0, 0.4, 81)
+    q = np.stack([np.maximum(s - 0.2, 0.0), np.minimum(s, 0.2)], axis=1)
+    rod = Rod((depth / np.sqrt(2), 0.2 - depth / np.sqrt(2)), 0.001)
+    path, reach = Rows(q, s, 0.1), np.ones(2)
+    found = rod.clearances(q, np.zeros(len(q)))
+    widest = rod.clearances(blended(q, s, 0.1, np.linspace(0, 0.4, 4000)), np.zeros(4000))
+    assert min(found.distance.min(), widest.distance.min()) > 5e-3
+    step, nearest = cut_corners(rod, reach, path, np.zeros(len(q), dtype=int), found, 5e-3)
+    assert len(step)
+    assert nearest.distance.min() < 2.5e-3
+    # as far off as the clearance asks for, nothing is wrong
+    away = Rod((0.05, 0.05), 0.001)
+    found = away.clearances(q, np.zeros(len(q)))
+    assert not len(cut_corners(away, reach, path, np.zeros(len(q), dtype=int), found, 5e-3)[0])

@@ -66,6 +66,31 @@ def test_nothing_of_the_solid_is_outside_its_pieces(make):
     assert inside(convex_pieces(solid).pieces, points, 1e-6 * np.ptp(solid.vertices)).all()
 
 
+def test_a_solid_turned_inside_out_is_there_beside_the_others():
+    block, post = trimesh.creation.box((0.2, 0.2, 0.2)), trimesh.creation.box((0.1, 0.1, 0.3))
+    points = np.random.default_rng(1).uniform((0.45, -0.05, -0.15), (0.55, 0.05, 0.15), (500, 3))
+    post.apply_translation((0.5, 0, 0))
+    post.invert()
+    found = convex_pieces(trimesh.util.concatenate([block, post]))
+    assert inside(found.pieces, points, 1e-9).all()
+    assert found.excess < 1e-6
+
+
+def test_of_a_mesh_that_crosses_itself_nothing_is_left_out():
+    # a bow tie: of its two lobes one is turned inside out, of whichever the other makes up for
+    outline = np.array([[-1, -1], [-1, 1], [2, -2], [2, 2]], dtype=float)
+    corners = np.concatenate([np.column_stack([outline, np.full(4, z)]) for z in (0.0, 1.0)])
+    faces = [[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]]
+    for a in range(4):
+        b = (a + 1) % 4
+        faces += [[a, 4 + a, b], [b, 4 + a, 4 + b]]
+    tie = trimesh.Trimesh(corners, faces, process=False)
+    assert tie.is_watertight
+    lobes = np.random.default_rng(1).uniform((-1, -0.2, 0), (2, 0.2, 1), (2000, 3))
+    lobes = lobes[np.abs(lobes[:, 0]) > 0.25]
+    assert inside(convex_pieces(tie).pieces, lobes, 1e-9).all()
+
+
 def test_a_fin_of_two_micrometres_is_among_the_pieces():
     solid = trimesh.boolean.union(
         [trimesh.creation.box((0.2, 0.2, 0.2)), trimesh.creation.box((2e-6, 3.0, 3.0))], engine="manifold"

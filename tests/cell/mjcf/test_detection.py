@@ -62,6 +62,28 @@ def test_pairs_of_all_kinds_are_as_far_apart_as_a_second_engine_says(one, two):
     assert near > 5
 
 
+@pytest.mark.parametrize("kind", ["cylinder", "box", "mesh"])
+def test_small_and_thin_shapes_are_found_out_to_a_reach_a_hundred_times_their_size(kind):
+    engine = pytest.importorskip("support.second_engine")
+    rng = np.random.default_rng((6, KINDS.index("cylinder"), KINDS.index(kind)))
+    hits = 0
+    for _ in range(75):
+        plain, model = random_pair(rng, "cylinder", kind, detectable, 5e-4)
+        datas = [mujoco.MjData(plain), mujoco.MjData(model)]
+        shapes = [engine.shape_of(plain, g) for g in range(2)]
+        for _ in range(20):
+            put(rng, datas)
+            poses = [engine.placed(datas[0], g) for g in range(2)]
+            true = engine.signed_distance(shapes[0], poses[0], shapes[1], poses[1])
+            found = seen(datas[1], 0.3)
+            if true < -DEEP:
+                assert found < 0, (true, found)
+                hits += 1
+            elif true > EXACT:
+                assert abs(min(found, 0.3) - min(true, 0.3)) < EXACT, (true, found)
+    assert hits > 300
+
+
 def test_random_cells_of_all_kinds_are_as_clear_as_a_second_engine_says(tmp_path):
     engine = pytest.importorskip("support.second_engine")
     write_meshes(tmp_path)

@@ -1,14 +1,16 @@
 """Verdicts: feasible motions hold under plain MuJoCo, infeasible ones carry the right reason."""
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
 
 from cell.case.read import load_case
+from cell.failure import Failure, Kind, Place, Where
 from cell.job.job import prepare
 from cell.scene.standalone import standalone_xml
-from cell.verdict.check import check
+from cell.verdict.check import _rows, check
 
 
 def run(path, e1=None, e2=None):
@@ -229,3 +231,15 @@ def test_roll_zero_has_x_along_the_parts_axis(make_case):
     assert np.allclose(np.linalg.det(T[:, :3, :3]), 1)
     projected = z_part - T[:, :3, 2] * (T[:, :3, 2] @ z_part)[:, None]
     assert np.allclose(T[:, :3, 0], projected / np.linalg.norm(projected, axis=1)[:, None])
+
+
+def test_a_home_in_the_way_is_told_at_a_target_that_was_not_looked_at(make_case):
+    """Of a part that is lost without its last bead."""
+    job = prepare(load_case(make_case()))
+    last = len(job.targets) - 1
+    lost = SimpleNamespace(failure=Failure(Kind.OUT_OF_REACH), attempt=None)
+    bead = SimpleNamespace(stretches=[], target_failures={0: lost}, edge_failures={}, open=list(range(1, last + 1)))
+    home = Failure(Kind.COLLISION, -1.0, 5.0, place=Place(Where.TO_HOME, at_home=True))
+    rows = _rows(job, SimpleNamespace(beads=[bead], travel_failures={last: home}), np.zeros(len(job.targets)))
+    assert [i for i, row in rows.items() if row.looked_at] == [0, last]
+    assert rows[last].failure.kind is Kind.COLLISION

@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import zipfile
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import mujoco
@@ -21,7 +22,7 @@ from cell.motion.motion_file import ReadMotion, read_motion, write_motion
 from cell.report.motion_report import finding_in_words
 from cell.verdict.check import Result, check
 from cell.verification.bead_order import skips
-from cell.verification.bead_samples import FINE, against_beads, dense
+from cell.verification.bead_samples import FINE, Way, against_beads, dense
 from cell.verification.bead_samples import rows_of as way_of
 from cell.verification.motion_check import MotionResult, check_motion
 
@@ -38,6 +39,18 @@ def good(folder: Path) -> Result:
     found = result_of(boss_case(folder, process=DWELL))
     assert found.motion is not None
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class Chords:
+    """Targets as far as beads are measured by them: mm, directions, beads."""
+
+    position: np.ndarray
+    normal: np.ndarray
+    path: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.path)
 
 
 def look(job: Job, motion: Motion) -> MotionResult:
@@ -151,6 +164,31 @@ def test_progress_without_a_way_is_a_skip(good: Result) -> None:
     assert found.reason == "order"
     assert found.detail["skips_mm"] == pytest.approx(12.0, abs=0.25)
     assert "12" in finding_in_words(found)
+
+
+def test_where_a_bead_runs_back_on_itself_a_bow_between_rows_is_no_skip() -> None:
+    # 5 mm out and 4 mm back; between rows the wire bows by up to 0.02 mm, nearer to the way back here and there
+    position = np.array([[0.0, 0, 0], [0, 5, 0], [0, 1, 0]])
+    targets = Chords(position, np.tile([1.0, 0, 0], (3, 1)), np.zeros(3, dtype=int))
+    along = np.linspace(0.0, 9.0, 181)
+    y = np.where(along <= 5, along, 10 - along)
+    Ts = np.tile(np.eye(4), (len(along), 1, 1))
+    Ts[:, :3, 2] = [-1.0, 0, 0]
+    Ts[:, :3, 3] = 1e-3 * np.stack([np.zeros_like(y), y, np.zeros_like(y)], axis=1)
+    target = (along > 5).astype(int)
+    # off the chord that the row names by 0.02 mm where its neighbour's end is nearer by 0.015
+    position[2, 2] = 0.015
+    Ts[along < 5, 2, 3] = 2e-5
+    job = SimpleNamespace(targets=targets)
+    way = Way(np.arange(len(along)), np.zeros((len(along), 8)), Ts, np.tile(np.eye(4), (len(along), 1, 1)))
+    on = against_beads(job, way, target)
+    assert on.progress == pytest.approx(along * 1e-3, abs=5e-5)
+    assert skips(way, on, np.zeros(len(along), dtype=int)) == []
+    # a torch that does go over to the way back is told of, by what the rows name
+    over = against_beads(job, way, np.where(along > 3, 1, 0))
+    assert [f.detail["skips_mm"] for f in skips(way, over, np.zeros(len(along), dtype=int))] == [
+        pytest.approx(3.9, abs=0.1)
+    ]
 
 
 @pytest.mark.parametrize(("at_full_speed", "rows"), [(True, {1}), (False, set())])

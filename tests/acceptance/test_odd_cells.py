@@ -1,0 +1,42 @@
+"""Cells of models as other people write them: what is called feasible is so to a second engine on the shapes as given.
+
+bench/odd_cells.py looks at hundreds.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.random_jobs import odd_job, own_result
+from support.witness import Witness
+
+
+def feasible(folder, seeds):
+    """The first of some random cells that is feasible, and what its own check of motions says."""
+    for seed in seeds:
+        result, wrong = own_result(odd_job(np.random.default_rng(seed), folder))
+        if result.motion is not None:
+            return result, wrong
+    raise AssertionError("none is feasible")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seeds", [[(9, k) for k in range(a, a + 8)] for a in (0, 8)])
+def test_a_second_engine_finds_nothing_wrong_with_a_feasible_motion(seeds, tmp_path):
+    result, wrong = feasible(tmp_path, seeds)
+    assert wrong == []
+    assert Witness(result).problems() == []
+
+
+@pytest.mark.slow
+def test_the_second_engine_sees_what_is_wrong(tmp_path):
+    result, _ = feasible(tmp_path, [(9, k) for k in range(8)])
+    motion = result.motion
+    welding = np.flatnonzero(motion.arc == 1)
+    down, onto = motion.q.copy(), motion.q.copy()
+    down[len(down) // 2, 1] += np.deg2rad(70)  # the upper arm falls
+    onto[welding[-1]] = motion.q[welding[0]]
+    onto[welding[-1], 1] += np.deg2rad(1.0)  # 20 mm lower, where everything is welded
+    assert any("floor" in line for line in Witness(replace(result, motion=replace(motion, q=down))).problems())
+    found = Witness(replace(result, motion=replace(motion, q=onto))).problems()
+    assert any("from metal" in line or "body" in line or "support" in line for line in found)

@@ -1,0 +1,85 @@
+"""Copies of a model are used again, and nobody sees who had them before."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from support.cases import little_case
+
+from cell.case.read import load_case
+from cell.collision.checker import Checker
+from cell.collision.model_copies import MOST_SPARE, borrowed
+from cell.collision.pair_groups import groups_of
+from cell.collision.table import TableChecker
+from cell.collision.wire import wire_checker
+from cell.job.job import prepare
+
+
+class Borrower:
+    """Somebody."""
+
+
+def a_model() -> mujoco.MjModel:
+    xml = "<mujoco><worldbody><geom size='1'/><geom size='2' pos='0 0 9'/></worldbody></mujoco>"
+    return mujoco.MjModel.from_xml_string(xml)
+
+
+def test_a_copy_is_for_one_at_a_time_and_then_for_the_next() -> None:
+    model = a_model()
+    one, other = Borrower(), Borrower()
+    first, second = borrowed(model, one), borrowed(model, other)
+    assert first is not second
+    assert first is not model
+    del one
+    again = Borrower()
+    assert borrowed(model, again) is first
+    assert borrowed(model, again) is not second
+    assert borrowed(a_model(), again) is not first
+
+
+def test_a_copy_with_shapes_away_is_never_given_for_one_without() -> None:
+    model, one = a_model(), Borrower()
+    away = borrowed(model, one, (1,))
+    assert away.geom_pos[1, 2] > 1e4
+    assert model.geom_pos[1, 2] == 9
+    del one
+    assert borrowed(model, Borrower()).geom_pos[1, 2] == 9
+    assert borrowed(model, Borrower(), (0,)).geom_pos[1, 2] == 9
+    assert borrowed(model, Borrower(), (1,)) is away
+
+
+def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_path) -> None:
+    scene = prepare(load_case(little_case(tmp_path))).scene
+    rng = np.random.default_rng(3)
+    q = rng.uniform(scene.chain.lower, scene.chain.upper, (60, scene.chain.n))
+    stage = rng.integers(0, scene.n_deposits + 1, 60)
+
+    def made() -> Checker:
+        return Checker(scene, (0.3, 1.0), 0.05)
+
+    both = made(), made()  # at once, so that neither has the other's copy
+    order = np.argsort(-both[0].clearances(q, stage).distance)  # a copy is left with little looked for
+    q, stage = q[order], stage[order]
+    fresh = both[1].clearances(q, stage)  # in the order of all that follows: how far is looked out hangs on it
+    assert (fresh.distance < 0).any()
+    assert fresh.distance[0] > 0
+    del both
+    groups = groups_of(made(), fresh)
+    wires = [wire_checker(made()) for _ in range(2)]
+    tables = [TableChecker(scene, 0.05) for _ in range(2)]
+    for group in groups:
+        group.clearances(q, stage)
+    for wire in wires:
+        assert wire is not None
+        wire.clearances(q, stage)
+    for table in tables:
+        table.clearances(rng.uniform(-1, 1, (9, 2)), np.zeros(9, dtype=np.int64))
+    wired = wires[0].clearances(q, stage)
+    del groups, group, wires, wire, tables, table
+    # all copies that were used, at once
+    for checker in [made() for _ in range(MOST_SPARE + 1)]:
+        found = checker.clearances(q, stage)
+        assert np.array_equal(found.distance, fresh.distance)
+        assert np.array_equal(found.pair, fresh.pair)
+    for wire in [wire_checker(made()) for _ in range(MOST_SPARE + 1)]:
+        assert np.array_equal(wire.clearances(q, stage).distance, wired.distance)
