@@ -81,7 +81,7 @@ def test_along_a_flat_wall_few_samples_prove_all(scenes):
         proved += int(np.isin(apart, whole).sum())
         asked += checker.asked.count if len(whole) == 3 else 0
     assert proved > 5 * STEPS
-    assert 0 < asked < 0.5 * proved
+    assert 0 < asked < 0.7 * proved
 
 
 @pytest.mark.parametrize("least", [0.005, 0.05])
