@@ -58,7 +58,6 @@ MUTANTS = (
     Mutant("cell/collision/between_samples.py", "room[k] <= checker.travel_bound(radius, a[k], b[k])", "room[k] <= 0.5 * checker.travel_bound(radius, a[k], b[k])", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "return left, np.concatenate(hits)", "return left[:0], np.concatenate(hits)", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "motion[steps.step[hit]])", "motion[steps.step[:1]])", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "hit = dm <= least", "hit = dm <= 0", (BOUNDS,)),
     Mutant("cell/collision/open_steps.py", "return self.da + self.db - 2 * limit", "return self.da + self.db - limit", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "if seen.distance[k] < nearest.best.distance[0]:", "if False:", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),

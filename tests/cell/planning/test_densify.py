@@ -97,3 +97,22 @@ def test_new_rows_that_come_too_near_are_refused(context: Context, bead: Stretch
     (dense,), failures = densified(replace(context, settings=replace(context.settings, clearance=beyond)), [bead])
     assert len(dense.q) > len(bead.q)
     assert {failure.kind for failure in failures.values()} == {Kind.COLLISION}
+
+
+def test_what_is_kept_by_a_new_row_is_what_the_step_keeps_less_how_far_the_row_is_off_it(
+    context: Context, bead: Stretch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cell.planning.densify.MOST_HALVINGS", 1)
+    monkeypatch.setattr("cell.planning.densify.MOST_WIRE_ANGLE", np.deg2rad(0.001))
+    (dense,), _ = densified(context, [bead])
+    old = np.flatnonzero(np.isin(dense.q, bead.q).all(axis=1))
+    assert len(old) == len(bead.q) < len(dense.q)
+    off = 0.0
+    for k, (a, b) in enumerate(zip(old[:-1].tolist(), old[1:].tolist(), strict=True)):
+        if b == a + 2:
+            away = np.abs(dense.q[a + 1] - (dense.q[a] + dense.q[b]) / 2) @ context.radius
+            assert dense.kept[[a, a + 1]] == pytest.approx(bead.kept[k] - away, abs=1e-12)
+            off = max(off, away)
+        else:
+            assert dense.kept[a] == bead.kept[k]
+    assert off > 1e-6
