@@ -58,11 +58,12 @@ Key = tuple[tuple[str, ...], list[tuple[float, float]]]
 
 def known_keys() -> list[Key]:
     """All keys that a case may hold, as paths, with the ranges of their numbers."""
+    from cell.case.fields import keys_of
     from cell.case.problems import _ranges, section_of
     from cell.case.sections import Case
 
     def below(section: Any) -> Iterator[Key]:
-        for name, field in section.model_fields.items():
+        for name, field in keys_of(section).items():
             inner = section_of(field.annotation)
             yield (name,), [] if inner is not None else _ranges([field.metadata, field.annotation])
             if inner is not None:

@@ -1,7 +1,11 @@
 """Decompose parts of known truth by the hundred: right, refused, doubted or silently wrong.
 
-python bench/parts_truth.py 200                 # seeds 0 .. 199
-python bench/parts_truth.py 200 --first 1000 --json out.json
+python bench/parts_truth.py 200                          # seeds 0 .. 199
+python bench/parts_truth.py 200 --first 1000 --log parts.jsonl
+python bench/parts_truth.py --sum parts.jsonl            # what the log holds
+
+The log takes a line a part as it is judged, so that a run may be ended at any time; seeds that it holds are not judged
+again.
 """
 
 from __future__ import annotations
@@ -12,7 +16,9 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,38 +28,84 @@ from bench_arguments import parsed  # noqa: E402
 from support.cad_parts import FORMATS, cad_part  # noqa: E402
 from support.part_truth import Judgement, judged  # noqa: E402
 
-from slicing import load_mesh  # noqa: E402
+from slicing import PartError, load_mesh  # noqa: E402
 
 
-def one(seed: int) -> tuple[Judgement, str, float]:
-    """The judgement of a seed's part, its words, and seconds taken to decompose it."""
+def one(seed: int) -> dict[str, Any]:
+    """The judgement of a seed's part, its words, and processor seconds to make, read and decompose it."""
+    start = time.process_time()
     part = cad_part(seed)
     kind = FORMATS[seed % len(FORMATS)]
+    made = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
-        mesh = load_mesh(part.save(Path(folder), kind))
-    start = time.perf_counter()
-    found = judged(part, mesh)
-    return found, f"{kind}, {part.words}", time.perf_counter() - start
+        path = part.save(Path(folder), kind)
+        written = time.process_time()
+        try:
+            mesh = load_mesh(path)
+        except PartError as error:
+            mesh, found = None, Judgement("refused", str(error))
+    read = time.process_time()
+    if mesh is not None:
+        found = judged(part, mesh)
+    row = {
+        "seed": seed,
+        "kind": found.kind,
+        "why": found.why,
+        "sides": part.truth.sides,
+        "words": f"{kind}, {part.words}",
+    }
+    seconds = {"make_s": made - start, "read_s": read - written, "judge_s": time.process_time() - read}
+    return {**row, **{key: round(value, 3) for key, value in seconds.items()}}
+
+
+def said(row: dict[str, Any]) -> str:
+    """One line of a part that is not right."""
+    return f"{row['seed']}: {row['kind']}: {row['why']} [{row['words']}]"
+
+
+def figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """What is kept of many parts."""
+    times = {key: [row[key] for row in rows] for key in ("make_s", "read_s", "judge_s")}
+    return {
+        "parts": len(rows),
+        **dict(Counter(row["kind"] for row in rows).most_common()),
+        **{f"median_{key}": round(float(np.median(values)), 3) for key, values in times.items()},
+        "most_judge_s": max(times["judge_s"]),
+    }
+
+
+def rows_of(log: Path) -> list[dict[str, Any]]:
+    """What a log holds."""
+    return [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()] if log.is_file() else []
+
+
+def run(seeds: Iterable[int], log: Path | None) -> list[dict[str, Any]]:
+    """Judge the parts of seeds, but those that the log holds."""
+    rows = rows_of(log) if log else []
+    known = {row["seed"] for row in rows}
+    for seed in seeds:
+        if seed in known:
+            continue
+        rows.append(one(seed))
+        if log:
+            with log.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(rows[-1]) + "\n")
+        if rows[-1]["kind"] != "right":
+            print(said(rows[-1]), flush=True)
+    return rows
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("count", type=int, nargs="?", default=200, help="how many parts (default 200)")
     parser.add_argument("--first", type=int, default=0, help="seed of the first")
-    parser.add_argument("--json", help="where to write figures")
+    parser.add_argument("--log", type=Path, help="file that takes a line a part; what it holds is not judged again")
+    parser.add_argument("--sum", type=Path, metavar="LOG", help="judge nothing: what a log holds")
     args = parsed(parser, count=3)
-    kinds: Counter[str] = Counter()
-    seconds = []
-    for seed in range(args.first, args.first + args.count):
-        found, words, took = one(seed)
-        kinds[found.kind] += 1
-        seconds.append(took)
-        if found.kind != "right":
-            print(f"{seed}: {found.kind}: {found.why} [{words}]", flush=True)
-    figures = {**kinds, "parts": args.count, "median_s": round(float(np.median(seconds)), 3), "most_s": max(seconds)}
-    print(figures)
-    if args.json:
-        Path(args.json).write_text(json.dumps(figures) + "\n", encoding="utf-8")
+    rows = rows_of(args.sum) if args.sum else run(range(args.first, args.first + args.count), args.log)
+    if args.sum:
+        print(*[said(row) for row in rows if row["kind"] != "right"], sep="\n")
+    print(figures(rows))
 
 
 if __name__ == "__main__":

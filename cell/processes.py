@@ -10,6 +10,8 @@ nothing. Results come in the order of the items, and of several errors that of t
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import pickle
 import signal
@@ -32,6 +34,7 @@ I = TypeVar("I")  # noqa: E741
 R = TypeVar("R")
 Tick = Callable[[], None]
 
+GARBAGE = 20_000  # objects made, between two searches for circles of them: what is large is in none
 END_S = 5.0  # that a worker with nothing to do may take to end
 
 
@@ -372,8 +375,23 @@ def _sendable(error: Exception) -> Exception:
     return error
 
 
+def begin_own_process(*, draws: bool = False) -> None:
+    """Of a process that is the program's own, before MuJoCo is imported: start and work with less ado.
+
+    Args:
+        draws: MuJoCo is to draw in it. Otherwise it need not look for a window system, which it would do in processes
+            of their own.
+    """
+    if not draws:
+        os.environ.setdefault("MUJOCO_GL", "disable")
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would look for some in all that is installed
+    gc.set_threshold(GARBAGE)
+    atexit.register(gc.freeze)  # and at the end all there is would be searched once more
+
+
 def begin_worker() -> None:
     """Of a worker process: leave Ctrl-C to the parent, and do not outlive it."""
+    begin_own_process()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     if parent is None:

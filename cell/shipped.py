@@ -3,6 +3,7 @@
 Use:
 
     load_case(DEFAULT_CASE)                   # the propeller
+    case_path("boiler")                       # a shipped case by its name
 """
 
 from __future__ import annotations
@@ -18,3 +19,16 @@ DEFAULT_CASE = MODELS_DIR / "cases" / "propeller.case.yaml"
 def is_path(model: str) -> bool:
     """Whether a model is a file rather than the name of a shipped one."""
     return "/" in model or "." in model
+
+
+def case_path(case: str | Path) -> Path:
+    """Where a case is: the file, or the shipped case of that name where there is no such file.
+
+    Args:
+        case: a path, or a name such as propeller_indexed.
+    """
+    path = Path(case)
+    if is_path(str(case)) or path.exists():
+        return path
+    shipped = MODELS_DIR / "cases" / f"{case}.case.yaml"
+    return shipped if shipped.is_file() else path

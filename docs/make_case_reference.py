@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import typing
 from pathlib import Path
-from typing import Any
 
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from cell import Case
+from cell.case.fields import description_of, keys_of
+from cell.case.problems import section_of
 
 HEAD = """# Case files
 
 Everything of a run in one YAML file. Only `part` is needed; every other key has the default shown. Lengths in
 mm and angles in degrees, as each key says; paths are relative to the file; unknown keys are errors. Made from
-the definition in `cell/case/sections.py` by `docs/make_case_reference.py`.
+the definitions in `cell/case/sections.py` and `slicing/parameters.py` by `docs/make_case_reference.py`.
 
 """
 
@@ -28,32 +28,26 @@ def reference() -> str:
     return "".join(lines)
 
 
-def _rows(section: type[BaseModel], prefix: str, lines: list[str]) -> None:
-    for name, field in section.model_fields.items():
-        inner = _section(field.annotation)
-        listed = "[]" if typing.get_origin(field.annotation) is list and inner else ""
+def _rows(section: type, prefix: str, lines: list[str]) -> None:
+    for name, field in keys_of(section).items():
+        inner = section_of(field.annotation)
+        listed = "[]" if typing.get_origin(field.annotation) in (list, tuple) and inner else ""
         key = f"{prefix}{name}{listed}"
-        meaning = field.description or (_summary(inner) if inner else "")
+        meaning = description_of(field) or (_summary(inner) if inner else "")
         lines.append(f"| `{key}` | {_default(field, inner)} | {meaning} |\n")
         if inner is not None:
             _rows(inner, f"{key}.", lines)
 
 
-def _section(annotation: Any) -> type[BaseModel] | None:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    return next((s for s in map(_section, typing.get_args(annotation)) if s), None)
-
-
-def _summary(section: type[BaseModel]) -> str:
+def _summary(section: type) -> str:
     return (section.__doc__ or "").split("\n")[0]
 
 
-def _default(field: FieldInfo, inner: type[BaseModel] | None) -> str:
+def _default(field: FieldInfo, inner: type | None) -> str:
     if field.is_required():
         return "needed"
     value = field.default if field.default is not PydanticUndefined else []
-    if isinstance(value, BaseModel):
+    if inner is not None and isinstance(value, inner):
         return ""
     if value is None:
         return "none"

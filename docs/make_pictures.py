@@ -13,6 +13,7 @@ import argparse
 import io
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from PIL import Image
@@ -23,6 +24,7 @@ from cell.job.job import slice_part
 from cell.job.part_input import read_part
 from cell.verdict.as_asked import check_as_asked
 from cell.view.camera import View
+from cell.view.film import film
 from cell.view.layer_picture import body_of
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
@@ -33,6 +35,7 @@ PROPELLER_POSES = ((90, 180), (-45, 0))  # E1, E2, deg
 WIDE_SUPPORT_MM = 30.0  # the propeller's nozzle has no room beside it
 WIDTH, HEIGHT = 1400, 900
 FRAMES, FRAME = 6, 400  # of a strip, and their size in pixels
+FILM, FILM_FPS, FILM_S = (480, 320), 8, 14  # of a film: pixels, frames a second, seconds
 LAYERS_WIDTH, LAYERS_HEIGHT = 1000, 720
 SMALL, LARGEST = 120_000, 250_000  # bytes: up to here nothing is done, beyond here nothing is taken
 COLOURS = (256, 128, 64)
@@ -102,7 +105,7 @@ def pictures(what: str) -> Iterator[tuple[str, bytes]]:
         what: propeller, propeller_indexed, support, boiler, boiler_coordinated, valve, collision or layers.
 
     Yields:
-        Names and PNGs.
+        Names and PNGs; of films names that end in .webp, and these.
     """
     if what == "layers":
         for part in PARTS:
@@ -115,12 +118,14 @@ def pictures(what: str) -> Iterator[tuple[str, bytes]]:
         result = check_as_asked(prepare(case_of(what)))
         yield f"{what}_torch", picture(result, width=WIDTH, height=HEIGHT, view="torch", target=600)
         yield f"{what}_strip", strip(result, range(len(result.poses)))
+        yield f"{what}.webp", moving(result)
     elif what == "boiler_coordinated":
         # one round of the duct, halfway up
         result = check_as_asked(prepare(case_of(what)))
         t = result.job.targets
         duct = np.flatnonzero(t.path == t.path[len(t) // 2])
         yield f"{what}_strip", strip(result, duct[np.linspace(0, len(duct) - 1, FRAMES).astype(int)].tolist())
+        yield f"{what}.webp", moving(result)
     elif what == "propeller":
         job = prepare(case_of(what))
         for e1, e2 in PROPELLER_POSES:
@@ -156,6 +161,22 @@ def strip(result: Result, frames: Sequence[int]) -> bytes:
     return out.getvalue()
 
 
+def moving(result: Result) -> bytes:
+    """A film of a feasible result, in ``FILM_S``.
+
+    Returns:
+        An animated WebP, which browsers show like a picture.
+    """
+    assert result.motion is not None
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "film.gif"
+        film(result, path, size=FILM, fps=FILM_FPS, speed=float(result.motion.t_s[-1]) / FILM_S, view="torch")
+        with Image.open(path) as frames:
+            out = io.BytesIO()
+            frames.save(out, format="WEBP", save_all=True, quality=60, method=6)
+    return out.getvalue()
+
+
 def layers(part: str) -> Iterator[tuple[str, bytes]]:
     """The layers of a part under every strategy."""
     case = case_of(part)
@@ -184,10 +205,11 @@ def main() -> None:
         parser.error(f"{', '.join(sorted(unknown))}: is none of {', '.join(everything)}")
     args.out.mkdir(parents=True, exist_ok=True)
     for what in args.what or everything:
-        for name, png in pictures(what):
-            few = small(png)
-            (args.out / f"{name}.png").write_bytes(few)
-            print(f"{name}.png: {len(few) // 1000} kB", flush=True)
+        for name, found in pictures(what):
+            still = not name.endswith(".webp")
+            path, few = args.out / (f"{name}.png" if still else name), small(found) if still else found
+            path.write_bytes(few)
+            print(f"{path.name}: {len(few) // 1000} kB", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
+from .annotations import Meaning as Meaning
+
 # what the package exports: read by editors, type checkers, and the package itself
-from .beads.bead import BeadParameters as BeadParameters
-from .beads.bead import SeamPlace as SeamPlace
 from .beads.deposition import layer_metal as layer_metal
 from .beads.deposition import metal_document as metal_document
 from .beads.deposition import share_of as share_of
@@ -23,7 +23,6 @@ from .document import targets_rows as targets_rows
 from .layers.body_ends import NO_ENDS as NO_ENDS
 from .layers.body_ends import body_ends as body_ends
 from .layers.layer import SlicedSubVolume as SlicedSubVolume
-from .layers.layer import SlicingParameters as SlicingParameters
 from .mesh.hull import hull_planes as hull_planes
 from .mesh.load import load_mesh as load_mesh
 from .mesh.solid import Bools as Bools
@@ -35,6 +34,10 @@ from .paper.indices import indices as indices
 from .paper.scores import ZERO_RAD as ZERO_RAD
 from .paper.scores import Scores as Scores
 from .paper.scores import scores_of as scores_of
+from .parameters import BeadParameters as BeadParameters
+from .parameters import SeamPlace as SeamPlace
+from .parameters import SlicingParameters as SlicingParameters
+from .parameters import Strategy as Strategy
 from .strategies.printed_body import BODY_NAME as BODY_NAME
 from .strategies.printed_body import slice_body as slice_body
 from .strategies.printed_body import turned_solid as turned_solid
@@ -81,6 +84,7 @@ __all__ = [
     "Evidence",
     "Indices",
     "LaidSubVolume",
+    "Meaning",
     "Mesh",
     "Overhang",
     "PartError",
@@ -91,6 +95,7 @@ __all__ = [
     "SeamPlace",
     "SlicedSubVolume",
     "SlicingParameters",
+    "Strategy",
     "Targets",
     "Toolpath",
     "Warning",

@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from .errors import PartError
+
+__all__ = ["Bools", "Floats", "Ints", "PartError"]
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
-
-
-class PartError(ValueError):
-    """Bad input: one line naming the file or the part, what is wrong with it and what is allowed."""

@@ -15,6 +15,7 @@ from typing import Any, Self
 class Code(StrEnum):
     """What a warning is about. In alphabetical order."""
 
+    BEAD_OVER_ITSELF = "bead_over_itself"
     BEAD_SPLIT = "bead_split"
     BODY_AXIS = "body_axis"
     BODY_COLLAR = "body_collar"

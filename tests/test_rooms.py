@@ -43,7 +43,9 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("__init__", "__main__", "pytest_plugin"),
     ),
     "slicing": (
-        ("arrays", "warning"),
+        ("errors", "warning"),
+        ("annotations", "arrays"),
+        ("parameters",),
         ("mesh",),
         ("surfaces",),
         ("curves", "decomposition"),

@@ -8,9 +8,15 @@ gets through with.
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import dataclasses
+from dataclasses import is_dataclass
+from typing import Annotated, Any, get_type_hints
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic.dataclasses import dataclass
+from pydantic.fields import FieldInfo
+
+from slicing import Meaning
 
 from .number_lists import values_of
 
@@ -31,6 +37,7 @@ Distance = Annotated[float, within(0, 1000)]  # mm
 Tolerance = Annotated[float, within(1e-4, 100)]  # mm
 Speed = Annotated[float, within(0.01, 1e5)]  # mm/s
 AxisRate = Annotated[float, within(0.001, 1e6)]  # deg/s, deg/s2
+LayerNumber = Annotated[int, within(0, 1_000_000)]
 Count = Annotated[int, within(0, 1_000_000_000)]
 Seconds = Annotated[float, within(0, 86_400)]
 RightAngle = Annotated[float, within(0, 90)]  # an angle from a line: more than 90 would exclude everything
@@ -68,8 +75,34 @@ Coordinates = _values(Coordinate)  # 5, "LO:HI:STEP" or a list of them
 Angles = _values(Angle)
 
 
+# the sections are built when the case is first read: all in one then, not each by itself before
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, defer_build=True)
+
+
 class Section(BaseModel):
     """A section of a case file: unknown keys and NaN are errors."""
 
-    # the sections are built when the case is first read: all in one then, not each by itself before
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+    model_config = ConfigDict(**_STRICT, frozen=True)
+
+
+# the same for a section whose keys are the fields of a dataclass of `slicing.parameters`
+asked = dataclass(frozen=True, config=_STRICT)
+
+
+def is_section(annotation: Any) -> bool:
+    """Whether an annotation is a section: one of the models, or a dataclass."""
+    return isinstance(annotation, type) and (issubclass(annotation, BaseModel) or is_dataclass(annotation))
+
+
+def keys_of(section: Any) -> dict[str, FieldInfo]:
+    """The keys of a section, in their order, with what is said of them."""
+    if issubclass(section, BaseModel):
+        return section.model_fields
+    hints = get_type_hints(section, include_extras=True)
+    named = [field for field in dataclasses.fields(section) if field.init]
+    return {field.name: FieldInfo.from_annotated_attribute(hints[field.name], field.default) for field in named}
+
+
+def description_of(field: FieldInfo) -> str:
+    """What is said of a key; empty where nothing is."""
+    return field.description or next((one.text for one in field.metadata if isinstance(one, Meaning)), "")

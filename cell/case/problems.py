@@ -12,21 +12,24 @@ import reprlib
 from typing import Any
 
 from annotated_types import Ge, Le
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
+from .fields import is_section, keys_of
 from .sections import Case
+
+UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
 
 
 def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
     """The problem that tells most, with its key, the value and what is allowed."""
     problems = error.errors(include_url=False)
     # of a union pydantic lists every branch; a misspelt key is the most telling of them
-    telling = ("extra_forbidden", "value_error", "greater_than_equal", "less_than_equal")
+    telling = (*UNKNOWN, "value_error", "greater_than_equal", "less_than_equal")
     problem = next((p for kind in telling for p in problems if p["type"] == kind), problems[0])
     where = _keys_of(problem["loc"], content, problem["type"] == "missing")
     key = ".".join(where)
-    if problem["type"] == "extra_forbidden":
+    if problem["type"] in UNKNOWN:
         known = _keys_at(where[:-1])
         near = difflib.get_close_matches(where[-1], known, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
@@ -54,6 +57,7 @@ _IN_WORDS = {
     "too_long": "has too many values",
     "too_short": "has too few values",
     "model_type": "is a section of keys and values",
+    "dataclass_type": "is a section of keys and values",
     "list_type": "is a list",
     "dict_type": "is a mapping of keys to values",
     "tuple_type": "is a list of numbers",
@@ -101,7 +105,7 @@ def _range_in_words(where: list[str], limit: dict[str, float]) -> str | None:
     """What a number at a place of a case file has to lie within, given the end of it that was passed."""
     *sections, name = [key for key in where if not key.isdigit()]
     section = _section_at(sections)
-    field = None if section is None else section.model_fields.get(name)
+    field = None if section is None else keys_of(section).get(name)
     found = [] if field is None else _ranges([field.metadata, field.annotation])
     mine = next((pair for pair in found if pair[0] == limit.get("ge") or pair[1] == limit.get("le")), None)
     return None if mine is None else f"is {mine[0]:g} to {mine[1]:g}"
@@ -126,7 +130,7 @@ def _section_at(where: list[str]) -> Any:
     for name in where:
         if name.isdigit():
             continue
-        field = None if section is None else section.model_fields.get(name)
+        field = None if section is None else keys_of(section).get(name)
         section = None if field is None else section_of(field.annotation)
     return section
 
@@ -134,12 +138,12 @@ def _section_at(where: list[str]) -> Any:
 def _keys_at(where: list[str]) -> list[str]:
     """Keys allowed at a place of a case file."""
     section = _section_at(where)
-    return [] if section is None else list(section.model_fields)
+    return [] if section is None else list(keys_of(section))
 
 
 def section_of(annotation: Any) -> Any:
     """The section that an annotation stands for; None where it is none."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+    if is_section(annotation):
         return annotation
     for inner in getattr(annotation, "__args__", ()):
         found = section_of(inner)

@@ -11,6 +11,7 @@ names the file, the key, the value and what is allowed; a misspelt key names the
 
 from __future__ import annotations
 
+from dataclasses import asdict, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ import yaml
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from ..errors import InputError
-from ..shipped import is_path
+from ..shipped import case_path, is_path
 from .fields import FileName
 from .problems import first_problem, shortened
 from .sections import NO_TABLE, Case
@@ -32,7 +33,7 @@ def load_case(path: str | Path) -> Case:
     """Read and check a case file.
 
     Args:
-        path: the YAML file.
+        path: the YAML file, or the name of a shipped case.
 
     Returns:
         The case.
@@ -41,7 +42,8 @@ def load_case(path: str | Path) -> Case:
         InputError: the file is missing or no YAML, a key is unknown or a value not allowed; one line.
     """
     read: list[Path] = []
-    case = parse_case(_read(Path(path), read), path)
+    path = case_path(path)
+    case = parse_case(_read(path, read), path)
     case._read_from = tuple(read)
     return case
 
@@ -190,6 +192,8 @@ def _data(value: Any) -> Any:
     """A section as the data it is read from, so that it is checked again; other values as they are."""
     if isinstance(value, BaseModel):
         return value.model_dump(exclude_unset=True)
+    if is_dataclass(value) and not isinstance(value, type):
+        return asdict(value)
     return [_data(item) for item in value] if isinstance(value, list) else value
 
 

@@ -13,6 +13,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from slicing import BeadParameters, Meaning, SlicingParameters
+
 from ..printable import printable
 from .controller_section import ControllerSection
 from .fields import (
@@ -21,14 +23,12 @@ from .fields import (
     Angles,
     Angles3,
     AxisRate,
-    BeadWidth,
     ControllerFrame,
     Coordinate,
     Coordinates,
     Count,
     Distance,
     FileName,
-    LayerHeight,
     Length,
     Name,
     RightAngle,
@@ -39,9 +39,9 @@ from .fields import (
     Tolerance,
     Vec2,
     Vec3,
+    asked,
     within,
 )
-from .seam_section import SeamSection
 from .table_section import Table as Table
 
 NO_PART = "none"  # as part: nothing is built
@@ -124,30 +124,14 @@ class Support(Section):
     height_mm: Length
 
 
-class Slicing(Section):
+@asked
+class Slicing(SlicingParameters):
     """How the layers are cut."""
 
-    strategy: Literal["planar", "cylindrical", "nonuniform", "conical", "revolved"] = Field(
-        "nonuniform",
-        description="conical and revolved need such a body; planar takes any, the others a cylinder",
-    )
-    body: Literal["planar"] | None = Field(
-        None, description="planar: the body is printed as well, first, as BODY, in planar layers along its axis"
-    )
-    h_layer_mm: LayerHeight = 1.73
-    h_min_mm: LayerHeight = 1.39
-    h_max_mm: LayerHeight = 2.2
-    tolerance_mm: Tolerance = Field(0.01, description="largest distance of a layer's chords from its exact curve")
-    thickness: Literal["report", "trim", "merge"] = Field(
-        "report",
-        description="what becomes of beads outside h_min .. h_max: they stay, end there, or the layer above lays them",
-    )
-
-    @model_validator(mode="after")
-    def _heights_in_order(self) -> Slicing:
-        if not self.h_min_mm <= self.h_layer_mm <= self.h_max_mm:
-            raise ValueError("needs h_min_mm <= h_layer_mm <= h_max_mm")
-        return self
+    body: Annotated[
+        Literal["planar"] | None,
+        Meaning("planar: the body is printed as well, first, as BODY, in planar layers along its axis"),
+    ] = None
 
 
 class Sampling(Section):
@@ -157,52 +141,9 @@ class Sampling(Section):
     min_segment_mm: Annotated[float, within(0.01, 1e5)] = 3.0
 
 
-class BeadsSection(Section):
+@asked
+class BeadsSection(BeadParameters):
     """Which beads a layer is laid in, where they start, and in which order."""
-
-    pattern: Literal["contour", "contour_parallel", "zigzag"] = Field(
-        "contour", description="the layers' borders alone (as in the paper), or what fills them too"
-    )
-    width_mm: BeadWidth = Field(5.0, description="of a bead")
-    overlap: Annotated[float, Field(ge=0, le=0.9)] = Field(
-        0.25, description="of neighbouring beads, as a share of the width"
-    )
-    border: Literal["centre", "edge"] | None = Field(
-        None, description="a layer's border is its outer bead's centre line or edge; contour: centre, others: edge"
-    )
-    thin_walls: Literal["middle", "border"] = Field(
-        "middle",
-        description="contour: where a wall is thinner than 1.5 pitches one bead in its middle, or its borders as ever",
-    )
-    contours: Annotated[int, within(0, 1000)] = Field(1, description="rounds along the border before zigzag lines")
-    contours_first: bool = Field(True, description="borders before what is within them, or after it")
-    angle_deg: Angle = Field(0.0, description="of zigzag lines, against the way round the body (planes: across z)")
-    angle_step_deg: Angle = Field(90.0, description="added to it from layer to layer")
-    metal_share: tuple[Annotated[float, within(0.01, 1)], Annotated[float, within(1, 100)]] | None = Field(
-        None,
-        description="least and greatest metal for its length that a bead may carry, as a share, by its speed; none: 1",
-    )
-    seam: Literal["aligned", "spread", "chosen"] = Field(
-        "aligned", description="closed beads start near the seam below, far from it, or at a chosen place"
-    )
-    seam_angle_deg: Angle | None = Field(None, description="chosen place: angle about the body's axis, or")
-    seam_xyz_mm: Vec3 | None = Field(None, description="a point of the part")
-    seams: list[SeamSection] = Field(default_factory=list, description="places of some sub-volumes' or layers' own")
-    alternate: bool = Field(False, description="every other layer runs the other way round")
-    order: Literal["given", "short"] | None = Field(
-        None, description="of a layer's beads: as found, or with little travel; contour: given, others: short"
-    )
-    lead_in_mm: Distance = Field(0.0, description="the arc starts so far before the seam (open beads: run back)")
-    lead_out_mm: Distance = Field(0.0, description="and runs on so far past it")
-
-    @model_validator(mode="after")
-    def _place_of_seam(self) -> BeadsSection:
-        places = (self.seam_angle_deg is not None) + (self.seam_xyz_mm is not None)
-        if self.seam == "chosen" and places != 1:
-            raise ValueError("seam: chosen needs one of seam_angle_deg, seam_xyz_mm")
-        if self.seam != "chosen" and places:
-            raise ValueError("seam_angle_deg and seam_xyz_mm go with seam: chosen")
-        return self
 
 
 class Roll(Section):

@@ -11,8 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from .fields import MOST_LIST, Angle, Name, Section, within
-from .seam_section import LayerNumber
+from .fields import MOST_LIST, Angle, LayerNumber, Name, Section, within
 
 
 class TablePoseSection(Section):

@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 BAD_INPUT = 2
 STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
 PATTERNS = ("contour", "contour_parallel", "zigzag")
+CASE_HELP = "case file, or the name of a shipped case (default: propeller)"
 TABLE_MODES = ("fixed", "indexed", "coordinated", "best")
 
 DESCRIPTION = """Can the robot build the part?
@@ -152,7 +153,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
 
     compare = command("compare", "hold the slicing strategies against one another", COMPARE_TEXT)
-    compare.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
+    compare.add_argument("case", nargs="?", metavar="CASE", help=CASE_HELP)
     compare.add_argument(
         "--paper", action="store_true", help="the paper's four parts, with its own figures beside ours"
     )
@@ -160,7 +161,7 @@ def build_parser() -> argparse.ArgumentParser:
     compare.add_argument("--html", metavar="F.html", help="write the tables and bars as one page, no network")
 
     sweep = command("sweep", "try a grid of table angles and map which work", SWEEP_TEXT)
-    sweep.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
+    sweep.add_argument("case", nargs="?", metavar="CASE", help=CASE_HELP)
     sweep.add_argument("--e1", metavar="LO:HI:STEP", help="tilts, deg (default: the axis' range by 45)")
     sweep.add_argument("--e2", metavar="LO:HI:STEP", help="turns, deg (default: the axis' range by 45)")
     sweep.add_argument(
@@ -335,7 +336,7 @@ def _jobs_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def _case_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("case", nargs="?", metavar="CASE", help="case file (default: the shipped propeller)")
+    parser.add_argument("case", nargs="?", metavar="CASE", help=CASE_HELP)
     parser.add_argument("--e1", type=float, metavar="DEG", help="tilt of the table instead of the case's")
     parser.add_argument("--e2", type=float, metavar="DEG", help="turn of the table instead of the case's")
     parser.add_argument(

@@ -21,7 +21,7 @@ from typing import IO, TYPE_CHECKING, Any
 from ..atomic_files import STDOUT, check_outputs, discard_unfinished, write_bytes, write_csv, write_text
 from ..errors import InputError
 from ..printable import printable
-from ..processes import WorkerTraceback
+from ..processes import WorkerTraceback, begin_own_process
 from ..streams import standard_streams
 from ..termination import Terminated, terminable
 from .arguments import BAD_INPUT, build_parser
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ..verdict.check import Result
 
 FEASIBLE, INFEASIBLE, INTERRUPTED, ENDED_BY_SIGNAL = 0, 1, 130, 128
+DRAWS = ("replay",)  # commands that MuJoCo draws for
 PROGRAM_ERROR = 70  # EX_SOFTWARE of sysexits.h: never a verdict
 TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are told with a traceback
 # of processor time that the search for remedies may take unless it is asked for, and that of so many whole checks
@@ -52,11 +53,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
+    own = argv is None
     argv = sys.argv[1:] if argv is None else argv
     with standard_streams():
         try:
             with terminable():
-                code = _run(argv)
+                code = _run(argv, own)
                 sys.stdout.flush()
                 return code
         except InputError as error:
@@ -72,8 +74,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stderr.flush()
 
 
-def _run(argv: Sequence[str]) -> int:
+def _run(argv: Sequence[str], own: bool) -> int:
+    """Run the command; ``own``: the process is there for nothing else."""
     args = build_parser().parse_args(_joined_negatives(argv))
+    if own:
+        begin_own_process(draws=args.command in DRAWS)
     with speaking(args.quiet, args.verbose, sys.stderr):
         return COMMANDS[args.command](args)
 
@@ -330,7 +335,9 @@ def _slice_input(args: argparse.Namespace) -> Case:
     beads = {key: value for key, value in beads.items() if value is not None}
     if not changes and not beads:
         return case
-    merged = {**case.slicing.model_dump(), **changes}
+    from dataclasses import asdict
+
+    merged = {**asdict(case.slicing), **changes}
     if args.h_layer is not None:
         # the limits keep their share of the layer height, as when a process is scaled
         for key in ("h_min_mm", "h_max_mm"):
@@ -368,11 +375,11 @@ def _sweep(args: argparse.Namespace) -> int:
     from ..case.read import with_changes
     from ..pose_sweep.grid import grid
     from ..pose_sweep.ranking import sweep_document
-    from ..pose_sweep.sweep import require_one_pose, sweep
+    from ..pose_sweep.sweep import require_standing, sweep
     from ..report.sweep_lines import sweep_lines
 
     case = _load(args)
-    require_one_pose(case)
+    require_standing(case)
     _outputs(args, case, "json", "out", "csv", "picture", "html")
     rolls = list(dict.fromkeys(args.rolls or ()))
     if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one

@@ -46,7 +46,7 @@ class ArmPoses:
             moved[body] = owner.get(body, moved[model.body_parentid[body]])
         bodies = np.flatnonzero(moved >= 0)
         geoms = np.flatnonzero((moved[model.geom_bodyid] >= 0) & scene.contact_bits.any(axis=0))  # what collides
-        self._bodies, self._geoms = _slice(bodies), _slice(geoms)
+        self._bodies, self._geoms = as_slice(bodies), as_slice(geoms)
         self._joint = np.concatenate([moved[bodies], moved[bodies], moved[model.geom_bodyid[geoms]]])
         place = np.concatenate([data.xpos[bodies], data.xipos[bodies], data.geom_xpos[geoms]])
         turn = np.concatenate([data.xmat[bodies], data.ximat[bodies], data.geom_xmat[geoms]]).reshape(-1, 3, 3)
@@ -98,7 +98,7 @@ class ArmPoses:
         return R, p
 
 
-def _slice(index: NDArray[np.int64]) -> slice | NDArray[np.int64]:
+def as_slice(index: NDArray[np.int64]) -> slice | NDArray[np.int64]:
     """Numbers as a slice where they follow one another: writing to it costs a fifth."""
     if len(index) and index[-1] - index[0] + 1 == len(index):
         return slice(int(index[0]), int(index[-1]) + 1)

@@ -22,12 +22,13 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..timing.blending import blended, kept_zone, mirrored
 from .between_samples import unproven_steps
-from .checker import Checker
 from .clearances import Clearances, Sees
 from .motion_bounds import curvature, joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
+HALVED = 6  # times that a step is halved before it is looked at by chords
 APART = 5e-3  # m: paths no further apart are taken for one where a smaller clearance is asked for
+DENSER = 3.0  # see _between
 MOST_BETWEEN = 100  # paths of one run that are looked at
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
 CLOSELY, PLACES = 100, 12  # of what is too near so many steps are looked at again, in so many places
@@ -172,8 +173,12 @@ def cut_corners(
     """
     if len(path.s) < 3:
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
-    rows = _KnownRows(stage, found, least, which, kept)
-    ways = [(one, *_cut(checker, radius, one, rows)) for one in _between(checker, radius, path, least)]
+    every = np.ones(len(path.s) - 1, dtype=bool) if which is None else which
+    rows = _KnownRows(stage, found, least, every, kept)
+    ways = [
+        (one, *_cut(checker, radius, one, replace(rows, which=every & far)))
+        for one, far in _between(checker, radius, path, least)
+    ]
     for one, step, nearest in ways:
         _look_closely(checker, one, step, stage, nearest)
     step, nearest = np.concatenate([way[1] for way in ways]), Clearances.joined([way[2] for way in ways])
@@ -197,20 +202,39 @@ class _KnownRows:
     stage: Ints
     found: Clearances
     least: float
-    which: NDArray[np.bool_] | None
+    which: NDArray[np.bool_]
     kept: Floats | None
 
 
-def _between(checker: Sees, radius: Floats, path: BlendedPath, least: float) -> Iterator[BlendedPath]:
+def _between(
+    checker: Sees, radius: Floats, path: BlendedPath, least: float
+) -> Iterator[tuple[BlendedPath, NDArray[np.bool_]]]:
     """A rounded path, and such as round less, until two of them are no further apart than the clearance.
 
-    Where that is kept on all of them and on the rows, whatever lies between two is half of it away at least.
+    Where that is kept on all of them and on the rows, whatever lies between two is half of it away at least. How far
+    the path is off its rows differs from step to step, and so does how many of them a step needs: ``DENSER`` times as
+    many as there would be if the distance grew evenly with the rounding.
+
+    Yields:
+        A path, and the steps of it that are to be looked at, (m - 1,).
     """
-    apart = max(least, APART)
-    off = _off_rows(checker, radius, path, pieces(path, radius), np.full(len(path.s) - 1, apart))
-    count = min(int(np.ceil(float(off.max(initial=0.0)) / apart)), MOST_BETWEEN)
-    yield path
-    yield from (replace(path, zone=path.zone * k / count) for k in range(count - 1, 0, -1))
+    steps, apart, p = len(path.s) - 1, max(least, APART), pieces(path, radius)
+    yield path, np.ones(steps, dtype=bool)
+    off, need = np.zeros(steps), np.ones(steps, dtype=np.int64)
+    np.maximum.at(off, p.row, p.off)
+    far = np.flatnonzero(off > apart)
+    if not len(far):
+        return
+    at = np.concatenate([path.s[far], (path.s[far] + path.s[far + 1]) / 2, path.s[far + 1]])
+    rows, moved = _linear(path.q, path.s, at), np.zeros(len(at))
+    for share in (1.0, 0.5):
+        run = blended(path.q, path.s, share * path.zone, at)
+        moved = np.maximum(moved, checker.travel_bound(radius, rows, run))
+    more = np.ceil(DENSER * moved.reshape(3, -1).max(axis=0) / apart)
+    need[far] = np.clip(more, 1, MOST_BETWEEN).astype(np.int64)
+    count = int(need.max())
+    for k in range(count - 1, 0, -1):
+        yield replace(path, zone=path.zone * k / count), (need > 1) & (k * need // count > (k - 1) * need // count)
 
 
 def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
@@ -219,7 +243,7 @@ def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> 
     bend = np.zeros(len(path.s) - 1)
     np.maximum.at(bend, p.row, p.bend)
     off = _off_rows(checker, radius, path, p, np.full(len(bend), np.inf) if rows.kept is None else rows.kept - least)
-    steps = off > NOTHING if rows.which is None else rows.which & (off > NOTHING)
+    steps = rows.which & (off > NOTHING)
     if rows.kept is not None:
         # off the rows' own way by so much at most
         steps &= rows.kept - off < least
@@ -239,12 +263,8 @@ def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> 
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
     k = k[low[k] + low[k + 1] - 2 * least <= checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]
-    proofs = checker.proofs if isinstance(checker, Checker) else None
-    if proofs is not None and len(k) > MANY:
-        # by the planes that the rows' own way keeps to
-        proved = proofs.along(path.q, k, np.maximum(stage[k], stage[k + 1]), least + off[k], SPARE)
-        k = k[proved.kept - off[k] < least]
-    open_, nearest = _not_proved(checker, radius, _BlendedSteps(path, p, sagitta, low, stage), k, least)
+    run = _BlendedSteps(path, p, sagitta, low, stage)
+    open_, nearest = _not_proved(checker, radius, run, _left_by_halving(checker, radius, run, k, least), least)
     both = Clearances.joined([seen.rows(hit), nearest])
     first, index = np.unique(np.concatenate([np.minimum(at[hit], len(path.s) - 2), open_]), return_index=True)
     return first, both.rows(index)
@@ -289,6 +309,56 @@ class _BlendedSteps:
     sagitta: Floats
     low: Floats
     stage: Ints
+
+
+def _left_by_halving(checker: Sees, radius: Floats, run: _BlendedSteps, steps: Ints, least: float) -> Ints:
+    """Steps whose rounded path is not proved to keep a clearance by a few halvings of it.
+
+    Between two of its points the rounded path is off their chord by an eighth of the square of the path's length times
+    the greatest second derivative there. That falls to a quarter with each halving, the way on the chord to a half, so
+    that most steps are settled by far fewer looks than chords of ``CHORD`` need.
+
+    Args:
+        checker: collision detection.
+        radius: of the arm about its joints.
+        run: the rounded path.
+        steps: those in question, ascending.
+        least: clearance to be kept, m.
+
+    Returns:
+        Those that are left, ascending.
+    """
+    path, s = run.path, run.path.s
+    of, u, v = steps, s[steps], s[steps + 1]
+    a, b = blended(path.q, s, path.zone, u), blended(path.q, s, path.zone, v)
+    da, db = run.low[steps] - least, run.low[steps + 1] - least
+    lost: list[Ints] = []
+    for _ in range(HALVED):
+        if not len(of):
+            break
+        m = (u + v) / 2
+        middle = blended(path.q, s, path.zone, m)
+        laid = np.maximum(run.stage[of], run.stage[of + 1])
+        dm = np.minimum(checker.clearances(middle, laid).distance, checker.reach) - least
+        lost.append(of[dm <= 0])
+        of, u, v = np.concatenate([of, of]), np.concatenate([u, m]), np.concatenate([m, v])
+        a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
+        da, db = np.concatenate([da, dm]), np.concatenate([dm, db])
+        sagitta = (v - u) ** 2 / 8 * _most_bend(run.pieces, u, v)
+        open_ = (da + db <= joint_travel_bound(radius, a, b) + 2 * sagitta) & ~np.isin(of, lost[-1])
+        k = np.flatnonzero(open_)
+        open_[k] = da[k] + db[k] <= checker.travel_bound(radius, a[k], b[k]) + 2 * sagitta[k]
+        of = of[open_]
+        u, v, a, b, da, db = (x[open_] for x in (u, v, a, b, da, db))
+    return np.unique(np.concatenate([*lost, of]))
+
+
+def _most_bend(p: Parabolas, low: Floats, high: Floats) -> Floats:
+    """The greatest bend of the parabolas between path lengths, (k,), as of :class:`Parabolas`."""
+    first = np.clip(np.searchsorted(p.s, low, side="right") - 1, 0, len(p.bend) - 1)
+    last = np.clip(np.searchsorted(p.s, high, side="left"), first + 1, len(p.bend))
+    most: Floats = np.maximum.reduceat(np.append(p.bend, 0.0), np.stack([first, last], axis=1).ravel())[::2]
+    return most
 
 
 def _not_proved(

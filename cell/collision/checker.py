@@ -26,7 +26,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..errors import InputError
-from .arm_poses import ArmPoses
+from .arm_poses import ArmPoses, as_slice
 from .broad_phase import BroadPhase
 from .clearances import Clearances
 from .model_copies import borrowed
@@ -92,6 +92,7 @@ class Checker:
         without: Collection[int] = (),
         *,
         pair_gap: float | None = None,
+        beside: Checker | None = None,
     ) -> None:
         """Prepare the model.
 
@@ -101,6 +102,8 @@ class Checker:
             reach: distances are known out to here, m.
             without: deposits that do not count, laid or not.
             pair_gap: NEVER where the pairs that the model names do not count; the reach where it is not given.
+            beside: another one of the same scene, table and pair gap, in the same thread, whose copy of the model this
+                one works with as well: what differs is set anew in it whenever either of them is asked.
         """
         self.scene = scene
         self.table = table
@@ -108,8 +111,14 @@ class Checker:
         self.without = tuple(without)
         self.asked = Asked()
         # what collides is switched in it; the scene's own stays as it is
-        self._model = borrowed(scene.model, self, () if pair_gap is None else _named_pairs(scene))
-        self._data = mujoco.MjData(self._model)
+        self._model: mujoco.MjModel
+        self._data: mujoco.MjData
+        self._beside = beside  # who may give the model back is still there
+        if beside is not None:
+            self._model, self._data = beside._model, beside._data
+        else:
+            self._model = borrowed(scene.model, self, () if pair_gap is None else _named_pairs(scene))
+            self._data = mujoco.MjData(self._model)
         self._data.qpos[scene.table_qpos] = table
         self.pair_gap = pair_gap
         self._hard = scene.contact_bits.any(axis=0).astype(np.float64)
@@ -126,6 +135,9 @@ class Checker:
         self._ignored = np.isin(scene.deposit_of_geom, list(without))
         self._swept: MotionBounds | CoupledBounds | None = None
         self._far = -1.0
+        # MuJoCo's own arrays: to ask the model for one costs as much as to write to it
+        self._gaps = self._model.geom_gap, self._model.body_margin, self._model.pair_gap
+        self._qpos, self._arm_qpos = self._data.qpos, as_slice(scene.arm_qpos)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For another process: made anew of the scene."""
@@ -165,6 +177,7 @@ class Checker:
             Clearances.
         """
         self.asked.count += len(q)
+        self._far = -1.0  # somebody else may have had the model meanwhile
         out = Clearances.none(len(q))
         far = self.reach  # what is near would be found by looking all the way, and everything behind it as well
         for laid in np.unique(stage):
@@ -198,6 +211,7 @@ class Checker:
             InputError: there are more of them than MuJoCo has room for.
         """
         self.asked.count += len(q)
+        self._far = -1.0  # as above
         found = []
         for laid in np.unique(stage):
             self._lay(int(laid), arm_alone=True)
@@ -267,21 +281,21 @@ class Checker:
         if far == self._far:
             return
         self._far = far
-        model = self._model
+        of_geoms, of_bodies, of_pairs = self._gaps
         # it reports a pair out to the sum of its geoms' gaps, and of bodies further apart than this it looks at none
-        np.multiply(self._hard, far / 2, out=model.geom_gap)
-        np.multiply(self._hard_body, far / 2, out=model.body_margin)
-        model.pair_gap[:] = far if self.pair_gap is None else self.pair_gap
+        np.multiply(self._hard, far / 2, out=of_geoms)
+        np.multiply(self._hard_body, far / 2, out=of_bodies)
+        of_pairs.fill(far if self.pair_gap is None else self.pair_gap)
 
     def _put(self, q: Floats) -> Iterator[None]:
         """Bring the arm into one configuration after the other."""
         if self._poses is not None:
             yield from self._poses.put(self._data, q)
             return
-        data, arm = self._data, self.scene.arm_qpos
+        model, data, qpos, arm = self._model, self._data, self._qpos, self._arm_qpos
         for row in q:
-            data.qpos[arm] = row
-            mujoco.mj_kinematics(self._model, data)
+            qpos[arm] = row
+            mujoco.mj_kinematics(model, data)
             yield
 
     def _lay(self, stage: int, *, arm_alone: bool) -> None:

@@ -1,6 +1,7 @@
 """The pairs that an arm's clearance is the least of, in two groups: with what is none of it, and with itself.
 
-    still, itself = PairGroup(checker, itself=False), PairGroup(checker, itself=True)
+    still = PairGroup(checker, itself=False)
+    itself = PairGroup(checker, itself=True, beside=still)   # with the same copy of the model
     still.pairs_within(q, stage, far)       # of the group's pairs alone
 
 Against what stands still a part of the arm gets nearer by its own travel; of two parts of the arm both may move. Every
@@ -17,14 +18,16 @@ from .checker import Checker
 class PairGroup(Checker):
     """Collision detection of the arm against what is none of it, or of the arm against itself."""
 
-    def __init__(self, checker: Checker, *, itself: bool) -> None:
+    def __init__(self, checker: Checker, *, itself: bool, beside: Checker | None = None) -> None:
         """Prepare.
 
         Args:
             checker: of all pairs, of an arm at a table that stands.
             itself: whether the arm is held against itself.
+            beside: as of :class:`cell.collision.checker.Checker`.
         """
-        super().__init__(checker.scene, checker.table, checker.reach, checker.without, pair_gap=checker.pair_gap)
+        given = checker.scene, checker.table, checker.reach, checker.without
+        super().__init__(*given, pair_gap=checker.pair_gap, beside=beside)
         self.asked = checker.asked
         self.itself = itself
         scene = self.scene

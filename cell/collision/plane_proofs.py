@@ -121,7 +121,8 @@ class PlaneProofs:
         scene = self._scene = checker.scene
         self._chain = scene.chain
         solid = scene.arm_geom & scene.contact_bits.any(axis=0)
-        still, itself = PairGroup(checker, itself=False), PairGroup(checker, itself=True)
+        still = PairGroup(checker, itself=False)
+        itself = PairGroup(checker, itself=True, beside=still)
         self._groups = ((still, 1.0, BEYOND_STILL), (itself, 2.0, BEYOND_ITSELF))
         self._radius = radii(scene)
         self._T_world_base = scene.T_world_base()

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import yaml
@@ -34,6 +34,7 @@ from slicing import (
     RoundBody,
     Scores,
     SlicingParameters,
+    Strategy,
     fits,
     indices,
     lay_beads,
@@ -49,13 +50,14 @@ from slicing import (
 
 from ..case.sections import Case, Sampling
 from ..errors import InputError
-from ..job.job import bead_parameters, ends_of
+from ..job.job import ends_of
 from ..job.part_input import read_part
 from ..progress import phase
 from ..shipped import MODELS_DIR
 
 PAPER_TABLES = MODELS_DIR / "parts" / "paper_tables.yaml"
-STRATEGIES = ("planar", "cylindrical", "nonuniform")  # those of the paper, in its order
+STRATEGIES: tuple[Strategy, ...] = ("planar", "cylindrical", "nonuniform")  # those of the paper, in its order
+PAPERS_BEADS = BeadParameters(thin_walls="border")  # the borders of every layer, however thin a wall is
 SAME_AREA = 1e-3  # relative: cylinders a nudge apart have areas this close
 
 
@@ -133,7 +135,12 @@ def compare_mesh(
     chosen = sampling or Sampling()
     rows = tuple(
         _row(
-            mesh, body, replace(parameters, strategy=s), chosen, beads or BeadParameters(), (ends or {}).get(s, NO_ENDS)
+            mesh,
+            body,
+            replace(parameters, strategy=cast(Strategy, s)),
+            chosen,
+            beads or PAPERS_BEADS,
+            (ends or {}).get(s, NO_ENDS),
         )
         for s, body in bodies.items()
     )
@@ -176,15 +183,15 @@ def compare_case(case: Case) -> list[Comparison]:
     Raises:
         InputError: a mesh is missing or cannot be used; one line.
     """
-    part, s = read_part(case), case.slicing
-    parameters = SlicingParameters(STRATEGIES[0], s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm)
+    part = read_part(case)
+    parameters = replace(case.slicing, strategy=STRATEGIES[0], thickness="report")
     found = []
     for k, mesh in enumerate(part.meshes):
         bodies = {strategy: of[k] for strategy, of in part.others.items() if fits(strategy, of[k])}
         if bodies["planar"].kind == "cylinder":
             bodies.pop("revolved", None)  # offsets of a cylinder are what "cylindrical" gives
         ends = {strategy: ends_of(part, body) for strategy, body in bodies.items()}
-        found.append(compare_mesh(mesh, bodies, parameters, case.sampling, bead_parameters(case), ends))
+        found.append(compare_mesh(mesh, bodies, parameters, case.sampling, case.beads, ends))
     return found
 
 
@@ -215,7 +222,7 @@ def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLE
             meshes = [load_mesh(tables.parent / f, "mm", f"{part}/{sv}") for sv, f in shipped["meshes"].items()]
         except PartError as error:
             raise InputError(str(error)) from None
-        bodies = dict.fromkeys(STRATEGIES, Body(shipped["body_radius_mm"]))
+        bodies: dict[str, RoundBody] = dict.fromkeys(STRATEGIES, Body(shipped["body_radius_mm"]))
         for ours in (compare_mesh(mesh, bodies, parameters, sampling) for mesh in meshes):
             row = data["rows"][ours.name]
             printed = None if row["F"] is None else tuple(float(v) for v in row["F"])

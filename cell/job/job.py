@@ -23,16 +23,13 @@ from ik.solver import Solver
 from slicing import (
     NO_ENDS,
     WRONG_LAYER,
-    BeadParameters,
     BeadSpeed,
     Code,
     LaidSubVolume,
     PartError,
     PartShape,
     RoundBody,
-    SeamPlace,
     SlicedSubVolume,
-    SlicingParameters,
     Targets,
     Toolpath,
     Warning,
@@ -228,16 +225,14 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
     Raises:
         InputError: a sub-volume cannot be sliced; one line.
     """
-    s = case.slicing
-    parameters = SlicingParameters(s.strategy, s.h_layer_mm, s.h_min_mm, s.h_max_mm, s.tolerance_mm, s.thickness)
     first: tuple[SlicedSubVolume, ...] = ()
     try:
         if part.body_solid is not None and part.round_body is not None:
             from slicing import slice_body
 
-            first = (slice_body(part.body_solid, part.round_body, parameters),)
+            first = (slice_body(part.body_solid, part.round_body, case.slicing),)
         return first + tuple(
-            slice_sub_volume(mesh, body, parameters, ends_of(part, body))
+            slice_sub_volume(mesh, body, case.slicing, ends_of(part, body))
             for mesh, body in zip(part.meshes, part.bodies, strict=True)
         )
     except PartError as error:
@@ -262,13 +257,6 @@ def ends_of(part: PartInput, body: RoundBody) -> tuple[float, float]:
         low, high = part.body_mesh.bounds[:, 2].tolist()
         return float(low), float(high)
     return NO_ENDS
-
-
-def bead_parameters(case: Case) -> BeadParameters:
-    """How a case's layers become beads."""
-    given = case.beads.model_dump()
-    seams = tuple(SeamPlace(**place) for place in given["seams"])
-    return BeadParameters(**{**given, "seams": seams}, overhang_mm=case.checks.overhang_mm)
 
 
 def sample_part(
@@ -303,7 +291,7 @@ def lay_part(case: Case, sliced: tuple[SlicedSubVolume, ...]) -> tuple[LaidSubVo
         InputError: a layer cannot be laid as asked; one line.
     """
     try:
-        return lay_beads(sliced, bead_parameters(case))
+        return lay_beads(sliced, case.beads, overhang_mm=case.checks.overhang_mm)
     except PartError as error:
         raise InputError(f"{case.path}: {error}") from None
 
@@ -322,7 +310,7 @@ def _built(case: Case, part: PartInput) -> list[tuple[SlicedSubVolume, Floats]]:
         return []
     meshes, bodies = zip(*part.built, strict=True)
     sliced = slice_part(case, replace(part, meshes=meshes, bodies=bodies, body_solid=None))
-    parameters = replace(bead_parameters(case), seams=())
+    parameters = replace(case.beads, seams=())
     return [(one.sliced, beyond_borders(one, parameters)) for one in lay_beads(sliced, parameters)]
 
 
@@ -377,7 +365,7 @@ def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
     _require_right_layers(case, sliced)
     laid, targets, told = sample_part(case, sliced)
     said = (*part.warnings, *(line for one in sliced for line in one.warnings), *told)
-    return part, Toolpath(targets, bead_parameters(case), laid, warnings=said)
+    return part, Toolpath(targets, case.beads, laid, warnings=said)
 
 
 @phase("reading the toolpath")

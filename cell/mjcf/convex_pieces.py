@@ -35,6 +35,7 @@ WORK = 60_000  # triangles looked at for cuts in all
 THIN = 1e-6  # thickness over length of what may be left where a cut runs along a face
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 HELD = 1e-5  # share of a mesh's length by which its surface may be outside its pieces: rounding
+MOST_TESTS = 200_000_000  # of points against planes of the pieces' hulls
 IN_IT = 1e-6  # share of a cavity's volume that may be outside the solid around it: rounding
 REFLEX = 1e-3  # rad by which an edge has to be bent inwards to be taken for one
 
@@ -100,15 +101,20 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST_PIECES) -> ConvexPiece
 
 
 def _hold(hulls: tuple[Floats, ...], mesh: trimesh.Trimesh) -> bool:
-    """Whether every corner and every middle of a face of a mesh is in one of the hulls."""
-    from scipy.spatial import ConvexHull  # heavy: only where there is a fixture of a mesh
+    """Whether corners and middles of a mesh's faces are in one of the hulls; of large meshes some of them."""
+    if len(hulls) == 1:
+        return True  # of all corners
+    from scipy.spatial import ConvexHull  # heavy: only where there is a fixture of a concave mesh
 
+    planes = [ConvexHull(hull).equations for hull in hulls]
     left = np.concatenate([mesh.vertices, mesh.triangles_center])
+    left = left[:: -(-len(left) * sum(map(len, planes)) // MOST_TESTS)]
     slack = HELD * float(np.ptp(mesh.vertices, axis=0).max())
-    for hull in hulls:
-        faces = ConvexHull(hull).equations
+    for hull, faces in zip(hulls, planes, strict=True):
         near = np.flatnonzero(((left >= hull.min(axis=0) - slack) & (left <= hull.max(axis=0) + slack)).all(axis=1))
-        held = (left[near] @ faces[:, :3].T + faces[:, 3]).max(axis=1) <= slack
+        held = np.ones(len(near), dtype=bool)
+        for normal, offset in zip(faces[:, :3], faces[:, 3], strict=True):
+            held &= left[near] @ normal + offset <= slack
         left = np.delete(left, near[held], axis=0)
     return not len(left)
 

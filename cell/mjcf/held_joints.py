@@ -10,6 +10,7 @@ and radians.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -91,20 +92,22 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
     if not free and "home" not in keys:
         return Held(has, {}, keys, ())
     try:
-        model = spec.copy().compile()
+        with warnings.catch_warnings():  # of flexes, which are left out and told
+            warnings.simplefilter("ignore")
+            model = spec.copy().compile()
     except ValueError as error:
         raise InputError(f"{own.model}: does not compile: {' '.join(str(error).split())}") from None
     home = model.key("home").qpos if "home" in keys else None
     _check_coupled(model, planned, own)
     if free:
         _drop_what_drives(spec)
-    warnings = []
+    told = []
     for body in spec.bodies:
         joints = list(body.joints)
         if all(joint.name in planned for joint in joints):
             continue
-        warnings += _fold(spec, model, body, planned, own, home)
-    return Held(has, _places(model, home, planned), keys, tuple(warnings))
+        told += _fold(spec, model, body, planned, own, home)
+    return Held(has, _places(model, home, planned), keys, tuple(told))
 
 
 def check_planned(held: Held, planned: Sequence[str], own: OwnPlaces) -> None:

@@ -10,7 +10,7 @@ every travel starts and ends at rest (see ``cell.timing.time_law``). Radians and
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -170,6 +170,53 @@ def assemble(job: Job, table: tuple[float, float], parts: Sequence[TimedBeads], 
         home_s=sum(part.home_s for part in parts) if from_home else None,
         order=job.order,
     )
+
+
+def with_ways(job: Job, motion: Motion, out: Floats | None, back: Floats | None) -> Motion:
+    """A motion that comes to its first bead, and leaves its last one, on other ways.
+
+    Args:
+        job: the job.
+        motion: of beads at one pose of the table, with the ways to them and from them.
+        out: rows of the way to the first bead, (m, j), rad, from rest to the bead's first row; None: as it is.
+        back: rows of the way from the last bead's last row on, likewise.
+
+    Returns:
+        The motion; its beads and the travels between them take the times that they took.
+    """
+    n, weld = job.scene.chain.n, np.flatnonzero(motion.arc)
+    first, last = int(weld[0]), int(weld[-1])
+    rows = slice(first if out is not None else 0, last + 1 if back is not None else len(motion.t_s))
+    pieces = [_Piece(motion.q[rows], np.diff(motion.t_s[rows], prepend=np.nan), 0, motion.target[rows])]
+    arcs = [motion.arc[rows]]
+    if out is not None:
+        piece, step = _travel(job, out, 0.0, int(motion.target[first]), begins=True)
+        pieces[0].dt[0] = step
+        pieces.insert(0, piece)
+        arcs.insert(0, np.zeros(len(piece.q), dtype=motion.arc.dtype))
+    else:
+        pieces[0].dt[0] = motion.t_s[0]
+    if back is not None:
+        piece, _ = _travel(job, back, 0.0, int(motion.target[last]), ends=True)
+        pieces.append(piece)
+        arcs.append(np.zeros(len(piece.q), dtype=motion.arc.dtype))
+    dt, where = (np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("dt", "target"))
+    return replace(
+        motion,
+        t_s=np.cumsum(np.concatenate([[0.0], np.maximum(dt[1:], TICK)])) + dt[0],
+        q=np.concatenate([piece.q[:, :n] for piece in pieces]),
+        table=np.tile(motion.table[0], (len(where), 1)),
+        arc=np.concatenate(arcs),
+        bead=job.targets.path[where],
+        layer=job.targets.layer[where],
+        target=where,
+    )
+
+
+def way_time(job: Job, way: Floats, target: int, *, begins: bool) -> float:
+    """How long a way to the first bead (begins), or from the last one, takes, s."""
+    piece, step = _travel(job, way, 0.0, target, begins=begins, ends=not begins)
+    return float(piece.dt.sum()) + (step if begins else 0.0)
 
 
 def corners(job: Job, context: Context, run: RunBeads) -> dict[int, Failure]:

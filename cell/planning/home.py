@@ -36,6 +36,21 @@ class HomeWays:
     back: Way | None
 
 
+@dataclass(frozen=True, eq=False)
+class SpanEnds:
+    """How beads that are welded at one pose of the table are come to and left.
+
+    Attributes:
+        first: the first of them.
+        last: the last.
+        ways: to the first and from the last.
+    """
+
+    first: Stretch
+    last: Stretch
+    ways: HomeWays
+
+
 def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeWays | None]:
     """Plan the ways from home and back.
 

@@ -6,8 +6,8 @@
     document = sweep_document(case, found)                           # "rbam-sweep/1"
 
 Hopeless poses are settled first, ``SCREENED_TOGETHER`` at once, by ``cell.table_poses.hopeless_poses``; each of the
-others gets the whole check by itself. Which are taken together is a matter of the poses alone, so that results do not
-depend on who computes them.
+others gets the whole check by itself. Of a table that indexes the poses are those of what is built first. Which are
+taken together is a matter of the poses alone, so that results do not depend on who computes them.
 """
 
 from __future__ import annotations
@@ -32,10 +32,12 @@ from ..case.fingerprint import fingerprint as fingerprint
 from ..case.sections import REASONS, Case
 from ..errors import InputError
 from ..job.job import Job, prepare
+from ..job.table_groups import table_groups
 from ..plain import plain
 from ..progress import Progress, counted
 from ..scene.compose import compose
 from ..table_poses.hopeless_poses import Screened, screen_all
+from ..table_poses.suited_poses import alone
 from ..units import METRES_PER_MM
 from ..verdict.check import Result, check
 from .grid import Pose
@@ -72,7 +74,8 @@ class PoseScreening:
         job = _job(Unit(self.mark, self.case, self.poses[0]))
         found = screen_all(job, [(pose.E1_deg, pose.E2_deg) for pose in self.poses])
         return [
-            (pose, None if one is None else _hopeless(pose, one)) for pose, one in zip(self.poses, found, strict=True)
+            (pose, None if one is None else _hopeless(job, pose, one))
+            for pose, one in zip(self.poses, found, strict=True)
         ]
 
 
@@ -105,10 +108,10 @@ def _job(unit: Unit) -> Job:
     if key not in jobs:
         whole = unit.mark, None
         if whole not in jobs:
-            if fingerprint(unit.case) != unit.mark:
+            if mark_of(unit.case) != unit.mark:
                 raise InputError(f"{unit.case.path}: a file of the case or the program changed while the sweep ran")
             jobs[whole] = prepare(unit.case)
-        jobs[key] = variant_of(jobs[whole], unit.pose)
+        jobs[key] = first_group(variant_of(jobs[whole], unit.pose))
         jobs.move_to_end(whole)
     jobs.move_to_end(key)
     while len(jobs) > MOST_JOBS:
@@ -134,9 +137,37 @@ def variant_of(job: Job, pose: Pose) -> Job:
     return replace(job, case=case, scene=compose(case, job.shape) if moved else replace(job.scene, case=case))
 
 
-def _hopeless(pose: Pose, found: Screened) -> Row:
+def first_group(job: Job) -> Job:
+    """Of a part whose table indexes what is built first, with nothing of the rest there; any other part as a whole.
+
+    Args:
+        job: from ``cell.job.job.prepare``.
+    """
+    return alone(job, table_groups(job)[0]) if job.case.table.mode == "indexed" else job
+
+
+def mark_of(case: Case) -> str:
+    """What a sweep's rows depend on, as a short hash: of a table that indexes on what it builds first as well."""
+    mark = fingerprint(case)
+    if case.table.mode != "indexed":
+        return mark
+    first = case.table.poses[:1]
+    return "-".join([mark, "indexed", *(f"{one.sub_volume}{list(one.layers or ())}" for one in first)])
+
+
+def _builds(job: Job) -> Row:
+    """What a row of a table that indexes is about; nothing of any other."""
+    if job.case.table.mode != "indexed":
+        return {}
+    t = job.targets
+    name = t.sub_volume[int(t.sub_volume_index[0])]
+    return {"sub_volume": name, "layers": [int(t.layer.min()), int(t.layer.max())]}
+
+
+def _hopeless(job: Job, pose: Pose, found: Screened) -> Row:
     return {
         **pose.columns(),
+        **_builds(job),
         "verdict": "infeasible",
         "infeasible": found.infeasible,
         "reasons": {reason: found.reasons.get(reason, 0) for reason in REASONS},
@@ -159,6 +190,7 @@ def pose_outcome(job: Job, pose: Pose) -> Row:
     row: Row = plain(
         {
             **pose.columns(),
+            **_builds(job),
             "verdict": "feasible" if result.feasible else "infeasible",
             "infeasible": result.infeasible,
             "reasons": result.reasons,
@@ -194,20 +226,19 @@ def _measures(result: Result) -> dict[str, Any]:
     return found
 
 
-def require_one_pose(case: Case) -> None:
-    """Refuse a table that has more than one pose in a run: a map says of single poses whether they serve the part.
+def require_standing(case: Case) -> None:
+    """Refuse a table that moves along the beads: a map says of poses whether what is built at them can be.
 
     Args:
         case: to be swept.
 
     Raises:
-        InputError: its table indexes or moves along; one line.
+        InputError: its table moves along; one line.
     """
-    mode = case.table.mode
-    if mode in ("indexed", "coordinated"):
+    if case.table.mode == "coordinated":
         raise InputError(
-            f"{case.path}: table.mode: a sweep maps poses that serve a whole run, and this table is {mode}: its poses"
-            " are found by rbam check; --table fixed maps single poses, with part.take those of one sub-volume"
+            f"{case.path}: table.mode: a sweep maps poses at which the table stands, and this one is coordinated: its"
+            " way is found by rbam check; --table fixed maps single poses, --table indexed those of what is built first"
         )
 
 
@@ -234,12 +265,12 @@ def sweep(
         One row a pose, in the order of the poses.
 
     Raises:
-        InputError: the table has more than one pose in a run; the log belongs to another case, or a worker was
+        InputError: the table moves along the beads; the log belongs to another case, or a worker was
             killed; what was done is in the log.
     """
-    require_one_pose(case)
+    require_standing(case)
     asked = [Pose(*pose) for pose in poses]
-    mark = fingerprint(case)
+    mark = mark_of(case)
     with Log(log, mark) as book:
         if book.damaged:
             LOG.warning("%s: %d damaged line(s) left out; their poses are computed again", log, book.damaged)

@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ik.chain import Floats
+from slicing import SeamPlace
 
 from ..case.read import with_changes
-from ..case.seam_section import SeamSection
 from ..case.sections import Case
 from ..job.job import Job
 from ..mjcf.torch import TorchDimensions
@@ -222,7 +222,7 @@ class Seam(Change):
     """The seams of a sub-volume elsewhere; sizes number the places, which change as little as some roll."""
 
     sub_volume: str
-    choices: tuple[SeamSection, ...]
+    choices: tuple[SeamPlace, ...]
     key = KEY
     resolution, scale, numbered, other_targets = 1.0, ROLL_SCALE, True, True
 

@@ -19,10 +19,10 @@ import numpy as np
 
 from ik.chain import Floats
 from ik.roll import RollWindow
+from slicing import SeamPlace
 
 from ..arrays import Ints
 from ..case.read import with_changes
-from ..case.seam_section import SeamSection
 from ..case.sections import Case, Table
 from ..errors import InputError
 from ..job.job import Job
@@ -184,7 +184,7 @@ def _table_angles(job: Job) -> Iterator[Change]:
             yield TableAngle(sign, _angles(180.0), axis)
 
 
-def seam_changes(places: Mapping[str, tuple[SeamSection, ...]]) -> list[Change]:
+def seam_changes(places: Mapping[str, tuple[SeamPlace, ...]]) -> list[Change]:
     """Seams elsewhere, one change a sub-volume."""
     return [Seam(1, tuple(map(float, range(len(p)))), name, p) for name, p in places.items() if p]
 

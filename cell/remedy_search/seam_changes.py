@@ -10,18 +10,18 @@ angle, others a point.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ik.chain import Floats
+from slicing import SeamPlace
 
 from ..case.read import with_changes
-from ..case.seam_section import SeamSection
 from ..case.sections import Case
 from ..failure import Where
-from ..job.job import Job, bead_parameters, sample_part
+from ..job.job import Job, sample_part
 
 if TYPE_CHECKING:
     from ..arrays import Ints
@@ -38,7 +38,7 @@ def may_be_mended(row: TargetVerdict) -> bool:
     return row.reason in ("no_path", "speed") or (row.failure is not None and bool(row.failure.locked_by))
 
 
-def seam_places(job: Job, rows: Sequence[TargetVerdict]) -> dict[str, tuple[SeamSection, ...]]:
+def seam_places(job: Job, rows: Sequence[TargetVerdict]) -> dict[str, tuple[SeamPlace, ...]]:
     """Places worth trying, by sub-volume, those of the most promise first.
 
     Args:
@@ -64,7 +64,7 @@ def seam_places(job: Job, rows: Sequence[TargetVerdict]) -> dict[str, tuple[Seam
     return out
 
 
-def _places(job: Job, name: str, bad: Ints) -> tuple[SeamSection, ...]:
+def _places(job: Job, name: str, bad: Ints) -> tuple[SeamPlace, ...]:
     t = job.targets
     worst = int(np.bincount(t.path[bad]).argmax())
     first, stop = np.searchsorted(t.path, [worst, worst + 1]).tolist()
@@ -96,21 +96,21 @@ def _winds(loop: Floats, axis: tuple[float, float]) -> bool:
     return bool(abs(angle[-1] - angle[0]) > np.pi)
 
 
-def _place(name: str, point: Floats, axis: tuple[float, float], *, winds: bool) -> SeamSection:
+def _place(name: str, point: Floats, axis: tuple[float, float], *, winds: bool) -> SeamPlace:
     if winds:
         angle = float(np.rad2deg(np.arctan2(point[1] - axis[1], point[0] - axis[0])))
-        return SeamSection(sub_volume=name, angle_deg=round(angle) + 0.0)
+        return SeamPlace(sub_volume=name, angle_deg=round(angle) + 0.0)
     x, y, z = (round(float(v), 1) + 0.0 for v in point)
-    return SeamSection(sub_volume=name, xyz_mm=(x, y, z))
+    return SeamPlace(sub_volume=name, xyz_mm=(x, y, z))
 
 
-def with_seam(case: Case, place: SeamSection) -> Case:
+def with_seam(case: Case, place: SeamPlace) -> Case:
     """A case with one more place of seams, which goes before those it has."""
     kept = [s for s in case.beads.seams if s.sub_volume != place.sub_volume]
-    return with_changes(case, beads=case.beads.model_copy(update={"seams": [*kept, place]}))
+    return with_changes(case, beads=replace(case.beads, seams=(*kept, place)))
 
 
-def reseamed(job: Job, place: SeamSection) -> Job:
+def reseamed(job: Job, place: SeamPlace) -> Job:
     """The same job with the seams of a sub-volume elsewhere: other targets on the same beads."""
     case = with_seam(job.case, place)
     _, targets, _ = sample_part(case, job.sliced)
@@ -124,7 +124,7 @@ def counterparts(before: Job, after: Job, targets: Ints) -> set[int]:
     """
     if before.targets is after.targets:
         return set(targets.tolist())
-    if bead_parameters(after.case).short:
+    if after.case.beads.short:
         same = np.isin(after.laid, before.laid[targets])
     else:
         same = np.isin(after.targets.path, before.targets.path[targets])
@@ -133,7 +133,7 @@ def counterparts(before: Job, after: Job, targets: Ints) -> set[int]:
 
 def seams_value(case: Case) -> list[dict[str, Any]]:
     """The key's value as a case file has it."""
-    return [place.model_dump(exclude_none=True, mode="json") for place in case.beads.seams]
+    return [{key: value for key, value in asdict(place).items() if value is not None} for place in case.beads.seams]
 
 
 def seam_in_words(places: Sequence[dict[str, Any]]) -> str:

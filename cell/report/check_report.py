@@ -61,7 +61,8 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
 def table_in_words(result: Result) -> str:
     """Where the table stands, in a few words."""
     if result.mode == "coordinated":
-        axes = " and ".join(result.job.case.table.axes or ("E1", "E2"))
+        there = [name for name, has in zip(("E1", "E2"), result.job.scene.has_axis, strict=True) if has]
+        axes = " and ".join(name for name in there if name in (result.job.case.table.axes or there))
         return f"table coordinated, {axes} along the beads"
     if not result.poses:
         return f"E1 = {result.asked[0]:g}, E2 = {result.asked[1]:g} deg"

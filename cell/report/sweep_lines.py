@@ -30,7 +30,7 @@ def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
     from rich.text import Text
 
     groups = variants(document)
-    yield Text.assemble((document["case"], "bold"), "  feasible table poses; E1 down, E2 across")
+    yield Text.assemble((document["case"], "bold"), f"  feasible table poses{_of_what(document)}; E1 down, E2 across")
     if len(groups) > 1:
         yield _overview(groups)
     best = document["best"]
@@ -50,6 +50,12 @@ def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
         else "#: feasible   + : .: ever more of the targets are not"
     )
     yield _best(best)
+
+
+def _of_what(document: dict[str, Any]) -> str:
+    """What is built at the poses, where that is not the whole part."""
+    of = next((row for row in document["poses"] if "sub_volume" in row), None)
+    return "" if of is None else f" of {of['sub_volume']} layers {of['layers'][0]} to {of['layers'][1]}, built first"
 
 
 def _overview(groups: list[tuple[Pose, list[SweepRow]]]) -> RenderableType:

@@ -101,6 +101,9 @@ def _found(scene: Scene, key: str, given: Sequence[float] | None, numeric: str, 
         values = np.asarray(scene.model.numeric(numeric).data, dtype=float)
     except KeyError:
         return None
+    if len(values) > n > 0:
+        own = f"the model's own (numeric {numeric.removeprefix(TABLE)}) has {len(values)} values for {n} joint(s)"
+        raise InputError(f"{path}: {key}: {own}: give {n} here")
     if len(values) != n or not np.all(values > 0):
         raise InputError(f"{path}: {key}: the model's own (numeric {numeric.removeprefix(TABLE)}) needs {n} above 0")
     return np.deg2rad(values)

@@ -23,8 +23,10 @@ from ..collision.checker import Checker
 from ..job.job import Job
 from ..planning.configurations import evaluate
 from ..planning.context import settings_of
+from ..processes import Tick
 from ..scene.placement import place
 from .layer_order import NEVER
+from .side_by_side import crew_for
 from .table_turn import Angles
 
 SPARE = 1e-3  # m beyond the clearance asked for: a bead's way is narrower than its targets
@@ -43,11 +45,15 @@ def locked_layers(job: Job, poses: Sequence[Angles | None]) -> list[Ints]:
         Of each sub-volume (its layers, sub-volumes): the first layer of each other one that may not be there before;
         ``NEVER`` where all may be.
     """
-    count = len(job.layers)
-    needs = [np.full((layers, count), NEVER) for layers in job.layers]
-    for b, pose in enumerate(poses):
-        if pose is not None and count > 1:
-            _Neighbours(job, b, pose).note(needs[b])
+    return crew_for(job).run(_needs_of, job, list(enumerate(poses)))
+
+
+def _needs_of(job: Job, one: tuple[int, Angles | None], _: Tick) -> Ints:
+    """What the layers of one sub-volume need, (layers, sub-volumes)."""
+    own, pose = one
+    needs = np.full((job.layers[own], len(job.layers)), NEVER)
+    if pose is not None and len(job.layers) > 1:
+        _Neighbours(job, own, pose).note(needs)
     return needs
 
 

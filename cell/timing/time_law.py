@@ -20,7 +20,8 @@ of either pass is the least of a few straight lines.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, repeat
+from operator import add, mul
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,7 @@ REST_STEPS = 12  # times the first and last grid step are halved: a start from r
 FEW = 1000  # grid steps, up to which all pieces are gone through finely
 EVEN = 0.99  # of the square of the speed: where it is less beside more, the speed changes
 CORNER = 0.005  # share of a joint's acceleration that the rounding of a row has to take to count as a corner
+TOGETHER = 16  # steps whose bounds are taken out of their arrays at a time
 FLAT_SLOPE = 1e-12  # slope that counts as none
 
 
@@ -136,7 +138,7 @@ def _law(path: _Path, grid: Floats) -> tuple[Floats, Floats, Floats]:
         top = np.minimum(np.concatenate([most[:1], most]), np.concatenate([most, most[-1:]]))
         top = np.minimum(top, (path.max_speed / np.abs(slope)).min(axis=1)) ** 2
     step = np.diff(grid)
-    return slope, bend, _fastest(top, step, _bounds(slope, bend, step, path.max_acceleration))
+    return slope, bend, _fastest(top, step, _bounds(slope, bend, step, path.max_acceleration, top[:-1]))
 
 
 def _uneven(path: _Path, corners: Floats) -> NDArray[np.bool_]:
@@ -283,14 +285,24 @@ def _blended(q: Floats, s: Floats, grid: Floats, zone: float) -> tuple[Floats, F
     return slope, np.diff(slope, axis=0) / np.diff(grid)[:, None]
 
 
-def _bounds(slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats) -> tuple[Floats, Floats, Floats]:
+def _bounds(
+    slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats, top: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Bounds on the path's acceleration u on every step, given the square x of its speed at the step's start.
 
     A joint's acceleration is a u + b x, at the step's start and at its end, and linear between. Divided by a:
     |u + r x| <= reach.
 
+    Args:
+        slope: at the grid, (n + 1, j).
+        bend: on each step, (n, j).
+        step: lengths, (n,).
+        max_acceleration: of the joints, (j,).
+        top: greatest x that other bounds allow at each step's start, (n,).
+
     Returns:
-        reach (n, k), r (n, k), and the greatest x that the joints allow whatever comes after, (n,).
+        reach (n, k), r (n, k), and the greatest x that the joints allow whatever comes after, (n,); where that is above
+        ``top`` it is not worked out.
     """
     h = step[:, None]
     a = np.concatenate([slope[:-1], slope[1:] + 2 * h * bend], axis=1)
@@ -301,11 +313,15 @@ def _bounds(slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats)
         most = np.where(idle & (np.abs(b) > 0), limit / np.abs(b), np.inf).min(axis=1)
         reach = np.where(idle, np.inf, limit / np.abs(a))
         r = np.where(idle, 0.0, b / a)
+        # where no two bounds can cross below `top`, it does not matter where they do
+        rows = np.flatnonzero(2 * reach.min(axis=1) < top * (1 + 1e-9) * (r.max(axis=1) - r.min(axis=1)))
+        some_r, some_reach, least = r[rows], reach[rows], most[rows]
         for k in range(a.shape[1]):
             # one joint's lower bound against all upper bounds
-            apart = r - r[:, k : k + 1]
-            cross = np.where(apart > FLAT_SLOPE, (reach + reach[:, k : k + 1]) / apart, np.inf)
-            most = np.minimum(most, cross.min(axis=1))
+            apart = some_r - some_r[:, k : k + 1]
+            cross = np.where(apart > FLAT_SLOPE, (some_reach + some_reach[:, k : k + 1]) / apart, np.inf)
+            least = np.minimum(least, cross.min(axis=1))
+        most[rows] = least
         # the speed at the step's end is not below 0
         apart = r - 0.5 / h
         most = np.minimum(most, np.where(apart > FLAT_SLOPE, reach / apart, np.inf).min(axis=1))
@@ -342,10 +358,19 @@ def _lowered(limit: Floats, gain: Floats, give: Floats) -> Floats:
     follows = limit[1:] <= (gain * limit[:-1, None] + give).min(axis=1)
     done = 0
     for start in np.flatnonzero(~follows).tolist():
-        for i in range(max(start, done), len(follows)):
-            value = (gain[i] * x[i] + give[i]).min()
-            if value >= limit[i + 1]:
-                break
-            x[i + 1] = value
-            done = i + 1
+        i, on = max(start, done), True
+        while on and i < len(follows):
+            # plain floats: of a dozen numbers a time numpy is the slower
+            rows = slice(i, i + TOGETHER)
+            before, below = float(x[i]), limit[i + 1 : i + 1 + TOGETHER].tolist()
+            lowered: list[float] = []
+            for g, e, most in zip(gain[rows].tolist(), give[rows].tolist(), below, strict=True):
+                before = min(map(add, map(mul, g, repeat(before)), e))
+                on = before < most
+                if not on:
+                    break
+                lowered.append(before)
+            x[i + 1 : i + 1 + len(lowered)] = lowered
+            i += len(lowered)
+            done = max(done, i)
     return x

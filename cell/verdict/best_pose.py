@@ -13,14 +13,17 @@ import numpy as np
 from ..job.job import Job
 from ..job.table_groups import TableGroup
 from ..processes import processor_time
-from ..progress import Progress
+from ..progress import Progress, phase
+from ..scene.scene import table_angles
 from ..table_poses.suited_poses import suited_poses, upright_poses
-from .check import Result, check
+from .check import Result, SpanVerdict, standing_result
+from .group_verdicts import GroupVerdicts, Trial, place_of
 from .indexed import unproved
 
 CHECKS = 6  # poses that are checked whole
 
 
+@phase("checking", spins=False)
 def check_best(job: Job, progress: Progress | None = None) -> Result:
     """Check a part at the best pose of the table for all of it.
 
@@ -38,13 +41,21 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
     if not poses:
         first = upright_poses(job, whole)[0][0]
         poses = [(float(first[0]), float(first[1]))]
-    best: Result | None = None
-    for pose in poses[:CHECKS]:
-        E1_deg, E2_deg = np.round(np.rad2deg(pose), 6).tolist()
-        found = check(job, E1_deg, E2_deg, progress)
-        if best is None or found.infeasible + found.not_looked_at < best.infeasible + best.not_looked_at:
-            best = found
-        if found.feasible:
+    home, verdicts = place_of(job.scene.start), GroupVerdicts(job, progress)
+    asked = [np.round(np.rad2deg(pose), 6).tolist() for pose in poses[:CHECKS]]
+    trials = (Trial(whole, table_angles(job.scene, *degrees), home, home) for degrees in asked)
+    best: tuple[int, Trial, SpanVerdict] | None = None
+    for some in verdicts.first_alone(trials):
+        for trial in some:
+            found = verdicts.of(trial)
+            assert found is not None
+            lost = sum(row.reason is not None for row in found.rows)
+            if best is None or lost < best[0]:
+                best = lost, trial, found
+        if best is not None and not best[0]:
             break
     assert best is not None
-    return replace(best, rows=tuple(map(unproved, best.rows)), mode="best", seconds=processor_time() - begun)
+    _, trial, found = best
+    E1_deg, E2_deg = np.round(np.rad2deg(trial.pose), 6).tolist()
+    result = standing_result(job, trial.context(job), (E1_deg, E2_deg), found)
+    return replace(result, rows=tuple(map(unproved, found.rows)), mode="best", seconds=processor_time() - begun)

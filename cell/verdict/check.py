@@ -35,7 +35,7 @@ from ..part_chunks.least import Least as Least
 from ..part_chunks.least import least_margin, least_sigma, nearest_sample, samples_of
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
-from ..planning.home import HomeWays, with_home
+from ..planning.home import HomeWays, SpanEnds, with_home
 from ..planning.lockouts import with_lockouts
 from ..planning.part_plan import PartPlan
 from ..planning.travel import STRAIGHT, straight_retract
@@ -256,22 +256,32 @@ def check(
     begun = processor_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     context = Context.of(job, table)
-    gravity = off_upright(job, context.placed)
     with working(jobs):
-        found = check_span(job, context, gravity, progress)
+        found = check_span(job, context, off_upright(job, context.placed), progress)
         seconds = processor_time() - begun
+    return replace(standing_result(job, context, asked, found), seconds=seconds)
+
+
+def standing_result(job: Job, context: Context, asked: tuple[float, float], found: SpanVerdict) -> Result:
+    """The verdict on a part all of which is built at one pose of the table.
+
+    Args:
+        job: the part.
+        context: of the job at the pose.
+        asked: E1, E2 as asked for, deg.
+        found: the verdict on all of its targets.
+    """
     return Result(
         job=replace(job, warnings=(*job.warnings, *found.warnings)),
         asked=asked,
-        table=table,
+        table=context.checker.table,
         placed=context.placed,
         rows=found.rows,
         clearance=found.clearance,
         singularity=found.singularity,
         sigma=found.sigma,
-        gravity=gravity,
+        gravity=off_upright(job, context.placed),
         motion=found.motion,
-        seconds=seconds,
     )
 
 
@@ -292,6 +302,7 @@ class SpanVerdict:
         singularity: and
         sigma: this.
         warnings: what is to be said of the ways.
+        ends: how it is come to and left, where it is feasible.
     """
 
     rows: tuple[TargetVerdict, ...]
@@ -300,6 +311,7 @@ class SpanVerdict:
     singularity: Least | None = None
     sigma: float | None = None
     warnings: tuple[Warning, ...] = ()
+    ends: SpanEnds | None = None
 
 
 def check_span(
@@ -338,6 +350,7 @@ def check_span(
         singularity=least_margin(context, stretches) if run is None else run.singularity,
         sigma=least_sigma(context, stretches) if run is None else run.sigma,
         warnings=tuple(_short_retracts(context, plan, home)),
+        ends=None if run is None or run.failures or home is None else SpanEnds(stretches[0], stretches[-1], home),
     )
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 
@@ -26,17 +27,22 @@ from ..job.job import Job
 from ..job.reordered import in_order
 from ..job.table_groups import TableGroup, table_groups
 from ..job.table_section_check import BODY
-from ..planning.context import Context, Span
-from ..processes import processor_time
+from ..planning.assemble import with_ways
+from ..planning.context import Context
+from ..planning.home import HomeWays
+from ..processes import Tick, processor_time
 from ..progress import Progress, counted, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..table_poses.indexed_motion import joined_motion
 from ..table_poses.layer_order import shortest_order
 from ..table_poses.locked_layers import locked_layers
-from ..table_poses.suited_poses import SuitedPose, serves, suited_poses, upright_band, upright_poses
+from ..table_poses.nearer_place import CheckedWay, TurnEnd, nearer_place
+from ..table_poses.side_by_side import crew_for
+from ..table_poses.suited_poses import SuitedPose, suited_poses, upright_band, upright_poses
 from ..table_poses.table_turn import Angles, TableTurn, TurnSearch, nearest_turn, turn_time
-from .check import BuiltAt, Least, Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
+from .check import BuiltAt, Least, Result, SpanVerdict, TargetVerdict, failed, off_upright
+from .group_verdicts import GroupVerdicts, Trial, place_of
 
 CHECKS = 4  # poses of a group that are checked whole
 ORDERS = 4  # orders of layers that are tried
@@ -48,18 +54,23 @@ class _Built:
     """What became of a group.
 
     Attributes:
-        group: which.
-        context: at its pose.
+        trial: which, at its pose.
+        context: what it was planned with.
         found: the verdict.
         pose: E1, E2 as asked for or found, deg.
         turn: the table's way there; None where it stands there already, or has none.
     """
 
-    group: TableGroup
+    trial: Trial
     context: Context
     found: SpanVerdict
     pose: Angles
     turn: TableTurn | None
+
+    @property
+    def group(self) -> TableGroup:
+        """Which."""
+        return self.trial.group
 
 
 @phase("checking", spins=False)
@@ -78,8 +89,12 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
         return replace(_Build(job, progress).result(), seconds=processor_time() - begun)
     search = _OrderSearch(job)
     best: Result | None = None
-    for _ in range(ORDERS):
-        result = _Build(in_order(job, search.runs()), progress, search.suited).result()
+    tried: list[list[LayerRun]] = []
+    while (
+        len(tried) < ORDERS and search.runs() not in tried
+    ):  # what is learned may leave no order but one that is known
+        tried.append(search.runs())
+        result = _Build(in_order(job, tried[-1]), progress, search.suited).result()
         lost = result.infeasible + result.not_looked_at
         if best is None or lost < best.infeasible + best.not_looked_at:
             best = result
@@ -89,13 +104,19 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
     return replace(best, seconds=processor_time() - begun)
 
 
+def _suited(job: Job, group: TableGroup, _: Tick) -> list[SuitedPose]:
+    """The poses that suit a group."""
+    return suited_poses(job, group)
+
+
 class _OrderSearch:
     """Poses for the sub-volumes, and orders of their layers."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
         groups = {group.sub_volume: group for group in table_groups(job)}
-        self.suited = {name: suited_poses(job, group) for name, group in groups.items()}
+        found = crew_for(job).run(_suited, job, list(groups.values()))
+        self.suited = dict(zip(groups, found, strict=True))
         lost = any(not suited for suited in self.suited.values())
         for name, group in groups.items():
             if not self.suited[name]:  # nothing can hold: the most upright one says why
@@ -136,6 +157,8 @@ class _Build:
         self.job, self.progress, self.suited = job, progress, suited or {}
         self.groups = table_groups(job)
         self.turns = TurnSearch(job)
+        self.verdicts = GroupVerdicts(job, progress)
+        self.seconds = cache(partial(turn_time, job))
         self.built: list[_Built] = []
         self.place = next(_places(job))
 
@@ -145,83 +168,138 @@ class _Build:
             for group in self.groups:
                 self.built.append(self._best_of(group))
                 count()
+        if all(one.found.motion is not None for one in self.built):
+            for k in range(1, len(self.built)):
+                self._stand_nearer(k)
         return self._put_together()
+
+    def _stand_nearer(self, k: int) -> None:
+        """Have the arm stand nearer than at home while the table turns for a group, where that is clear."""
+        before, after = self.built[k - 1], self.built[k]
+        ends = [_turn_end(one) for one in (before, after)]
+        if after.turn is None or ends[0] is None or ends[1] is None:
+            return
+        found = nearer_place(self.turns, ends[0], ends[1], after.turn)
+        if found is None:
+            return
+        self.built[k - 1] = _come_to(self.job, before, None, found.back)
+        self.built[k] = replace(_come_to(self.job, after, found.out, None), turn=found.turn)
 
     def _best_of(self, group: TableGroup) -> _Built:
         """The group at the first pose that holds, or else at the one that loses fewest targets."""
         best: _Built | None = None
-        for pose in self._poses(group):
-            found = self._at(group, pose)
-            if group.pose is None:
-                found = replace(found, found=replace(found.found, rows=tuple(map(unproved, found.found.rows))))
-            if best is None or _lost(found.found) < _lost(best.found):
-                best = found
-            if not _lost(found.found):
-                break
-        assert best is not None
+        self.verdicts.look_ahead(self._likely())
+        tried = 0
+        for some in self.verdicts.first_alone(self._trials(group, self._stood_at)):
+            for trial in some:
+                found = self.verdicts.of(trial)
+                if found is None:
+                    continue
+                tried += 1
+                built = self._at(trial, found)
+                if best is None or _lost(built.found) < _lost(best.found):
+                    best = built
+                if not _lost(built.found) or tried == CHECKS:
+                    return best
+        if best is None:  # nothing serves: the best of the poses says why
+            trial = replace(next(self._trials(group, self._stood_at)), screened=False)
+            best = self._at(trial, self._verdict(trial))
         return best
 
-    def _poses(self, group: TableGroup) -> Iterator[Angles]:
-        """Poses to be checked, rad."""
-        before = self.built[-1].context.checker.table if self.built else None
+    @property
+    def _stood_at(self) -> list[Angles]:
+        """Where the table stood for the groups built so far, E1, E2, rad."""
+        return [one.trial.pose for one in self.built]
+
+    def _likely(self) -> Iterator[Trial]:
+        """The groups that are left, each at the pose that is tried first if those before it hold at theirs."""
+        stood = self._stood_at
+        for group in self.groups[len(self.built) :]:
+            trial = next(self._trials(group, stood))
+            yield trial
+            stood = [*stood, trial.pose]
+
+    def _trials(self, group: TableGroup, stood: Sequence[Angles]) -> Iterator[Trial]:
+        """A group at the poses that are to be tried, the best first.
+
+        Args:
+            group: which.
+            stood: where the table stood before, E1, E2, rad.
+
+        Yields:
+            Trials.
+        """
+        home, place = place_of(self.job.scene.start), place_of(self.place)
+        start = place if stood else home
+        end = home if group is self.groups[-1] else place
+        for pose in self._poses(group, stood):
+            yield Trial(group, pose, start, end, screened=group.pose is None)
+
+    def _poses(self, group: TableGroup, stood: Sequence[Angles]) -> Iterator[Angles]:
+        """Poses to be tried, rad."""
+        before = stood[-1] if stood else None
         if group.pose is not None:
             pose = table_angles(self.job.scene, *group.pose)
             yield pose if before is None else nearest_turn(self.job.scene, pose, before)
             return
         scene, suited = self.job.scene, self.suited[group.sub_volume]
-        used = [one.context.checker.table for one in reversed(self.built)]
-        again = [pose for pose in used if upright_band(self.job, group, pose) <= suited[0].band]
+        again = [pose for pose in reversed(stood) if upright_band(self.job, group, pose) <= suited[0].band]
         poses = [one.pose for one in suited]
         if before is not None:
             poses = [nearest_turn(scene, pose, before) for pose in poses]
             # of those alike the one that is nearest comes first
-            time_to = {pose: turn_time(self.job, before, pose) for pose in poses}
+            time_to = {pose: self.seconds(before, pose) for pose in poses}
             order = sorted(range(len(poses)), key=lambda k: (suited[k].band, -suited[k].room, time_to[poses[k]]))
             poses = [poses[k] for k in order]
-        tried = 0
-        for pose in dict.fromkeys([*again, *poses]):
-            if tried < CHECKS and serves(self.job, group, pose):
-                tried += 1
-                yield pose
-        if not tried:
-            yield poses[0]  # says why
+        yield from dict.fromkeys([*again, *poses])
 
-    def _at(self, group: TableGroup, pose: Angles) -> _Built:
-        """The group at a pose, with the table's way there."""
+    def _verdict(self, trial: Trial) -> SpanVerdict:
+        """The verdict on a trial that is not screened, or that is known to serve."""
+        found = self.verdicts.of(trial)
+        assert found is not None
+        return found
+
+    def _at(self, trial: Trial, found: SpanVerdict) -> _Built:
+        """A trial and its verdict, with the table's way there."""
+        group, pose = trial.group, trial.pose
         turn: TableTurn | None = None
         why: Failure | None = None
-        if self.built and self.built[-1].context.checker.table != pose:
-            found = self._turned(pose)
-            turn, why = (found, None) if isinstance(found, TableTurn) else (None, found)
+        if self.built and self.built[-1].trial.pose != pose:
+            way = self._turned(pose)
+            turn, why = (way, None) if isinstance(way, TableTurn) else (None, way)
+            if self._from_here(trial) != trial:
+                trial = replace(self._from_here(trial), screened=False)
+                found = self._verdict(trial)
         asked = (float(np.rad2deg(pose[0])), float(np.rad2deg(pose[1]))) if group.pose is None else group.pose
         asked = (round(asked[0], 6), round(asked[1], 6))
-        last = group is self.groups[-1]
-        start = self.job.scene.start if not self.built else self.place
-        end = self.job.scene.start if last else self.place
-        span = Span(group.first, group.stop, start, end)
-        context = Context.of(self.job, pose, span=span)
-        found_ = check_span(self.job, context, off_upright(self.job, context.placed), self.progress)
         if why is not None:
-            found_ = _not_turned(found_, group, why)
-        return _Built(group, context, found_, asked, turn)
+            found = _not_turned(found, group, why)
+        if group.pose is None:
+            found = replace(found, rows=tuple(map(unproved, found.rows)))
+        return _Built(trial, trial.context(self.job), found, asked, turn)
+
+    def _from_here(self, trial: Trial) -> Trial:
+        """The same trial, come to from where the arm stands now and left to there."""
+        place = place_of(self.place)
+        start = place if self.built else trial.start
+        return replace(trial, start=start, end=trial.end if trial.group is self.groups[-1] else place)
 
     def _turned(self, pose: Angles) -> TableTurn | Failure:
         """The table's way from where it stands to a pose, with the arm standing clear of it."""
         last = self.built[-1]
-        found = self.turns.search(self.place, last.context.checker.table, pose, last.context.done)
+        found = self.turns.search(self.place, last.trial.pose, pose, last.context.done)
         if isinstance(found, TableTurn) or _lost(last.found):
             return found
         for place in _places(self.job):
             if (place == self.place).all():
                 continue
-            other = self.turns.search(place, last.context.checker.table, pose, last.context.done)
+            other = self.turns.search(place, last.trial.pose, pose, last.context.done)
             if isinstance(other, Failure):
                 continue
-            span = replace(last.context.span, end=place)
-            context = replace(last.context, span=span)
-            again = check_span(self.job, context, off_upright(self.job, context.placed))
+            trial = replace(last.trial, end=place_of(place), screened=False)
+            again = self._verdict(trial)
             if not _lost(again):
-                self.built[-1] = replace(last, context=context, found=again)
+                self.built[-1] = replace(last, trial=trial, context=trial.context(self.job), found=again)
                 self.place = place
                 return other
         return found
@@ -233,14 +311,14 @@ class _Build:
         motions = [one.found.motion for one in built]
         whole = [motion for motion in motions if motion is not None]
         motion = joined_motion(job, whole, turns) if len(whole) == len(built) else None
-        tables = np.concatenate([np.tile(one.context.checker.table, (len(one.found.rows), 1)) for one in built])
+        tables = np.concatenate([np.tile(one.trial.pose, (len(one.found.rows), 1)) for one in built])
         placed = _placed(built)
         sigmas = [one.found.sigma for one in built if one.found.sigma is not None]
         warnings = [line for one in built for line in one.found.warnings]
         return Result(
             job=replace(job, warnings=(*job.warnings, *warnings)),
             asked=built[0].pose,
-            table=built[0].context.checker.table,
+            table=built[0].trial.pose,
             placed=placed,
             rows=rows,
             clearance=self._least_clearance(),
@@ -270,6 +348,30 @@ class _Build:
         found = [one.found.singularity for one in self.built if one.found.singularity is not None]
         limits = self.job.singularity_limits.values(self.job.solver.geometry is not None)
         return min(found, key=lambda least: least.value / limits[KINDS.index(least.what[0])]) if found else None
+
+
+def _turn_end(one: _Built) -> TurnEnd | None:
+    """A group as a turn before or after it sees it; None where it is not known how it is come to."""
+    found = one.found
+    if found.ends is None or found.clearance is None:
+        return None
+    return TurnEnd(one.context, found.ends, found.clearance.value)
+
+
+def _come_to(job: Job, one: _Built, out: CheckedWay | None, back: CheckedWay | None) -> _Built:
+    """A group that is come to, or left, on another way."""
+    found, ends = one.found, one.found.ends
+    assert found.motion is not None
+    assert ends is not None
+    rows = [None if way is None else way.way[0] for way in (out, back)]
+    least = [found.clearance] if found.clearance is not None else []
+    for way, target in ((out, one.group.first), (back, one.group.stop - 1)):
+        if way is not None and np.isfinite(way.least):
+            least.append(Least(way.least, target, tuple(job.scene.geom_name(g) for g in way.pair)))
+    ways = HomeWays(ends.ways.out if out is None else out.way, ends.ways.back if back is None else back.way)
+    motion = with_ways(job, found.motion, *rows)
+    clearance = min(least, key=lambda one: one.value, default=None)
+    return replace(one, found=replace(found, motion=motion, clearance=clearance, ends=replace(ends, ways=ways)))
 
 
 def _placed(built: list[_Built]) -> Placed:

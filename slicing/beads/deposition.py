@@ -20,9 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..layers.layer import SlicedSubVolume
+from ..parameters import BeadParameters
 from ..volume.layer_areas import laid_volume
 from ..warning import Code, Warning
-from .bead import Bead, BeadParameters
+from .bead import Bead
 
 TOLD = 0.05  # share of a layer's metal that may be missing or too much before a warning says so
 NEXT_TO_NOTHING = 0.05  # of the layer that takes most: such last layers are told of by volume, not by share

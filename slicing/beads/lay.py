@@ -20,8 +20,9 @@ import numpy as np
 from ..curves.loops import SAME_POINT_MM
 from ..layers.layer import Layer, SlicedSubVolume
 from ..mesh.solid import Bools, Floats, PartError
+from ..parameters import BeadParameters
 from ..surfaces.charts import Chart
-from .bead import Bead, BeadParameters
+from .bead import Bead
 from .deposition import LayerMetal, layer_metal, metal_lines, with_metal
 from .infill import OVER, Stroke, contour_rounds, fitted_pitch, narrow_places, wide_part, zigzag
 from .leads import with_leads
@@ -58,15 +59,20 @@ class LaidSubVolume:
 
 
 def lay_beads(
-    sliced: Sequence[SlicedSubVolume], parameters: BeadParameters | None = None, locate: bool = True
+    sliced: Sequence[SlicedSubVolume],
+    parameters: BeadParameters | None = None,
+    locate: bool = True,
+    overhang_mm: float | None = None,
 ) -> tuple[LaidSubVolume, ...]:
     """The beads of sliced sub-volumes.
 
     Args:
         sliced: the sub-volumes in the order of deposition.
-        parameters: how; the paper's beads where left out.
+        parameters: how; their defaults where left out.
         locate: whether places outside the limits are looked for even where they are only reported, and metal and
             overhangs as well.
+        overhang_mm: how far a layer may stand out over what lies below it before a warning tells of it; None: half a
+            bead (`slicing.beads.overhang`).
 
     Returns:
         Their beads.
@@ -79,10 +85,11 @@ def lay_beads(
     for place in parameters.seams:
         if place.sub_volume not in (None, *names):
             raise PartError(f"seams: no sub-volume is named {place.sub_volume}; there are {', '.join(names)}")
-    return tuple(_laid(one, parameters, locate) for one in sliced)
+    allowed = ALLOWED * parameters.width_mm if overhang_mm is None else overhang_mm
+    return tuple(_laid(one, parameters, locate, allowed) for one in sliced)
 
 
-def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> LaidSubVolume:
+def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool, allowed: float) -> LaidSubVolume:
     fresh = [layer_beads(layer, parameters, sliced.parameters.tolerance_mm) for layer in sliced.layers]
     layers: list[list[Bead]] = fresh
     places: list[ThicknessPlace] = []
@@ -110,7 +117,6 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool) -> 
         )
     if not locate:
         return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
-    allowed = ALLOWED * parameters.width_mm if parameters.overhang_mm is None else parameters.overhang_mm
     metal, hanging = layer_metal(sliced, beads, parameters.pitch_mm), overhangs(sliced, allowed)
     lines += overhang_lines(sliced.name, hanging, allowed)
     lines += metal_lines(sliced.name, metal, parameters)

@@ -16,7 +16,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..layers.layer import SlicedSubVolume
-from .bead import Bead, BeadParameters
+from ..parameters import BeadParameters
+from .bead import Bead
 from .exact_points import point_between
 
 

@@ -14,7 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..mesh.solid import Floats
-from .bead import Bead, BeadParameters
+from ..parameters import BeadParameters
+from .bead import Bead
 
 EXACT_COUNT = 7  # beads whose best order is searched for among all
 MOST_BETTERED = 250  # beads whose order is bettered

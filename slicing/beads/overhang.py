@@ -8,7 +8,8 @@ Below a layer lies the layer before, and under planes the body where it is as hi
 of deposition that is a region of the layer's surface: the borders below are put onto the surface by the shortest way,
 which runs along its normal. What of a layer's region lies outside it stands out; by more than ALLOWED of a bead's
 width, or than the case says, it has nothing to lie on. A piece of a region that nothing below touches begins in the
-air. Layers over the end of a body, where its surface meets the axis, are not looked at; a warning says so.
+air. Layers over the end of a body, where its surface meets the axis, are laid flat in pieces
+(`slicing.beads.over_ends`).
 """
 
 from __future__ import annotations
@@ -24,15 +25,16 @@ from ..layers.layer import Layer, SlicedSubVolume
 from ..layers.outside_body import body_section
 from ..layers.poles import poles
 from ..mesh.solid import Bools, Floats, PartError
-from ..surfaces.charts import FlatChart, RoundChart, lengths_along
+from ..surfaces.charts import Chart, FlatChart, PoleChart, RoundChart, lengths_along
 from ..surfaces.offset_families import family_of
 from ..surfaces.surfaces import Cylinder, Plane
 from ..warning import Code, Warning
+from .over_ends import View, area_about_pole, views_over_ends
+from .overhang_regions import SIMPLE_MM, one_period, region_of_curves
 
 ALLOWED = 0.5  # of a bead's width that may stand out
 LEAST_MM2 = 0.5  # smaller areas are not told of
 FINE_MM = 0.5  # spacing of points along what lies below
-SIMPLE_MM = 0.005
 EDGE_MM = 0.05  # points so far beside what stands out count to it: beads run along its border
 SECTION_MM = 0.01  # how true the section of a body is
 
@@ -49,8 +51,7 @@ class Overhang:
         area_mm2: of what stands out by more than is allowed.
         begins_mm2: of that, in pieces that nothing below touches.
         place_mm: (3,) the farthest out; None where nothing stands out.
-        chart: of the layer; None where nothing stands out by more than is allowed.
-        region: what does, in the chart.
+        out: charts, and what stands out by more than is allowed in each; empty where nothing does.
     """
 
     layer: int
@@ -59,24 +60,22 @@ class Overhang:
     area_mm2: float = 0.0
     begins_mm2: float = 0.0
     place_mm: Floats | None = None
-    chart: FlatChart | RoundChart | None = None
-    region: Any = None
+    out: tuple[tuple[Chart, Any], ...] = ()
 
     def holds(self, points: Floats) -> Bools:
         """Whether points (n, 3) of the layer lie over nothing."""
         import shapely
 
-        if self.chart is None:
-            return np.zeros(len(points), dtype=bool)
-        grown = self.region.buffer(EDGE_MM)
-        if isinstance(self.chart, FlatChart):
-            flat = self.chart.flat(points)
-        else:
-            surface, chart = self.chart.surface, self.chart
-            x, y = (points[:, k] - surface.axis_point[k] for k in range(2))
-            turn = (np.arctan2(y, x) - chart.angle + np.pi) % (2 * np.pi) - np.pi
-            flat = np.stack([chart.radius * turn, lengths_along(chart.meridian, surface, points)], axis=1)
-        return np.asarray(shapely.contains_xy(grown, flat[:, 0], flat[:, 1]))
+        held = np.zeros(len(points), dtype=bool)
+        for chart, region in self.out:
+            flat = chart.flat(points)
+            if isinstance(chart, RoundChart):  # points of several curves, each by itself
+                surface = chart.surface
+                x, y = (points[:, k] - surface.axis_point[k] for k in range(2))
+                turn = (np.arctan2(y, x) - chart.angle + np.pi) % (2 * np.pi) - np.pi
+                flat = np.stack([chart.radius * turn, lengths_along(chart.meridian, surface, points)], axis=1)
+            held |= np.asarray(shapely.contains_xy(region.buffer(EDGE_MM), flat[:, 0], flat[:, 1]))
+        return held
 
     def to_dict(self) -> dict[str, Any]:
         """As rbam-slices/1 writes it; null for what was not found or has no end."""
@@ -117,29 +116,47 @@ def overhangs(sliced: SlicedSubVolume, allowed_mm: float) -> tuple[Overhang, ...
 
 def _overhang(sliced: SlicedSubVolume, layer: Layer, below: Layer | None, allowed_mm: float) -> Overhang:
     """What of one layer lies over nothing."""
-    import shapely
-
     under = [] if below is None else _put_onto(layer, below)
-    chart = _chart(layer, under)
-    region = _region(chart, [(curve.points, curve.winding) for curve in layer.curves])
-    support = _region(chart, under)
-    if isinstance(chart, FlatChart):
-        support = support.union(_body_below(sliced, chart.surface, below, region))
-    region = _one_period(chart, region)
-    far, at, foot = _farthest(region, support)
-    if math.isfinite(far):
-        far = float(np.linalg.norm(np.subtract(*chart.lift(np.stack([at, foot])))))
+    if below is not None and not isinstance(layer.surface, Plane) and any((*poles(layer), *poles(below))):
+        views, whole = views_over_ends(layer, below, under)
+    else:
+        chart = _chart(layer, under)
+        region = region_of_curves(chart, [(curve.points, curve.winding) for curve in layer.curves])
+        support = region_of_curves(chart, under)
+        if isinstance(chart, FlatChart):
+            support = support.union(_body_below(sliced, chart.surface, below, region))
+        whole = View(chart, one_period(chart, region), support)
+        views = [whole]
+    far, place = _farthest_of(views)
     height = sliced.parameters.h_layer_mm if sliced.stands_on_plate else 0.5 * sum(layer.thickness_mm)
     angle = math.degrees(math.atan2(far, max(height, 1e-9))) if far > 0.0 else 0.0
-    found = Overhang(layer.index, far, angle, place_mm=chart.lift(at[None])[0] if far > 0.0 else None)
-    if far <= allowed_mm:
-        return found
-    out = region.difference(support.buffer(allowed_mm))
-    pieces = [piece for piece in shapely.get_parts(region) if not piece.intersects(support.buffer(SIMPLE_MM))]
-    area, begins = _area(chart, out), sum(_area(chart, piece) for piece in pieces)
+    found = Overhang(layer.index, far, angle, place_mm=place)
+    return found if far <= allowed_mm else _told(found, views, whole, allowed_mm)
+
+
+def _farthest_of(views: Sequence[View]) -> tuple[float, Floats | None]:
+    """How far a layer stands out over what lies below, and where; inf where nothing lies below."""
+    best: tuple[float, Floats | None] = (0.0, None)
+    for view in views:
+        far, at, foot = _farthest(view.region, view.support)
+        if math.isfinite(far):
+            far = float(np.linalg.norm(np.subtract(*view.chart.lift(np.stack([at, foot])))))
+        if far > best[0]:
+            best = far, view.chart.lift(at[None])[0]
+    return best
+
+
+def _told(found: Overhang, views: Sequence[View], whole: View, allowed_mm: float) -> Overhang:
+    """With what stands out by more than is allowed, and what of it begins with nothing below."""
+    import shapely
+
+    out = [(v.chart, v.region.difference(v.support.buffer(allowed_mm))) for v in views]
+    near = whole.support.buffer(SIMPLE_MM)
+    pieces = [piece for piece in shapely.get_parts(whole.region) if not piece.intersects(near)]
+    area, begins = sum(_area(*one) for one in out), sum(_area(whole.chart, piece) for piece in pieces)
     if area < LEAST_MM2:
         return found
-    return replace(found, area_mm2=area, begins_mm2=min(begins, area), chart=chart, region=out)
+    return replace(found, area_mm2=area, begins_mm2=min(begins, area), out=tuple(out))
 
 
 def _put_onto(layer: Layer, below: Layer) -> list[tuple[Floats, int]]:
@@ -167,48 +184,10 @@ def _chart(layer: Layer, under: Sequence[tuple[Floats, int]]) -> FlatChart | Rou
     """One chart for a layer and what lies below it: its plane, or right round the axis."""
     if isinstance(layer.surface, Plane):
         return FlatChart(layer.surface)
-    if any(poles(layer)):
-        raise PartError(f"layer {layer.index}: lies over the end of its body")
     loops = [curve.points for curve in layer.curves]
     chart = RoundChart.around(layer.surface, loops + [p for p, _ in under], ring=True)
     ahead = np.concatenate(loops)[:, :2].mean(axis=0) - layer.surface.axis_point
     return replace(chart, angle=math.atan2(ahead[1], ahead[0]))
-
-
-def _region(chart: FlatChart | RoundChart, curves: Sequence[tuple[Floats, int]]) -> Any:
-    """The region between curves, by turns inside and outside; three times right round where it goes so far."""
-    import shapely
-    from shapely.affinity import translate
-
-    parts: list[Any] = []
-    period = chart.period
-    flats = [(chart.flat(points), winding) for points, winding in curves]
-    apart = period is None or not any(w or np.abs(flat[:, 0]).max() > 0.5 * period for flat, w in flats)
-    top = max((float(flat[:, 1].max()) for flat, _ in flats), default=0.0) + 1.0
-    for flat, winding in flats:
-        if winding and period is not None:
-            flat = flat if winding > 0 else flat[::-1]
-            line = np.concatenate([flat + np.array([k * period, 0.0]) for k in range(-3, 4)])
-            above = np.concatenate([line, [[line[-1, 0], top], [line[0, 0], top]]])
-            parts.append(shapely.Polygon(above).buffer(0))
-        else:
-            polygon = shapely.Polygon(flat).buffer(0).simplify(SIMPLE_MM)
-            copies = (0,) if apart else (-2, -1, 0, 1, 2)
-            parts += [translate(polygon, k * (period or 0.0)) for k in copies]
-    region = shapely.Polygon()
-    for part in parts:
-        region = region.symmetric_difference(part)
-    if period is None or apart:
-        return region
-    return region.intersection(shapely.box(-1.5 * period, -1e9, 1.5 * period, top - 1e-9))
-
-
-def _one_period(chart: FlatChart | RoundChart, region: Any) -> Any:
-    import shapely
-
-    if chart.period is None:
-        return region
-    return region.intersection(shapely.box(-0.5 * chart.period, -1e9, 0.5 * chart.period, 1e9))
 
 
 def _body_below(sliced: SlicedSubVolume, plane: Plane, below: Layer | None, region: Any) -> Any:
@@ -257,10 +236,12 @@ def _farthest(region: Any, support: Any) -> tuple[float, Floats, Floats]:
     return float(away[k]), points[k], foot
 
 
-def _area(chart: FlatChart | RoundChart, region: Any) -> float:
+def _area(chart: Chart, region: Any) -> float:
     """Area on the surface of a region in the chart, mm²."""
     import shapely
 
+    if isinstance(chart, PoleChart):
+        return area_about_pole(chart, region)
     if isinstance(chart, FlatChart) or isinstance(chart.surface, Cylinder):
         return float(region.area)
     total = 0.0

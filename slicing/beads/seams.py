@@ -19,8 +19,9 @@ import numpy as np
 
 from ..layers.layer import SlicedSubVolume
 from ..mesh.solid import Floats
+from ..parameters import BeadParameters
 from ..surfaces.surfaces import Surface
-from .bead import Bead, BeadParameters
+from .bead import Bead
 from .exact_points import point_between
 
 SAME_HEIGHT_MM = 1e-4

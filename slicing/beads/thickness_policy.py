@@ -24,7 +24,8 @@ import numpy as np
 
 from ..layers.layer import SlicedSubVolume
 from ..mesh.solid import Bools, Floats
-from .bead import Bead, BeadParameters
+from ..parameters import BeadParameters
+from .bead import Bead
 from .exact_points import point_between
 from .fine_thickness import SLACK_MM, Fine, Run, ends_of, fine_thickness, interpolate
 from .thickness_merge import Handed, gaining, merged

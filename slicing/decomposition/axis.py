@@ -17,11 +17,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..mesh.edge_table import neighbours
 from ..mesh.solid import Floats, Ints
 from ..warning import Warning
-from .axis_candidates import LEVEL, candidates, rotation_to_z
+from .axis_candidates import FEW_SIDES, LEVEL, MANY_SIDES, Roundness, candidates, rotation_to_z
 from .robust_line import biweights, densest
-from .turned_faces import LEAST_TURN, FoundBand, PartFaces, find_bands, ridge_weights
+from .turned_faces import (
+    FEW_SIDES_RAD,
+    HALF_FACET_RAD,
+    LEAST_TURN,
+    FoundBand,
+    PartFaces,
+    find_bands,
+    ridge_weights,
+)
 
 __all__ = ["LEVEL", "Axis", "find_axis", "measured", "rotation_to_z"]
 
@@ -29,15 +38,17 @@ REFINED = 8  # candidates worth a least-squares fit
 WORTH = 0.15  # of the best candidate's score
 MOST_ROUNDS = 16
 ROUGH = 1e-3  # of the part's extent: a quarter of what corners may stray by about an axis that is not fitted yet
-ROUGH_HALF_FACET_RAD = np.deg2rad(18.0)  # 5 more than of an axis that is fitted
+ROUGH_FACET_RAD = np.deg2rad(5.0)  # more in half a facet than of an axis that is fitted
 SHRINK = 0.5
 STARTING_TURN = 0.1  # share of the directions in which a surface must be seen before the axis is fitted
 SEARCHED = 12  # bands looked at on the way
-MEASURED = 24  # bands that tell one axis from another
-BANDS = 4  # of which so many are fitted together
+MEASURED, MEASURED_SHARE = 24, 0.01  # bands that tell one axis from another; of the largest round one
+BANDS, FITTED_SHARE = 4, 0.1  # of which so many are fitted together; of the largest round one
 LEAST_CORNERS = 6
+FEW_SIDES_WIN = 3.0  # times the area of what has many sides about one axis
 RIVAL = 0.5  # of the area: another axis with as much is told of
 SAME_AXIS_RAD, SAME_AXIS = np.deg2rad(6.0), 0.05  # of the part's reach: axes closer than this are one
+LATERAL = 0.05  # cosine: faces that run along an axis
 Z_FIRST = 0.98  # of the area: as good as equal
 
 
@@ -53,6 +64,7 @@ class Axis:
         spread_mm: how far their corners stray from them (half the width of the strip that holds most).
         rival: another axis with a large area about it, None where there is none.
         lines: what is to be said of it.
+        half_facet_rad: half the angle of the coarsest polygon that passes for round about it.
     """
 
     point: Floats
@@ -62,6 +74,7 @@ class Axis:
     spread_mm: float = 0.0
     rival: Axis | None = None
     lines: tuple[Warning, ...] = ()
+    half_facet_rad: float = HALF_FACET_RAD
 
     @property
     def to_z(self) -> Floats:
@@ -95,12 +108,54 @@ def find_axis(
     Returns:
         The axis, fitted to the mesh (near what was given), or None if nothing is turned about any.
     """
+    few = replace(skin, half_facet_rad=FEW_SIDES_RAD)
     if point is not None and direction is not None:
         axis = _refined(skin, Axis(point, direction), least_turn)
+        axis = axis if axis.area_mm2 > 0 else _refined(few, Axis(point, direction), least_turn)
         # nothing near: the one that is there says how far off the point is
         return axis if axis.area_mm2 > 0 else find_axis(skin, None, direction, least_turn)
+    found = _axes(skin, (point, direction), least_turn, MANY_SIDES)
+    most = max((axis.area_mm2 for axis in found), default=0.0)
+    if _few_sided_mm2(skin) > RIVAL * most:
+        found = _joined(found, _axes(few, (point, direction), least_turn, FEW_SIDES), skin.extent)
+    if not found:
+        return None if point is None else find_axis(skin, None, direction, least_turn)
+    most = max(axis.area_mm2 for axis in found)
+    # as good as equal: the one nearest to z
+    even = [axis for axis in found if axis.area_mm2 >= Z_FIRST * most]
+    best = max(even, key=lambda a: round(abs(float(a.direction[2])), 6))
+    rivals = [axis for axis in (*found, *_beside(skin, best, least_turn)) if axis is not best]
+    rivals = [axis for axis in rivals if axis.area_mm2 >= RIVAL * most]
+    return replace(best, rival=max(rivals, key=lambda a: a.area_mm2, default=None))
+
+
+def _beside(skin: PartFaces, axis: Axis, least_turn: float) -> list[Axis]:
+    """Axes parallel to another one, where the faces that are not turned about it leave room for one."""
+    left = _not_about(skin, axis)
+    corners = left.vertices[left.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.sqrt((normal**2).sum(axis=1))
+    upright = np.abs(normal @ axis.direction) < LATERAL * size
+    if 0.5 * float(size[upright].sum()) < RIVAL * axis.area_mm2:
+        return []
+    return _axes(
+        replace(left, faces=left.faces[upright], plane=left.plane[upright]), (None, axis.direction), least_turn
+    )
+
+
+def _not_about(skin: PartFaces, axis: Axis) -> PartFaces:
+    """The faces that are not turned about an axis."""
+    turned = [f.faces for f in axis.bands if f.is_body()]
+    left = np.delete(np.arange(len(skin.faces)), np.concatenate(turned)) if turned else np.arange(len(skin.faces))
+    return replace(skin, faces=skin.faces[left], plane=skin.plane[left])
+
+
+def _axes(
+    skin: PartFaces, hint: tuple[Floats | None, Floats | None], least_turn: float, kind: Roundness = MANY_SIDES
+) -> list[Axis]:
+    """Axes that have something round about them, fitted."""
     reach = skin.extent
-    trials = candidates(skin.vertices, skin.faces, point, direction)
+    trials = candidates(skin.vertices, skin.faces, hint, kind)
     found: list[Axis] = []
     tried: list[Axis] = []
     for trial in trials:
@@ -113,14 +168,32 @@ def find_axis(
         axis = _refined(skin, start, least_turn)
         if axis.area_mm2 > 0 and not any(_same(axis, other, 0.1 * reach) for other in found):
             found.append(axis)
-    if not found:
-        return None if point is None else find_axis(skin, None, direction, least_turn)
-    most = max(axis.area_mm2 for axis in found)
-    # as good as equal: the one nearest to z
-    even = [axis for axis in found if axis.area_mm2 >= Z_FIRST * most]
-    best = max(even, key=lambda a: round(abs(float(a.direction[2])), 6))
-    rivals = [axis for axis in found if axis is not best and axis.area_mm2 >= RIVAL * most]
-    return replace(best, rival=max(rivals, key=lambda a: a.area_mm2, default=None))
+    return found
+
+
+def _few_sided_mm2(skin: PartFaces) -> float:
+    """Area of the planes that meet others as the sides of a polygon of 8 to 13 sides do."""
+    corners = skin.vertices[skin.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.sqrt((normal**2).sum(axis=1))
+    a, b = neighbours(len(skin.vertices), skin.faces)
+    bend = (normal[a] * normal[b]).sum(axis=1) / np.maximum(size[a] * size[b], 1e-300)
+    convex = ((corners[b].mean(axis=1) - corners[a].mean(axis=1)) * (normal[a] - normal[b])).sum(axis=1) < 0
+    sides = (bend < np.cos(2 * HALF_FACET_RAD)) & (bend > np.cos(2 * FEW_SIDES_RAD)) & convex
+    planes = np.unique(skin.plane[np.concatenate([a[sides], b[sides]])])
+    return 0.5 * float(size[np.isin(skin.plane, planes)].sum())
+
+
+def _joined(fine: list[Axis], coarse: list[Axis], reach: float) -> list[Axis]:
+    """Axes of surfaces of many and of few sides; about one axis the few count where they are by far the most."""
+    kept = list(fine)
+    for axis in coarse:
+        same = [k for k, other in enumerate(kept) if _same(axis, other, 0.1 * reach)]
+        if not same:
+            kept.append(axis)
+        elif axis.area_mm2 > FEW_SIDES_WIN * kept[same[0]].area_mm2:
+            kept[same[0]] = axis
+    return kept
 
 
 def parallel_axis(skin: PartFaces, axis: Axis) -> Axis | None:
@@ -133,11 +206,9 @@ def parallel_axis(skin: PartFaces, axis: Axis) -> Axis | None:
     Returns:
         The axis with the largest cylinders and cones of the faces that are not turned about the other one.
     """
-    turned = [f.faces for f in axis.bands if f.is_body()]
-    if not turned:
+    if not any(f.is_body() for f in axis.bands):
         return None
-    left = np.delete(np.arange(len(skin.faces)), np.concatenate(turned))
-    return find_axis(replace(skin, faces=skin.faces[left], plane=skin.plane[left]), None, axis.direction)
+    return find_axis(_not_about(skin, axis), None, axis.direction)
 
 
 def _same(a: Axis, b: Axis, reach: float) -> bool:
@@ -159,9 +230,9 @@ def measured(skin: PartFaces, axis: Axis, least_turn: float = LEAST_TURN) -> Axi
     Returns:
         The axis with its bands and their area.
     """
-    bands = find_bands(skin.moved(axis.to_z), MEASURED)
+    bands = find_bands(skin.moved(axis.to_z), MEASURED, MEASURED_SHARE)
     area = sum(f.band.area_mm2 for f in bands if f.is_body(least_turn))
-    return replace(axis, bands=tuple(bands), area_mm2=area)
+    return replace(axis, bands=tuple(bands), area_mm2=area, half_facet_rad=skin.half_facet_rad)
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,11 +249,11 @@ class _FacetCorners:
 
 def _corners_of(skin: PartFaces, axis: Axis, least_turn: float) -> _FacetCorners | None:
     """The corners of the largest bands that go round an axis; None where there are none."""
-    found = find_bands(skin.moved(axis.to_z), SEARCHED)
+    found = find_bands(skin.moved(axis.to_z), SEARCHED, 0.5 * FITTED_SHARE)
     bands = [f for f in found if f.is_body(least_turn, 0.0)]
     if not bands:
         return None
-    bands = [f for f in bands[:BANDS] if f.band.area_mm2 >= 0.1 * bands[0].band.area_mm2]
+    bands = [f for f in bands[:BANDS] if f.band.area_mm2 >= FITTED_SHARE * bands[0].band.area_mm2]
     parts = []
     for k, f in enumerate(bands):
         used, weight = ridge_weights(skin.faces[f.faces], skin.plane[f.faces], f.face_area)
@@ -197,7 +268,9 @@ def _refined(skin: PartFaces, axis: Axis, least_turn: float) -> Axis:
     """Robust least squares on the corners of the largest bands, over place, tilt, radii and slopes."""
     best = replace(axis, spread_mm=np.inf)
     # about an axis that is not fitted yet, facets of a coarse polygon stand askew as well
-    rough = replace(skin, noise_mm=max(ROUGH * skin.extent, skin.noise_mm), half_facet_rad=ROUGH_HALF_FACET_RAD)
+    rough = replace(
+        skin, noise_mm=max(ROUGH * skin.extent, skin.noise_mm), half_facet_rad=skin.half_facet_rad + ROUGH_FACET_RAD
+    )
     for seen, turn in ((rough, STARTING_TURN), (skin, least_turn)):
         corners = _corners_of(seen, best, turn)
         if corners is None:

@@ -20,18 +20,16 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from ..mesh.edge_table import neighbours
-from .turned_faces import COPLANAR_RAD, HALF_FACET_RAD
+from .turned_faces import COPLANAR_RAD, FEW_SIDES_RAD, HALF_FACET_RAD
 
 SAMPLES = 1500  # faces looked at
 FROM_CURVED, FROM_PATCHES = 0.45, 0.35  # shares drawn from the curved ones by area, and evenly over their patches
 PAIRS, TRIPLES = 160, 300
 EDGE_DIRECTIONS, FLAT_DIRECTIONS, DIRECTIONS = 12, 8, 18
-LEAST_BEND_RAD, MOST_BEND_RAD = np.deg2rad(0.15), 2.1 * HALF_FACET_RAD
+LEAST_BEND_RAD, MOST_BEND = np.deg2rad(0.15), 2.1  # of half a facet
 SAME_DIRECTION = 1 - 1.5e-4  # cosine of 1 degree
 SAME_DISTANCE = 4e-3  # of the part's reach: facets of one surface
 ACROSS = 0.05  # cosine: facets of one slope
-AZIMUTHS = 24
-FACED = 0.5  # share of the azimuths that a body must face while candidates are weighed
 ROWS = 201  # of slopes, as cosines from -1 to 1
 UPRIGHT = 100  # number of the slope 0
 FINE, COARSE = 1, 5  # rows on either side that are one slope
@@ -39,6 +37,30 @@ STEEP = 0.9  # cosine: normals nearer to the axis are no body's sides
 CLUSTERED = 3000  # edges and flats looked at
 SLOPES_TRIED = 2  # of a direction
 LEVEL = 1e-6  # z of a direction that is level
+
+
+@dataclass(frozen=True)
+class Roundness:
+    """What passes for round while candidates are weighed.
+
+    Attributes:
+        half_facet_rad: half the angle of the coarsest polygon.
+        azimuths: directions about the axis that are told apart.
+        unfaced: how many of them a body need not face.
+    """
+
+    half_facet_rad: float
+    azimuths: int
+    unfaced: int
+
+    def azimuth_of(self, outward: Floats) -> Ints:
+        """Numbers (n,) of the azimuths that vectors (n, 2) or longer point to."""
+        turn = np.arctan2(outward[:, 1], outward[:, 0]) / np.pi + 1
+        return np.floor(turn * self.azimuths / 2).astype(np.int64) % self.azimuths
+
+
+MANY_SIDES = Roundness(HALF_FACET_RAD, 24, 12)
+FEW_SIDES = Roundness(FEW_SIDES_RAD, 8, 2)  # a box faces four, a hexagon's flats are wider
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,26 +98,29 @@ def rotation_to_z(direction: Floats) -> Floats:
     )
 
 
-def candidates(vertices: Floats, faces: Ints, point: Floats | None, direction: Floats | None) -> list[Candidate]:
+def candidates(
+    vertices: Floats, faces: Ints, hint: tuple[Floats | None, Floats | None], kind: Roundness = MANY_SIDES
+) -> list[Candidate]:
     """Axes that may be the part's, the best first.
 
     Args:
         vertices: (n, 3) mm.
         faces: (m, 3), outward.
-        point: (3,) of the axis where it is known, mm.
-        direction: (3,) unit, where it is known.
+        hint: a point (3,) of the axis, mm, and its direction (3,), unit, where they are known.
+        kind: what passes for round.
 
     Returns:
         The candidates; none if nothing is curved.
     """
     rng = np.random.default_rng(0)
-    mesh = _Curvature.of(vertices, faces)
+    point, direction = hint
+    mesh = _Curvature.of(vertices, faces, kind)
     sample = mesh.sample(rng)
-    ways = mesh.directions(sample, rng) if direction is None else direction[None]
+    ways = mesh.directions(sample, rng, kind) if direction is None else direction[None]
     found = []
     for way in ways:
-        for slope, _ in _roundness(sample, way):
-            centre, score = _centre(sample, (way, slope), point, rng)
+        for slope, _ in _roundness(sample, way, kind):
+            centre, score = _centre(sample, (way, slope), point, (rng, kind))
             if score > 0:
                 found.append(Candidate(centre, way, score))
     return sorted(found, key=lambda one: (-round(one.score, 6), -round(abs(float(one.direction[2])), 6)))
@@ -115,7 +140,7 @@ class _Curvature:
     edge_weight: Floats
 
     @staticmethod
-    def of(vertices: Floats, faces: Ints) -> _Curvature:
+    def of(vertices: Floats, faces: Ints, kind: Roundness) -> _Curvature:
         """Find edges between faces that turn outward by a facet's angle, and patches of faces that such edges join."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
@@ -130,7 +155,7 @@ class _Curvature:
         )
         across = middle[b] - middle[a]
         convex = (across * (normal[a] - normal[b])).sum(axis=1) < 0
-        bent = (bend >= LEAST_BEND_RAD) & (bend <= MOST_BEND_RAD) & convex
+        bent = (bend >= LEAST_BEND_RAD) & (bend <= MOST_BEND * kind.half_facet_rad) & convex
         curved = np.zeros(len(faces), dtype=bool)
         curved[a[bent]] = curved[b[bent]] = True
         joined = bent | (bend < COPLANAR_RAD)
@@ -161,7 +186,7 @@ class _Curvature:
         chosen = np.concatenate(numbers)
         return _Sample(self.normal[chosen], self.middle[chosen], self.patch[chosen])
 
-    def directions(self, sample: _Sample, rng: np.random.Generator) -> Floats:
+    def directions(self, sample: _Sample, rng: np.random.Generator, kind: Roundness) -> Floats:
         """Directions (k, 3): the coordinate axes first, then those about which the most is round."""
         n, where = sample.normal, rng.integers(0, len(sample.normal), (3, PAIRS))
         beside = _same_patch(sample.patch, where[0], rng)
@@ -173,7 +198,7 @@ class _Curvature:
         drawn = np.concatenate([*pairs, *triples])
         length = np.sqrt((drawn**2).sum(axis=1))
         drawn = np.concatenate([edges, flats, drawn[length > 0.02] / length[length > 0.02, None]])
-        worth = np.array([_roundness(sample, way)[0][1] for way in drawn])
+        worth = np.array([_roundness(sample, way, kind)[0][1] for way in drawn])
         chosen = [*np.eye(3)[::-1]]
         for k in np.argsort(-np.round(worth, 9), kind="stable"):
             if len(chosen) == DIRECTIONS or worth[k] <= 0:
@@ -209,23 +234,21 @@ def _clusters(direction: Floats, weight: Floats, most: int) -> Floats:
     return np.array(means).reshape(-1, 3)
 
 
-def _roundness(sample: _Sample, way: Floats) -> list[tuple[float, float]]:
+def _roundness(sample: _Sample, way: Floats, kind: Roundness) -> list[tuple[float, float]]:
     """The slopes at which most faces go round a direction, and what they hold, counting none of too few azimuths."""
     turn = rotation_to_z(way)
-    facing = sample.normal @ turn.T
-    azimuth = np.floor((np.arctan2(facing[:, 1], facing[:, 0]) / np.pi + 1) * AZIMUTHS / 2).astype(np.int64)
-    azimuth %= AZIMUTHS
+    facing, many = sample.normal @ turn.T, kind.azimuths
+    azimuth = kind.azimuth_of(facing)
     row = np.round((facing[:, 2] + 1) * (ROWS // 2)).astype(np.int64)
     level = np.abs(facing[:, 2]) < STEEP
-    held = np.bincount((row * AZIMUTHS + azimuth)[level], minlength=ROWS * AZIMUTHS).reshape(ROWS, AZIMUTHS)
-    below = np.concatenate([np.zeros((COARSE + 1, AZIMUTHS)), np.cumsum(held, axis=0)])
+    held = np.bincount((row * many + azimuth)[level], minlength=ROWS * many).reshape(ROWS, many)
+    below = np.concatenate([np.zeros((COARSE + 1, many)), np.cumsum(held, axis=0)])
     below = np.concatenate([below, np.repeat(below[-1:], COARSE, axis=0)])
     total = np.zeros(ROWS)
     for about in (FINE, COARSE):  # the sharper the better
         rows = COARSE + np.arange(ROWS)
         near = below[rows + about + 1] - below[rows - about]
-        least = round((1 - FACED) * AZIMUTHS)
-        weakest = np.partition(near, least, axis=1)[:, least]
+        weakest = np.partition(near, kind.unfaced, axis=1)[:, kind.unfaced]
         total += np.minimum(near, 4 * weakest[:, None]).sum(axis=1)
     best = int(total.argmax())
     apart = np.where(np.abs(np.arange(ROWS) - best) > 2 * COARSE, total, 0)
@@ -234,10 +257,10 @@ def _roundness(sample: _Sample, way: Floats) -> list[tuple[float, float]]:
 
 
 def _centre(
-    sample: _Sample, along_slope: tuple[Floats, float], point: Floats | None, rng: np.random.Generator
+    sample: _Sample, along_slope: tuple[Floats, float], point: Floats | None, by: tuple[np.random.Generator, Roundness]
 ) -> tuple[Floats, float]:
     """The centre (3,) of the best surface of a slope about a direction, and the share of the sample that agrees."""
-    way, slope = along_slope
+    (way, slope), (rng, kind) = along_slope, by
     turn, nothing = rotation_to_z(way), (np.zeros(3), 0.0)
     facing = sample.normal @ turn.T
     lateral = (np.abs(facing[:, 2] - slope) <= ACROSS) & (np.abs(facing[:, 2]) < STEEP)
@@ -266,21 +289,23 @@ def _centre(
     if not inside.any():
         return nothing
     centres, distances = centres[inside], distances[inside]
-    agreeing = _agreeing(outward, flat, along, (centres, distances), SAME_DISTANCE * reach)
-    number = np.floor((np.arctan2(outward[:, 1], outward[:, 0]) / np.pi + 1) * AZIMUTHS / 2).astype(np.int64) % AZIMUTHS
-    faced = np.stack([(agreeing[:, number == k]).sum(axis=1) for k in range(AZIMUTHS)], axis=1)
-    usual = np.sort(faced, axis=1)[:, round((1 - FACED) * AZIMUTHS)]
+    agreeing = _agreeing(outward, flat, along, (centres, distances), (SAME_DISTANCE * reach, kind.half_facet_rad))
+    number = kind.azimuth_of(outward)
+    faced = np.stack([(agreeing[:, number == k]).sum(axis=1) for k in range(kind.azimuths)], axis=1)
+    usual = np.sort(faced, axis=1)[:, kind.unfaced]
     # a stretch of a cylinder counts a little, one that goes round counts in full
     score = np.minimum(faced, 4 * usual[:, None]).sum(axis=1) + 0.05 * faced.sum(axis=1)
     best = int(score.argmax())
     return turn.T @ np.append(centres[best], 0.0), float(score[best]) / len(sample.normal)
 
 
-def _agreeing(outward: Floats, flat: Floats, along: Floats, axes: tuple[Floats, Floats], window: float) -> Bools:
-    """Which facets (k, n) belong to each of k surfaces."""
-    centres, distances = axes
+def _agreeing(
+    outward: Floats, flat: Floats, along: Floats, axes: tuple[Floats, Floats], within: tuple[float, float]
+) -> Bools:
+    """Which facets (k, n) belong to each of k surfaces, within so many mm and half a facet's angle."""
+    (centres, distances), (window, half_facet_rad) = axes, within
     gap = along[None] - centres @ outward.T - distances[:, None]
     tangent = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
     aside = (tangent * flat).sum(axis=1)[None] - centres @ tangent.T
     ahead = (outward * flat).sum(axis=1)[None] - centres @ outward.T
-    return (np.abs(gap) <= window) & (np.abs(aside) <= np.tan(HALF_FACET_RAD) * ahead)
+    return (np.abs(gap) <= window) & (np.abs(aside) <= np.tan(half_facet_rad) * ahead)

@@ -138,6 +138,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     skin = PartFaces.of(vertices - middle, _outer(vertices - middle, faces), mesh.noise_mm)
     axis = hinted_axis(mesh, hint, skin, middle)
+    skin = replace(skin, half_facet_rad=axis.half_facet_rad)
     T_part_input, axis_xy = part_frame(axis, vertices)
     # about the part's own middle: lengths are the part's, however far it lies from the origin
     into_axis = T_part_input.copy()

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..mesh.solid import Floats
 from .outline import Outline
-from .turned_faces import HALF_FACET_RAD, Band
+from .turned_faces import FEW_SIDES_RAD, Band
 
 LEVELS, STEP = 200, 0.05  # looked at beyond an end: at most so many, and how far apart, of the radius
 RIM, LEAST_RIM = 0.02, 1e-7  # of the radius: the greatest and the least length of a rim
@@ -71,7 +71,7 @@ def _inscribed(solid: Any, height: float) -> float:
     border = max(outer, key=lambda polygon: polygon.area).exterior
     flat = float(border.distance(shapely.Point(0.0, 0.0)))
     away = np.hypot(*np.asarray(border.coords).T)
-    corners = away[(away >= flat) & (away <= flat / np.cos(HALF_FACET_RAD))]
+    corners = away[(away >= flat) & (away <= flat / np.cos(FEW_SIDES_RAD))]
     return float(np.median(corners)) if len(corners) else flat
 
 

@@ -20,7 +20,8 @@ from ..mesh.edge_table import neighbours
 from ..mesh.solid import Bools, Floats, Ints
 from .robust_line import Line, fit_line
 
-HALF_FACET_RAD = np.deg2rad(13.0)  # a body of fewer than 14 sides is no round one
+HALF_FACET_RAD = np.deg2rad(13.0)  # a body of 14 sides is a round one wherever it is seen
+FEW_SIDES_RAD = np.deg2rad(23.0)  # one of 8 where nothing finer is
 STEEPEST = 0.1  # least radial part of a turned face's normal: cones up to 84° from the axis
 SLOPE_WINDOW_RAD = np.deg2rad(2.5)
 CYLINDER_RAD = np.deg2rad(1.0)
@@ -255,12 +256,13 @@ def _numbered(keys: Floats) -> Ints:
     return number
 
 
-def find_bands(skin: PartFaces, most: int = MOST_BANDS) -> list[FoundBand]:
+def find_bands(skin: PartFaces, most: int = MOST_BANDS, share: float = 0.0) -> list[FoundBand]:
     """Cylinders and cones about z that look outward.
 
     Args:
         skin: of the part, z the axis.
         most: how many to look for.
+        share: of the largest round one: smaller ones are not looked for.
 
     Returns:
         Bands, the largest first.
@@ -275,16 +277,18 @@ def find_bands(skin: PartFaces, most: int = MOST_BANDS) -> list[FoundBand]:
     cell = _numbered(np.round(np.column_stack([facets.slope / SLOPE_WINDOW_RAD, offset / window])))
     bands: list[FoundBand] = []
     taken = np.zeros(len(faces), dtype=bool)
+    largest = 0.0
     while len(left) and len(bands) < most:
         area = facets.area[left]
         chosen = _heaviest(facets.slope[left], offset[left], area, cell[left], window)
         members = left[chosen]
-        if area[chosen].sum() < least:
+        if area[chosen].sum() < max(least, share * largest):
             break
         band = fit_band(skin, members) if _goes_about(facets, members) else None
         taken[members if band is None else band.faces] = True
         if band is not None and band.turn >= HINTED_TURN:
             bands.append(band)  # what strayed into it may be another's
+            largest = max(largest, band.band.area_mm2) if band.is_body(least_share=0.0) else largest
         else:
             taken[members] = True
         left = left[~taken[left]]
@@ -328,7 +332,7 @@ def fit_band(skin: PartFaces, members: Ints) -> FoundBand | None:
     line = _line(facets, (corner[:, 2], np.hypot(corner[:, 0], corner[:, 1])), weight, skin.noise_mm)
     off = line.off(heights, radii)
     slack = 3 * line.width
-    on = (off <= slack).all(axis=1)
+    on = (off <= slack).all(axis=1) & ~_beside((triangles, skin.plane[members]), heights, np.abs(off) <= slack)
     if not on.any():
         return None
     heights, radii, off, area = heights[on], radii[on], off[on], facets.area[on]
@@ -343,6 +347,31 @@ def fit_band(skin: PartFaces, members: Ints) -> FoundBand | None:
     band = Band(low, high, first, last, max(flat, 0.0), float(area.sum()), over if over > 2 * line.width else 0.0)
     ends, turn = (heights.min(axis=1), heights.max(axis=1)), _turn(corners[on])
     return FoundBand(band, members[on], *ends, area, turn, line.width, line.share, skin.half_facet_rad)
+
+
+def _beside(facets: tuple[Ints, Ints], heights: Floats, close: Bools) -> Bools:
+    """Facets below or above a band whose ridges lie off it, as those of a narrower cone of the same slope do.
+
+    Args:
+        facets: (k, 3) vertex numbers of faces, and the plane (k,) of each.
+        heights: (k, 3) of their corners, mm.
+        close: (k, 3) which corners lie on the band.
+
+    Returns:
+        Which of them (k,).
+    """
+    triangles, plane = facets
+    _, number = np.unique(triangles, return_inverse=True)
+    number, most = number.reshape(-1), int(plane.max()) + 1
+    planes = np.bincount(np.unique(number * most + np.repeat(plane, 3)) // most)
+    ridge = (planes[number] >= 2).reshape(-1, 3)
+    there = np.bincount(plane, ridge.any(axis=1)) > 0
+    on = np.bincount(plane, (ridge & close).any(axis=1)) > 0
+    if not (there & ~on)[plane].any() or not on[plane].any():
+        return np.zeros(len(plane), dtype=bool)
+    low, high = heights[on[plane]].min(), heights[on[plane]].max()
+    middle = heights.mean(axis=1)
+    return (there & ~on)[plane] & ((middle < low) | (middle > high))
 
 
 def ridge_weights(triangles: Ints, plane: Ints, area: Floats) -> tuple[Ints, Floats]:

@@ -23,11 +23,11 @@ import numpy as np
 
 from slicing.arrays import Floats
 
-from ..beads.bead import BeadParameters
 from ..beads.lay import LaidSubVolume
 from ..layers.layer import Layer, SlicedSubVolume
 from ..mesh.hull import hull_planes
 from ..mesh.solid import Mesh
+from ..parameters import BeadParameters
 from ..surfaces.surfaces import Cylinder, Plane, Surface
 from .round_sectors import sectors
 

@@ -1,6 +1,5 @@
-"""What slicing gives: layers of curves on surfaces, and what it was asked for.
+"""What slicing gives: layers of curves on surfaces.
 
-    parameters = SlicingParameters("nonuniform", h_layer_mm=1.73, h_min_mm=1.39, h_max_mm=2.2)
     body = Body(radius_mm=20.0)
 
 A layer is numbered from 0 at the body. Its curves are the borders of its region on its surface.
@@ -15,6 +14,7 @@ import numpy as np
 
 from ..curves.intersect import Curve
 from ..mesh.solid import Floats, Mesh, PartError
+from ..parameters import SlicingParameters
 from ..surfaces.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody
 from ..surfaces.surfaces import Surface
 from .thickness import bead_thickness, thickness_range
@@ -33,7 +33,6 @@ __all__ = [
 ]
 
 
-POLICIES = ("report", "trim", "merge")
 MOST_LAYERS = 100_000  # more are a wrong unit, and do not fit into memory
 
 
@@ -54,43 +53,6 @@ class Layer:
     curves: tuple[Curve, ...]
     area_mm2: float
     thickness_mm: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class SlicingParameters:
-    """How to slice.
-
-    Attributes:
-        strategy: planar, cylindrical, nonuniform, conical or revolved.
-        h_layer_mm: the preferred thickness of a layer.
-        h_min_mm: the least thickness the process can lay.
-        h_max_mm: the greatest.
-        tolerance_mm: greatest distance of a sampled curve from the exact one.
-        thickness: what becomes of beads thinner than h_min or thicker than h_max: report, trim or merge (see
-            `slicing.beads.thickness_policy`).
-    """
-
-    strategy: str = "nonuniform"
-    h_layer_mm: float = 1.73
-    h_min_mm: float = 1.39
-    h_max_mm: float = 2.2
-    tolerance_mm: float = 0.01
-    thickness: str = "report"
-
-    def __post_init__(self) -> None:
-        if self.strategy not in STRATEGIES:
-            raise PartError(f"strategy: {self.strategy!r} unknown; allowed: {', '.join(STRATEGIES)}")
-        if self.thickness not in POLICIES:
-            raise PartError(f"thickness: {self.thickness!r} unknown; allowed: {', '.join(POLICIES)}")
-        for key in ("h_layer_mm", "h_min_mm", "h_max_mm", "tolerance_mm"):
-            value = getattr(self, key)
-            if not (math.isfinite(value) and value > 0):
-                raise PartError(f"{key}: {value} is not allowed; a number above 0 is needed")
-        if not self.h_min_mm <= self.h_layer_mm <= self.h_max_mm:
-            raise PartError(
-                f"h_layer_mm: {self.h_layer_mm} must lie within h_min_mm .. h_max_mm"
-                f" ({self.h_min_mm} .. {self.h_max_mm})"
-            )
 
 
 @dataclass(frozen=True, eq=False)

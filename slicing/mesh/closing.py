@@ -109,7 +109,8 @@ def _closed(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
 def _without_duplicates(name: str, n: int, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Ints, Edges]:
     """One face of each set of duplicates; none of two that look in opposite directions, unless that opens a hole."""
     ordered = np.sort(faces, axis=1)
-    turns = (faces[:, 0] == ordered[:, 0]) == (faces[:, 1] == ordered[:, 1])  # even permutation of the sorted ones
+    a, b, c = faces.T
+    turns = (a < b) ^ (b < c) ^ (a < c)  # even permutation of the sorted ones
     order = np.lexsort(ordered.T)
     new = np.append(True, (ordered[order[1:]] != ordered[order[:-1]]).any(axis=1))
     group = np.cumsum(new) - 1
@@ -124,6 +125,8 @@ def _without_duplicates(name: str, n: int, faces: Ints, edges: Edges, lines: lis
         found = Edges.of(n, kept)
         if len(kept) and found.is_closed:
             break
+    if edges.is_closed and not found.is_closed:
+        return faces, edges
     lines.append(repaired(f"{name}: {len(faces) - len(kept)} duplicate faces dropped"))
     return kept, found
 

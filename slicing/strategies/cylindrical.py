@@ -15,8 +15,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..curves.intersect import Curve, intersect_offsets
-from ..layers.layer import Layer, RoundBody, SlicingParameters, make_layer
+from ..layers.layer import Layer, RoundBody, make_layer
 from ..mesh.solid import Mesh
+from ..parameters import SlicingParameters
 
 
 def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:

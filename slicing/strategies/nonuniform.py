@@ -41,8 +41,9 @@ import numpy as np
 
 from ..curves.face_intervals import FaceIntervals
 from ..curves.intersect import Curve, intersect
-from ..layers.layer import Body, Layer, SlicingParameters, make_layer
+from ..layers.layer import Body, Layer, make_layer
 from ..mesh.solid import Mesh
+from ..parameters import SlicingParameters
 from ..surfaces.surfaces import Cylinder, Plane
 from .cylindrical import span
 from .planar import planes_from

@@ -17,9 +17,10 @@ import numpy as np
 
 from ..curves.intersect import Curve, intersect_offsets
 from ..layers.body_ends import NO_ENDS
-from ..layers.layer import Layer, RoundBody, SlicingParameters, make_layer
+from ..layers.layer import Layer, RoundBody, make_layer
 from ..layers.outside_body import outside_body
 from ..mesh.solid import Floats, Mesh, PartError
+from ..parameters import SlicingParameters
 from ..surfaces.surfaces import Plane
 from .cylindrical import span
 

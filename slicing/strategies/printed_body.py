@@ -19,8 +19,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..curves.intersect import intersect_offsets
-from ..layers.layer import Layer, SlicedSubVolume, SlicingParameters, require_layers
+from ..layers.layer import Layer, SlicedSubVolume, require_layers
 from ..mesh.solid import Floats, Mesh, PartError, mesh_from_arrays
+from ..parameters import SlicingParameters
 from ..surfaces.bodies import RoundBody
 from ..surfaces.surfaces import Plane
 from ..volume.layer_areas import MOST_OFF

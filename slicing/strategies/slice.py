@@ -25,10 +25,11 @@ import numpy as np
 
 from ..curves.intersect import NUDGE_MM, Curve, intersect
 from ..layers.body_ends import NO_ENDS, between, closed_over, over_ends_mm3, reach_beyond, without_body
-from ..layers.layer import Body, Layer, RevolvedBody, RoundBody, SlicedSubVolume, SlicingParameters, require_layers
+from ..layers.layer import Body, Layer, RevolvedBody, RoundBody, SlicedSubVolume, require_layers
 from ..layers.thickness import resampled
 from ..mesh.closest_point import least_over_triangles
 from ..mesh.solid import Floats, Mesh, PartError
+from ..parameters import SlicingParameters
 from ..surfaces.bodies import require_fit
 from ..surfaces.surfaces import Plane
 from ..volume.layer_areas import hold_volume

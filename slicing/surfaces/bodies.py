@@ -13,12 +13,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import get_args
 
 from ..mesh.solid import FARTHEST_MM, PartError
+from ..parameters import Strategy
 from .profile import Profile
 from .surfaces import Cone, Cylinder, Revolved
 
-STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
+STRATEGIES = get_args(Strategy)
 
 
 def _require_near(key: str, *values_mm: float) -> None:

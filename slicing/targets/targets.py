@@ -18,10 +18,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..beads.bead import Bead, BeadParameters
+from ..beads.bead import Bead
 from ..beads.lay import LaidSubVolume, lay_beads
 from ..layers.layer import SlicedSubVolume
 from ..mesh.solid import Bools, Floats, Ints, PartError
+from ..parameters import BeadParameters
 from ..surfaces.surfaces import Surface
 from .break_points import BeadLine, chosen_points, corner_flags
 from .speeds import BeadSpeed

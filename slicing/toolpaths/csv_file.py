@@ -25,11 +25,12 @@ from typing import Literal
 
 import numpy as np
 
-from ..beads.bead import BeadParameters
 from ..mesh.solid import Bools, Floats, Ints, PartError
+from ..parameters import BeadParameters
 from ..targets.speeds import BeadSpeed
 from ..targets.targets import Targets
 from ..warning import Code, Warning
+from .own_metal import own_metal_told
 from .toolpath import Toolpath, require_order
 
 MOST_BYTES = 2**28
@@ -155,7 +156,7 @@ def read_toolpath(
         f"toolpath {file.name}: what lies under its beads, their metal and the layers' own areas are not looked at: "
         "they are known of layers that are sliced here"
     )
-    told = (Warning(Code.TOOLPATH_NOT_SLICED, text), *_passed_over(table))
+    told = (Warning(Code.TOOLPATH_NOT_SLICED, text), *_passed_over(table), *own_metal_told(targets, width_mm))
     return Toolpath(targets, BeadParameters(width_mm=width_mm), (), metal == "below", told, str(file))
 
 

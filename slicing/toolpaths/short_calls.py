@@ -13,11 +13,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..beads.bead import BeadParameters
 from ..beads.lay import lay_beads
-from ..layers.layer import SlicedSubVolume, SlicingParameters
+from ..layers.layer import SlicedSubVolume
 from ..mesh.load import load_mesh
 from ..mesh.solid import Mesh
+from ..parameters import BeadParameters, SlicingParameters, Strategy
 from ..strategies.slice import slice_sub_volume
 from ..surfaces.bodies import Body, ConicalBody, RoundBody
 from ..targets.speeds import BeadSpeed
@@ -28,7 +28,7 @@ load = load_mesh
 Cylinder, Cone = Body, ConicalBody  # short names of the bodies that have them
 
 
-def slice(mesh: Mesh, body: RoundBody, strategy: str = "nonuniform", **parameters: Any) -> SlicedSubVolume:
+def slice(mesh: Mesh, body: RoundBody, strategy: Strategy = "nonuniform", **parameters: Any) -> SlicedSubVolume:
     """Slice a sub-volume.
 
     Args:

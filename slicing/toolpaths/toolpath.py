@@ -13,11 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 
-from ..beads.bead import BeadParameters
 from ..beads.lay import LaidSubVolume
 from ..deposits.part_shape import PartShape, beyond_borders, body_shape, built_hulls, part_shape
 from ..layers.layer import SlicedSubVolume
 from ..mesh.solid import Floats, Mesh, PartError
+from ..parameters import BeadParameters
 from ..targets.targets import Targets
 from .bead_hulls import bead_hulls, first_deposits, hulls_mesh
 

@@ -166,12 +166,22 @@ def _crossings(a: Floats, b: Floats, height_a: Floats, height_b: Floats, surface
     return found
 
 
+def reaches(layer: Layer) -> tuple[float, ...]:
+    """How far from its surface a layer may fit, of REACH_MM; the first one on a body outward only: below it is nothing.
+
+    Args:
+        layer: the layer.
+    """
+    outward = layer.index == 0 and not isinstance(layer.surface, Plane)
+    return (0.1, 1.0) if outward else (-0.1, 0.1, -1.0, 1.0)
+
+
 def _against_solid(name: str, fine: _Fine, layer: Layer, cut_mm: float) -> list[Warning]:
     """Lines if the length or the number of a layer's loops fits no section of the solid near its surface."""
     own = np.array([curve.length_mm for curve in layer.curves])
     total, count = float(own.sum()), int((own > SHORT_MM).sum())
     lengths, counts = [], []
-    for by in (0.0, -0.1, 0.1, -1.0, 1.0):
+    for by in (0.0, *reaches(layer)):
         found = section_lengths(fine.vertices, fine.faces, layer.surface.offset(cut_mm + by * REACH_MM))
         lengths.append(float(found.sum()))
         counts.append((int((found > 1.5 * SHORT_MM).sum()), int((found > SHORT_MM / 1.5).sum())))

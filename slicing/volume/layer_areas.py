@@ -32,7 +32,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..layers.body_ends import NO_ENDS, over_ends_mm3, without_body
+from ..layers.body_ends import NO_ENDS, between, over_ends_mm3, without_body
 from ..layers.layer import Layer, SlicedSubVolume
 from ..layers.outside_body import region_of
 from ..layers.poles import poles
@@ -42,7 +42,7 @@ from ..surfaces.bodies import RoundBody
 from ..surfaces.offset_families import radius_at
 from ..surfaces.surfaces import Cylinder, Plane, Revolved, Surface
 from ..warning import WRONG_LAYER, Code, Warning
-from .borders import hold_borders
+from .borders import hold_borders, reaches
 from .solid_flux import SolidFlux
 
 MOST_OFF = 0.02  # of the volume that may be missing or too much
@@ -97,26 +97,38 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
         over_ends = over_ends_mm3(mesh, body, sliced.body_z_mm) if ends_count else 0.0
         mesh = _outside(mesh, body)
         flux = SolidFlux.of(mesh)
-    area = _areas_by_solid(flux, layers)
     if ends_count and not isinstance(layers[0].surface, Plane):
-        area[0] = np.nan  # it ends with the body, the solid's section there does not
+        # the first layer ends with the body
+        root = SolidFlux.of(between(mesh, sliced.body_z_mm))
+        first, rest_of = _held(sliced.name, root, layers[:1]), _held(sliced.name, flux, layers[1:])
+        area, lines = np.append(first[0], rest_of[0]), (*first[1], *rest_of[1])
+    else:
+        area, lines = _held(sliced.name, flux, layers)
     laid = [laid_volume(layer, layers[k - 1].surface if k else None, body, h) for k, layer in enumerate(layers)]
     last = layers[-1]
     rest = flux.volume_beyond(last.surface)
     top = max(float(last.surface.distance(flux.mesh.vertices).max()), 0.0)
     on_body = not isinstance(layers[0].surface, Plane)  # then every bead lies above its curves
     end, end_mm = (last.area_mm2 * h - rest, h - top) if on_body else (-rest, -top)
+    held = HeldVolume(mesh.volume + over_ends, float(sum(laid)), end, end_mm, area, lines)
+    missing = held.laid_mm3 - end - held.volume_mm3
+    off = min(abs(missing), abs(missing + _evened(layers, laid)))
+    odd = any(line.code == Code.LAYER_AREA for line in lines)
+    return held if off <= MOST_OFF * held.volume_mm3 and not odd else _with_volume_line(held, sliced)
+
+
+def _held(name: str, flux: SolidFlux, layers: tuple[Layer, ...]) -> tuple[Floats, tuple[Warning, ...]]:
+    """Areas (k,) of layers' regions by the solid, mm², and what does not fit of their areas and borders."""
+    if not layers or len(flux.mesh.faces) == 0:
+        return np.full(len(layers), np.nan), ()
+    area = _areas_by_solid(flux, layers)
     odd = _odd(flux, layers, area)
     if odd:  # look again, more closely
         again = [layers[k] for k in odd]
         area[odd] = _areas_by_solid(flux, again, FINER_FACES)
         odd = [odd[i] for i in _odd(flux, again, area[odd], FINER_FACES)]
-    lines = tuple(_area_line(sliced.name, layers[k], float(area[k])) for k in odd)
-    lines += hold_borders(sliced.name, mesh, layers, [_cut_at(layer) for layer in layers])
-    held = HeldVolume(mesh.volume + over_ends, float(sum(laid)), end, end_mm, area, lines)
-    missing = held.laid_mm3 - end - held.volume_mm3
-    off = min(abs(missing), abs(missing + _evened(layers, laid)))
-    return held if off <= MOST_OFF * held.volume_mm3 and not odd else _with_volume_line(held, sliced)
+    lines = tuple(_area_line(name, layers[k], float(area[k])) for k in odd)
+    return area, lines + hold_borders(name, flux.mesh, layers, [_cut_at(layer) for layer in layers])
 
 
 def _evened(layers: tuple[Layer, ...], laid: list[float]) -> float:
@@ -220,12 +232,20 @@ def _odd(flux: SolidFlux, layers: Sequence[Layer], by_solid: Floats, finer: floa
     own = np.array([layer.area_mm2 for layer in layers])
     slack = AREA_SHARE * np.maximum(own, by_solid) + AREA_MM2
     odd = np.flatnonzero(np.abs(own - by_solid) > slack).tolist()  # not where it is NaN
-    by = np.array([-1.0, -0.1, 0.1, 1.0]) * REACH_MM
-    offsets = [layers[k].surface.offset(at + step) for k in odd for at in [_cut_at(layers[k])] for step in by.tolist()]
-    near = flux.areas_on(offsets, finer).reshape(len(odd), len(by))
-    near = np.column_stack([near, by_solid[odd]])
-    fits = (near.min(axis=1) - slack[odd] <= own[odd]) & (own[odd] <= near.max(axis=1) + slack[odd])
-    return [k for k, fit in zip(odd, fits.tolist(), strict=True) if not fit]
+    steps = [[by * REACH_MM for by in reaches(layers[k])] for k in odd]
+    offsets = [
+        layers[k].surface.offset(at + step)
+        for k, by in zip(odd, steps, strict=True)
+        for at in [_cut_at(layers[k])]
+        for step in by
+    ]
+    near = np.split(flux.areas_on(offsets, finer), np.cumsum([len(by) for by in steps])[:-1]) if odd else []
+    found = []
+    for k, areas in zip(odd, near, strict=True):
+        low, high = min(areas.min(), by_solid[k]) - slack[k], max(areas.max(), by_solid[k]) + slack[k]
+        if not low <= own[k] <= high:
+            found.append(k)
+    return found
 
 
 def laid_volume(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float:

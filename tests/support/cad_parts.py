@@ -5,7 +5,7 @@
     part.truth.direction, part.truth.stands[0].volume_mm3
 
 Vertices lie on the true surfaces, as a CAD program's tessellation puts them. What the truth says of volumes comes from
-the solids before they are joined, cut by a body of revolution of 4096 sides.
+the solids before they are joined, cut by a body of revolution of 1024 sides.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import trimesh
 from manifold3d import CrossSection, Manifold, Mesh64
 from scipy.spatial.transform import Rotation
 
-FINE = 4096
+FINE = 1024
 HUBS = ("cylinder", "steps", "draft", "cone")
 KINDS = ("blade", "boss", "pipe", "rib", "pin_in_pipe")
 FORMATS = ("stl", "obj", "ply", "3mf", "glb")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from slicing.beads.bead import BeadParameters
 from slicing.beads.lay import _strokes
 from slicing.beads.regions import Island, islands
 from slicing.curves.intersect import Curve, intersect
 from slicing.layers.layer import Layer
+from slicing.parameters import BeadParameters
 from slicing.surfaces.surfaces import Plane
 
 PLANE = Plane((20.0, 0.0, 0.0), (1.0, 0.0, 0.0))

@@ -1,8 +1,9 @@
 """Arms, torches and tables as other people write them in MJCF: whatever the format allows, at random.
 
-texts = odd_models(rng, folder)     # {"robot": file name, "tool": .., "positioner": ..}, their files written
+sections = odd_models(rng, folder)     # {"robot": {..}, "tool": {..}, "positioner": {..}}, their files written
 
-All arms have a spherical wrist and a reach near that of the shipped one, so that a motion may be found. What is drawn
+Arms have a reach near that of the shipped one, so that a motion may be found, and nearly all of them a spherical wrist;
+tables have two axes, two of which one is endless, or one. What is drawn
 at random is how shapes are given: defaults classes, frames, replicates, includes, attached models, meshes with a scale
 and a reference frame, one-sided contact bits, margins and gaps, joints that nobody plans (ball, hinge, slide), bodies
 that a user drags (mocap), couplings, excludes against the model's own world, planes.
@@ -112,6 +113,7 @@ class Writer:
 
 def arm_text(rng, folder: Path) -> str:
     w = Writer(rng, folder, "a")
+    offset = 0.06 if w.chance(0.1) else 0.0  # of A6's axis from A5's: no spherical wrist then
     s, inertia = rng.uniform(0.9, 1.15), '<inertial pos="0 0 0" mass="5" diaginertia=".1 .1 .1"/>'
     held = w.chance(0.4)
     parts = [
@@ -120,7 +122,7 @@ def arm_text(rng, folder: Path) -> str:
         (("A3", "0 1 0", -120, 165), (0.89 * s, 0, 0), w.rod((0, 0, 0), (0.135, 0, 0.035), 0.12)),
         (("A4", "-1 0 0", -180, 180), (0, 0, 0.05 * s), w.rod((0.285 * s, 0, 0), (0.885 * s, 0, 0), 0.09)),
         (("A5", "0 1 0", -125, 125), (1.035 * s, 0, 0), w.rod((0, 0, 0), (0.06, 0, 0), 0.06)),
-        (("A6", "-1 0 0", -350, 350), (0, 0, 0), w.rod((0.1, 0, 0), (0.125, 0, 0), 0.05)),
+        (("A6", "-1 0 0", -350, 350), (0, 0, offset), w.rod((0.1, 0, 0), (0.125, 0, 0), 0.05)),
     ]
     inner = '<site name="flange" pos="0.185 0 0" quat="0.70710678118 0 0.70710678118 0"/>'
     for k, ((name, axis, low, high), at, shape) in reversed(list(enumerate(parts, start=1))):
@@ -182,8 +184,13 @@ def torch_text(rng, folder: Path) -> str:
 
 
 def table_text(rng, folder: Path) -> str:
-    """A table that tilts and turns."""
+    """A table that tilts and turns; of some the turn is endless, and some are tilted once for all."""
     w = Writer(rng, folder, "p")
+    turns = '<joint name="E2" axis="0 0 1" range="-185 185"/>' if w.chance(0.8) else '<joint name="E2" axis="0 0 1"/>'
+    tilts = '<joint name="E1" axis="0 -1 0" range="-135 135"/>'
+    leans = ""
+    if w.chance(0.15):
+        tilts, leans = "", f'euler="0 {-rng.uniform(40, 100):.3f} 0"'
     back = rng.uniform(0.5, 0.7)
     heavy = '<inertial pos="0 0 0" mass="5" diaginertia=".1 .1 .1"/>'
     plate = f'<geom name="plate" type="cylinder" size="{rng.uniform(0.12, 0.25):.3f} 0.01" pos="0 0 0.14"/>'
@@ -192,17 +199,24 @@ def table_text(rng, folder: Path) -> str:
     return (
         f'<mujoco model="table"><compiler angle="degree" autolimits="true"/>{w.defaults()}'
         f'<asset>@ASSETS@</asset><worldbody><body name="pedestal">{w.rod((0, back, 0), (0, back, 0.3), 0.1)}'
-        f'<body name="tilt" pos="0 0 0.35">{heavy}<joint name="E1" axis="0 -1 0" range="-135 135"/>'
+        f'<body name="tilt" pos="0 0 0.35" {leans}>{heavy}{tilts}'
         f"{w.rod((0, 0.12, 0), (0, back - 0.2, 0), 0.05)}"
-        f'<body name="turn">{heavy}<joint name="E2" axis="0 0 1" range="-185 185"/>{w.framed(plate)}'
+        f'<body name="turn">{heavy}{turns}{w.framed(plate)}'
         f'<site name="table" pos="0 0 0.15" euler="0 0 {rng.uniform(-90, 90):.3f}"/></body></body></body></worldbody>'
         '<contact><exclude body1="pedestal" body2="tilt"/><exclude body1="tilt" body2="turn"/></contact></mujoco>'
     ).replace("@ASSETS@", "".join(w.assets))
 
 
-def odd_models(rng, folder: Path) -> dict[str, str]:
-    """Write an arm, a torch and a table; their file names by the case's sections."""
+def odd_models(rng, folder: Path) -> dict[str, dict]:
+    """Write an arm, a torch and a table; what a case says of them, by its sections."""
     made = {"robot": arm_text, "tool": torch_text, "positioner": table_text}
-    for key, make in made.items():
-        (folder / f"{key}.xml").write_text(make(rng, folder), encoding="utf-8")
-    return {key: f"{key}.xml" for key in made}
+    texts = {key: make(rng, folder) for key, make in made.items()}
+    for key, written in texts.items():
+        (folder / f"{key}.xml").write_text(written, encoding="utf-8")
+    axes = [name for name in ("E1", "E2") if f'"{name}"' in texts["positioner"]]
+    speeds = [{"E1": 60, "E2": 120}[name] for name in axes]
+    return {
+        "robot": {"model": "robot.xml", "home_deg": list(HOME)},
+        "tool": {"model": "tool.xml", "wire": ["wire"]},
+        "positioner": {"model": "positioner.xml", "joints": axes, "max_speed_deg_s": speeds},
+    }

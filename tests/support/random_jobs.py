@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 import yaml
+from scipy.spatial.transform import Rotation
 
 from cell.case.read import load_case
 from cell.errors import InputError
@@ -18,7 +19,7 @@ from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.as_asked import check_as_asked
 from cell.verdict.check import Result
 from cell.verification.motion_check import check_motion
-from support.odd_models import HOME, odd_models
+from support.odd_models import odd_models
 
 SAME = 1e-4  # m: least clearances of one way, sampled otherwise
 PATTERNS = ("contour_parallel", "zigzag", "raster", "contour")
@@ -75,10 +76,10 @@ def odd_job(rng, folder: Path) -> Path:
     """The same in a cell of models as other people write them, of which the table may index or move along."""
     path = random_job(rng, folder)
     content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    models = odd_models(rng, folder)
-    content["robot"] = {"model": models["robot"], "home_deg": list(HOME)}
-    content["tool"] = {"model": models["tool"], "wire": ["wire"]}
-    content["positioner"] |= {"model": models["positioner"], "max_speed_deg_s": [60, 120]}
+    for key, told in odd_models(rng, folder).items():
+        content[key] = {**content.get(key, {}), **told}
+    if content["positioner"]["joints"] == ["E2"]:
+        content["table"].pop("E1_deg")
     mode = rng.choice(["fixed", "fixed", "indexed", "coordinated"])
     if mode != "fixed":
         content["table"] = {"mode": str(mode)}
@@ -95,6 +96,8 @@ def odd_job(rng, folder: Path) -> Path:
         ball.export(folder / "ball.stl")
         place = rng.uniform((300, -900, 0), (1600, 900, 1600)).tolist()
         content["fixtures"] = [*content.get("fixtures", []), {"name": "ball", "mesh": "ball.stl", "position_mm": place}]
+    if rng.random() < 0.5:
+        _elsewhere(content, rng.uniform((-500, -500, 0), (500, 500, 100)), float(rng.uniform(-180, 180)))
     if rng.random() < 0.5:  # another boss beside it, laid before or after it, or there from the start
         own = trimesh.load(folder / "boss.stl")
         turn = np.deg2rad(rng.choice([-1, 1]) * rng.uniform(35, 180))
@@ -110,6 +113,17 @@ def odd_job(rng, folder: Path) -> Path:
             part |= {"take": ["SV1"], "built": ["SV2"]}
     path.write_text(yaml.safe_dump(content), encoding="utf-8")
     return path
+
+
+def _elsewhere(content, shift, turn_deg: float) -> None:
+    """Move and turn a whole cell about the world's z axis."""
+    turn = Rotation.from_euler("z", turn_deg, degrees=True)
+    content["robot"] = content.get("robot", {})
+    floor = [f for f in content.get("fixtures", []) if f.get("on") != "table"]
+    for one in (content["robot"], content["positioner"], *floor):
+        here = Rotation.from_euler("xyz", one.get("rotation_deg", (0, 0, 0)), degrees=True)
+        one["position_mm"] = (turn.apply(one.get("position_mm", (0, 0, 0))) + shift).tolist()
+        one["rotation_deg"] = (turn * here).as_euler("xyz", degrees=True).tolist()
 
 
 def own_motion(path: Path, suffix: str = "csv") -> list[str] | None:

@@ -177,7 +177,7 @@ class Witness:
         self.arm.place(self.T_robot)
         self.torch.pose(())
         self.torch.place(self.T_robot @ self.arm.site(self.case.robot.flange))
-        self.table.pose(E[: len(self.table.qpos)])
+        self.table.pose([E[("E1", "E2").index(name)] for name in self.case.positioner.joints])
         self.table.place(self.T_table)
         self.T_site = self.T_table @ self.table.site(self.case.positioner.table)
         for solid, T in zip(self.on_table, self.at_site, strict=True):

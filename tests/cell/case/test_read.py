@@ -8,6 +8,7 @@ import yaml
 from cell.case.read import load_case, parse_case
 from cell.case.yaml12 import Loader
 from cell.errors import InputError
+from cell.shipped import MODELS_DIR
 
 MINIMAL = {"part": {"sub_volumes": ["a.stl"], "body": {"radius_mm": 20}}}
 
@@ -70,6 +71,18 @@ def test_bad_content_is_one_line(content, says):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match=r"nowhere\.yaml: no such file"):
         load_case(tmp_path / "nowhere.yaml")
+
+
+def test_a_shipped_case_is_known_by_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_case("boiler").path == MODELS_DIR / "cases" / "boiler.case.yaml"
+    with pytest.raises(InputError, match=r"^nothing: no such file"):
+        load_case("nothing")
+    with pytest.raises(InputError, match="no such file"):
+        load_case("./boiler")
+    (tmp_path / "boiler").write_text("part: 3", encoding="utf-8")  # one's own file goes before it
+    with pytest.raises(InputError, match=r"^boiler: part"):
+        load_case("boiler")
 
 
 def test_broken_yaml_names_the_line(tmp_path):

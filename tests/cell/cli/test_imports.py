@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import pytest
 from support.paths import ROOT
+
+from cell.cli.main import DRAWS
 
 TOLD = """
 import json, sys
@@ -69,3 +72,24 @@ def test_a_check_imports_what_it_runs(make_case: Callable[..., Path]) -> None:
     assert code == 0
     assert not modules & (HEAVY - {"rich"} | ROOMS)
     assert {"mujoco", "cell.verdict.check"} <= modules  # what the test would see
+
+
+@pytest.mark.parametrize("command", ["check", "replay"])
+def test_only_what_draws_looks_for_a_window_system(command: str) -> None:
+    """MuJoCo looks for one as it is imported, in processes of their own; without it, it cannot draw."""
+    code = (
+        "import os, sys; os.environ.pop('MUJOCO_GL', None); import cell.cli.main as m\n"
+        f"m.COMMANDS[{command!r}] = lambda args: 0\n"
+        f"sys.argv = ['rbam', {command!r}]; assert m.main() == 0\n"
+        "import mujoco; from mujoco.rendering.classic import gl_context\n"
+        "print('glfw' in sys.modules, hasattr(gl_context, 'GLContext'))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    draws = command in DRAWS
+    assert done.stdout.split() == [str(draws), str(draws)]
+
+
+def test_commands_that_draw_are_known() -> None:
+    views = re.compile(r"view\.(picture|film|window|browser)\b")
+    users = {path.stem for path in (ROOT / "cell" / "cli").glob("*.py") if views.search(path.read_text("utf-8"))}
+    assert users == {f"{command}_command" for command in DRAWS}

@@ -21,8 +21,9 @@ from cell.compare.compare import (
 )
 from cell.errors import InputError
 from cell.report.comparison_lines import compare_lines
-from slicing.layers.layer import Body, SlicingParameters
+from slicing.layers.layer import Body
 from slicing.mesh.solid import mesh_from_arrays
+from slicing.parameters import SlicingParameters
 
 # where a question of cell.compare.compare.orders is answered otherwise on the shipped part than in the paper
 ANSWERED_OTHERWISE = {("boiler/SV1", "NV_at_most_cylindrical"), ("valve/SV1", "NV_at_most_cylindrical")}

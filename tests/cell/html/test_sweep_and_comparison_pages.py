@@ -25,8 +25,8 @@ from cell.pose_sweep.grid import Pose
 from cell.pose_sweep.ranking import sweep_document
 from cell.shipped import DEFAULT_CASE
 from cell.view.sweep_map_picture import FEASIBLE, PAGE, REASON_COLOUR, colour_of, main_reason, sweep_picture
-from slicing.layers.layer import SlicingParameters
 from slicing.paper.indices import Indices
+from slicing.parameters import SlicingParameters
 
 NASTY = "<script>alert(1)</script> & \"quotes\" '{{data}}'"
 TILTS, TURNS = (-45.0, 0.0, 45.0, 90.0), (-180.0, -90.0, 0.0, 90.0)

@@ -8,6 +8,7 @@ import pickle
 import numpy as np
 import pytest
 import yaml
+from support.indexed import three_case, with_table
 
 from cell.case.fingerprint import fingerprint
 from cell.case.number_lists import values_of
@@ -22,7 +23,7 @@ from cell.planning.configurations import evaluate, reasons
 from cell.planning.context import settings_of
 from cell.pose_sweep.grid import Pose, grid
 from cell.pose_sweep.ranking import sweep_columns, sweep_document
-from cell.pose_sweep.sweep import Unit, sweep, variant_of
+from cell.pose_sweep.sweep import Unit, mark_of, sweep, variant_of
 from cell.remedy_search.bead_trial import first_failure
 from cell.report.sweep_lines import sweep_lines
 from cell.scene.placement import place
@@ -388,17 +389,37 @@ def test_nothing_is_printed_in_a_pipe(make_case):
     assert out.getvalue() == ""
 
 
-@pytest.mark.parametrize("mode", ["indexed", "coordinated"])
-def test_a_table_with_more_than_one_pose_in_a_run_is_not_swept(mode, make_case, capsys):
+def test_a_table_that_moves_along_is_not_swept(make_case, capsys):
     path = make_case()
     content = yaml.safe_load(path.read_text())
-    path.write_text(yaml.safe_dump({**content, "table": {"mode": mode}}))
+    path.write_text(yaml.safe_dump({**content, "table": {"mode": "coordinated"}}))
     assert main(["sweep", str(path), "--e1", "90", "--e2", "0"]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert f"this table is {mode}" in said
+    assert "this one is coordinated" in said
     assert "--table fixed" in said
-    with pytest.raises(InputError, match=f"this table is {mode}"):
+    with pytest.raises(InputError, match="this one is coordinated"):
         sweep(load_case(path), [(90, 0)])
     # what it says helps
     assert main(["sweep", str(path), "--table", "fixed", "--e1", "90", "--e2", "0", "--workers", "1"]) in (0, 1)
+
+
+def test_of_a_table_that_indexes_the_map_is_of_what_is_built_first(tmp_path):
+    poses = [(-90.0, 0.0), (0.0, 0.0), (90.0, 180.0), (90.0, 60.0)]
+    case = three_case(tmp_path, checks={"gravity_max_deg": 60})
+    found = sweep(case, poses, workers=1)
+    assert {row["verdict"] for row in found} == {"feasible", "infeasible"}
+    # as if there were nothing else
+    alone = with_table(case, {"mode": "fixed"}, part={**case.part.model_dump(exclude_unset=True), "take": ["SV1"]})
+    for row, other in zip(found, sweep(alone, poses, workers=1), strict=True):
+        assert (row.pop("sub_volume"), row.pop("layers")) == ("SV1", [0, 1])
+        assert row == other
+    # another first group is another map, and so is the whole part at one pose
+    poses_given = [{"sub_volume": name, "E1_deg": 90, "E2_deg": 0} for name in ("SV2", "SV1", "SV3")]
+    given = with_table(case, {"mode": "indexed", "poses": poses_given})
+    second = sweep(given, poses, workers=1)
+    assert {row["sub_volume"] for row in second} == {"SV2"}
+    assert [row["verdict"] for row in second] != [row["verdict"] for row in found]
+    marks = {mark_of(one) for one in (case, given, with_table(case, {"mode": "fixed"}))}
+    assert len(marks) == 3
+    assert "of SV2 layers 0 to 1, built first" in text_of(sweep_document(given, second))

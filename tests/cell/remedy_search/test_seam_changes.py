@@ -11,7 +11,6 @@ import yaml
 from support.meshes import BODY, box
 
 from cell.case.read import load_case, parse_case
-from cell.case.seam_section import SeamSection
 from cell.errors import InputError
 from cell.failure import Failure, Kind, Where
 from cell.failure import Place as FailurePlace
@@ -21,11 +20,11 @@ from cell.remedy_search.seam_changes import reseamed, seam_places
 from cell.remedy_search.search import remedies
 from cell.shipped import MODELS_DIR
 from cell.verdict.check import check
-from slicing.beads.bead import BeadParameters
-from slicing.beads.bead import SeamPlace as Place
+from slicing import SeamPlace
 from slicing.beads.lay import lay_beads
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.solid import PartError
+from slicing.parameters import BeadParameters, SlicingParameters
+from slicing.parameters import SeamPlace as Place
 from slicing.strategies.slice import slice_sub_volume
 
 HALF, R0 = -60.0, 70.0
@@ -129,7 +128,7 @@ def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path, mo
     # with less than one turn no start helps, so that it was the turns that ran out
     short = prepare(load_case(ring_case(tmp_path, 175.0)))
     for angle in (-90.0, 0.0, 90.0):
-        assert not check(reseamed(short, SeamSection(angle_deg=angle)), 0, 0).feasible
+        assert not check(reseamed(short, SeamPlace(angle_deg=angle)), 0, 0).feasible
 
 
 def test_only_closed_beads_that_a_start_could_mend_get_other_seams(make_case):
@@ -151,4 +150,4 @@ def test_only_closed_beads_that_a_start_could_mend_get_other_seams(make_case):
     assert gaps.min() > 0.2
     open_ones = replace(job, targets=replace(job.targets, closed=np.zeros_like(job.targets.closed)))
     assert seam_places(open_ones, mixed) == {}
-    assert isinstance(places[0], SeamSection)
+    assert isinstance(places[0], SeamPlace)

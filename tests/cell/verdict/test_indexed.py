@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.indexed import three_bosses, three_case, with_table
+from support.indexed import corner, three_bosses, three_case, with_table
 
+from cell.case.read import load_case
 from cell.cli.main import main
 from cell.failure import ON_TRAVEL, Contact, Failure, Kind
 from cell.job.job import prepare
@@ -15,9 +16,11 @@ from cell.motion.file_order import read_in_order
 from cell.motion.motion_file import write_motion
 from cell.report.check_document import report_document
 from cell.report.check_report import pasted_poses
+from cell.table_poses.layer_order import shortest_order
 from cell.table_poses.table_turn import TurnSearch
 from cell.verdict.as_asked import check_as_asked
 from cell.verdict.check import Result, check
+from cell.verdict.indexed import _Build, _OrderSearch
 from cell.verification.motion_check import check_motion
 
 
@@ -122,8 +125,6 @@ def test_nothing_is_proved_of_poses_that_were_searched(folder: Path) -> None:
 
 
 def test_the_best_fixed_pose_is_found_and_used(tmp_path: Path, make_case) -> None:
-    from cell.case.read import load_case
-
     case = load_case(make_case(table={"E1_deg": -90, "E2_deg": 180}))
     given = check(prepare(case), -90, 180)
     best = check_as_asked(prepare(with_table(case, {"mode": "best"})))
@@ -146,12 +147,46 @@ def test_the_command_builds_with_a_table_that_indexes(tmp_path: Path, capsys: py
 
 
 class ShutAtHome(TurnSearch):
-    """Home is in the way of every turn."""
+    """Home is in the way of every turn, and so is all that is nearer to the part."""
 
     def search(self, q, a, b, stage):
-        if (q == self.scene.home).all():
+        home = self.scene.home
+        if (q == home).all() or (q[1:] != home[1:]).any():
             return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
         return super().search(q, a, b, stage)
+
+
+class AtHomeAlone(TurnSearch):
+    """Every place but home is in the way of every turn."""
+
+    def search(self, q, a, b, stage):
+        if (q != self.scene.home).any():
+            return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
+        return super().search(q, a, b, stage)
+
+
+def test_the_arm_stands_nearer_than_at_home_where_that_is_clear_of_the_turn(
+    found: Result, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motion = found.motion
+    assert motion is not None
+    turning = np.abs(np.diff(motion.table, axis=0)).max(axis=1) > 0
+    stood = motion.q[np.flatnonzero(turning & ~np.append(False, turning[:-1]))]
+    home = found.job.scene.home
+    assert len(stood) == len(found.poses) - 1
+    assert (np.abs(stood - home).max(axis=1) > np.deg2rad(20)).all()
+    assert np.allclose(motion.q[[0, -1]], home)
+    monkeypatch.setattr("cell.verdict.indexed.TurnSearch", AtHomeAlone)
+    from_home = check_as_asked(prepare(three_case(folder)))
+    assert from_home.motion is not None
+    turning = np.abs(np.diff(from_home.motion.table, axis=0)).max(axis=1) > 0
+    assert np.allclose(from_home.motion.q[:-1][turning], home)
+    # the beads are what they are, and take as long; the rest is shorter
+    for a, b in zip(from_home.rows, found.rows, strict=True):
+        assert np.array_equal(a.q, b.q)
+    assert motion.arc_time == pytest.approx(from_home.motion.arc_time, abs=1e-3)
+    assert motion.t_s[-1] < from_home.motion.t_s[-1] - 1.0 * len(stood)
+    assert motion.home_s == pytest.approx(from_home.motion.home_s, abs=1e-3)
 
 
 @pytest.mark.slow
@@ -174,3 +209,44 @@ def test_the_arm_stands_aside_where_home_is_in_the_way_of_the_turn(
     path = tmp_path / "aside.npz"
     write_motion(path, motion)
     assert check_motion(*read_in_order(path, prepare(three_case(tmp_path)))).findings == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("face_first", [False, True])
+def test_blocks_that_lock_the_torch_out_of_one_another_in_any_order_are_refused_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, face_first: bool
+) -> None:
+    built: list[_Build] = []
+
+    class Counted(_Build):
+        def __init__(self, *args) -> None:
+            super().__init__(*args)
+            built.append(self)
+
+    monkeypatch.setattr("cell.verdict.indexed._Build", Counted)
+    job = prepare(load_case(corner(tmp_path, face_first=face_first)))
+    search = _OrderSearch(job)
+    first = (search.needs[0][0, 1], search.needs[1][0, 0])
+    assert first == (0, 0)  # neither may have laid anything before the other has begun
+    assert shortest_order(job.layers, search.seconds, search.needs) is None
+    result = check_as_asked(job)
+    assert not result.feasible
+    assert len(built) == 1  # there is no other order, and none is tried
+    # as they stand: the second is locked out of all of its layers, by layers of the first from its lowest one on
+    assert {row.reason for row in result.rows} == {None, "collision"}
+    lost = [row.failure for row in result.rows if row.failure is not None]
+    t = job.targets
+    assert {int(t.layer[i]) for i in result.failures} == set(range(job.layers[1]))
+    assert {int(t.sub_volume_index[i]) for i in result.failures} == {1}
+    for failure in lost:
+        assert {one.sub_volume for one in failure.locked_by} == {"SV1"}
+        assert not failure.proved  # at another pose it may be free
+        assert "deposit" in failure.pair[0] + failure.pair[1]
+        assert failure.document()["blocked_by_layers"]
+    assert min(one.layer for failure in lost for one in failure.locked_by) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["shaft.stl", "face.stl"])
+def test_either_of_these_blocks_alone_can_be_built(tmp_path: Path, name: str) -> None:
+    assert check_as_asked(prepare(load_case(corner(tmp_path, take=name)))).feasible

@@ -14,8 +14,8 @@ from cell.errors import InputError
 from cell.view.colours import DEPTH, ramp
 from cell.view.layer_picture import _Scale, slice_picture
 from cell.view.print_raster import Raster
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.load import load_mesh
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.bodies import Body
 

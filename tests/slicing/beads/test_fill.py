@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from support.meshes import box
 
-from slicing.beads.bead import BeadParameters
 from slicing.beads.deposition import LayerMetal, metal_lines
 from slicing.beads.lay import lay_beads
 from slicing.curves.intersect import Curve
-from slicing.layers.layer import Layer, SlicedSubVolume, SlicingParameters
+from slicing.layers.layer import Layer, SlicedSubVolume
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.bodies import Body
 from slicing.surfaces.surfaces import Cylinder, Plane
@@ -132,7 +132,7 @@ def test_a_wall_of_ten_has_a_third_bead_between_the_two_along_its_borders():
 
 def test_a_thin_blade_has_its_borders_where_the_case_asks_for_them():
     sliced = wall("straight", 0.9)[0]
-    (border,) = lay_beads([sliced], BeadParameters())[0].beads
+    (border,) = lay_beads([sliced], BeadParameters(thin_walls="border"))[0].beads
     assert border.closed
     assert border.points == pytest.approx(sliced.layers[0].curves[0].points)
 

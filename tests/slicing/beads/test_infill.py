@@ -14,14 +14,14 @@ from shapely import affinity
 from support.layers import PLANE, circle, coverage, laid_area, planar_layer
 from support.meshes import BODY, blade, box, box_solid, from_manifold, ring
 
-from slicing.beads.bead import BeadParameters
 from slicing.beads.infill import Stroke, contour_rounds, zigzag
 from slicing.beads.lay import _strokes, bead_of, lay_beads, layer_beads
 from slicing.beads.middle_lines import middle_lines
 from slicing.beads.regions import islands
 from slicing.curves.intersect import Curve
-from slicing.layers.layer import Layer, SlicingParameters
+from slicing.layers.layer import Layer
 from slicing.mesh.solid import PartError
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.bodies import ConicalBody, RevolvedBody
 from slicing.surfaces.charts import RoundChart
@@ -250,7 +250,7 @@ def test_a_blade_thinner_than_a_bead_is_laid_once_and_told():
 
 
 @pytest.mark.parametrize("pattern", ["contour", *FILLS])
-@pytest.mark.parametrize("width", [10.0, 60.0, 2000.0, 1e6])
+@pytest.mark.parametrize("width", [10.0, 60.0, 1000.0])
 def test_no_layer_is_left_out_however_wide_the_bead(pattern, width):
     """A region far smaller than its bead (the tip of a cone) still gets one, which is told as thin."""
     p = BeadParameters(pattern, width, border="edge")

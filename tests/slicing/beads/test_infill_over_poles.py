@@ -13,14 +13,14 @@ from scipy.spatial import cKDTree
 from support.layers import coverage, layer_on
 from support.meshes import box, from_manifold
 
-from slicing.beads.bead import BeadParameters
 from slicing.beads.infill import contour_rounds
 from slicing.beads.lay import lay_beads, layer_beads
 from slicing.beads.regions import Joint, islands
 from slicing.curves.intersect import Curve, intersect
-from slicing.layers.layer import Layer, SlicingParameters
+from slicing.layers.layer import Layer
 from slicing.layers.poles import poles
 from slicing.mesh.solid import PartError
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.bodies import ConicalBody, RevolvedBody
 from slicing.surfaces.charts import PoleChart, RoundChart

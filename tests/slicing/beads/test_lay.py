@@ -13,19 +13,22 @@ from hypothesis import strategies as st
 from support.layers import circle, planar_layer
 from support.meshes import BODY, R, box, box_solid, from_manifold, ring
 
-from slicing.beads.bead import Bead, BeadParameters
+from slicing.beads.bead import Bead
 from slicing.beads.lay import lay_beads
 from slicing.beads.leads import with_leads
 from slicing.beads.order import shortest, travel_mm
 from slicing.document import targets_rows
-from slicing.layers.layer import SlicedSubVolume, SlicingParameters
+from slicing.layers.layer import SlicedSubVolume
 from slicing.mesh.solid import PartError
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Plane
 from slicing.targets.break_points import open_break_points
 from slicing.targets.speeds import BeadSpeed
 from slicing.targets.targets import Targets, sample_targets
 from slicing.targets.waypoints import travels
+
+BORDERS = BeadParameters(thin_walls="border")
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +51,9 @@ def area_left(bead, normal) -> float:
     return 0.5 * float(np.cross(at, np.roll(at, -1, axis=0)).sum(axis=0) @ normal)
 
 
-def test_by_default_every_border_is_a_bead(boss, tube):
+def test_every_border_is_a_bead(boss, tube):
     for sliced in (boss, tube):
-        (laid,) = lay_beads([sliced])
+        (laid,) = lay_beads([sliced], BORDERS)
         curves = [(layer.index, curve) for layer in sliced.layers for curve in layer.curves]
         assert len(laid.beads) == len(curves)
         for bead, (layer, curve) in zip(laid.beads, curves, strict=True):
@@ -90,14 +93,14 @@ def test_spread_seams_are_far_apart_and_chosen_ones_where_they_are_wanted(boss):
 
 
 def test_directions_alternate_and_tangents_with_them(tube):
-    plain, turned = (lay_beads([tube], BeadParameters(alternate=flag))[0] for flag in (False, True))
+    plain, turned = (lay_beads([tube], replace(BORDERS, alternate=flag))[0] for flag in (False, True))
     for a, b in zip(plain.beads, turned.beads, strict=True):
         normal = tube.layers[a.layer].surface.normals(a.points).mean(axis=0)
         same = area_left(a, normal) * area_left(b, normal) > 0
         assert same == (a.layer % 2 == 0)
         assert (area_left(a, normal) < 0) == a.hole
         assert np.array_equal(a.points[0], b.points[0])  # seams stay
-    plain_t, turned_t = (sample_targets([tube], beads=BeadParameters(alternate=flag)) for flag in (False, True))
+    plain_t, turned_t = (sample_targets([tube], beads=replace(BORDERS, alternate=flag)) for flag in (False, True))
     for path in range(len(plain_t.closed)):
         a, b = np.flatnonzero(plain_t.path == path), np.flatnonzero(turned_t.path == path)
         even = plain_t.layer[a[0]] % 2 == 0

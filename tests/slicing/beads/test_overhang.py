@@ -12,10 +12,9 @@ from support.meshes import BODY, box, box_solid, from_manifold, ring
 from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.job.unsupported import past_horizontal, unsupported_targets
-from slicing.beads.bead import BeadParameters
 from slicing.beads.lay import lay_beads
 from slicing.beads.overhang import overhangs
-from slicing.layers.layer import SlicingParameters
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.warning import Code
 

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 from support.meshes import BODY, R, blade, box, prism, subdivided
 
-from slicing.beads.bead import BeadParameters
 from slicing.beads.exact_points import point_between
 from slicing.beads.lay import lay_beads
 from slicing.document import slices_document
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.closest_point import closest_on_triangles
 from slicing.mesh.solid import PartError
 from slicing.paper.indices import indices
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.targets.targets import sample_targets
 
@@ -168,7 +167,7 @@ def test_trimmed_beads_stay_on_surface_and_mesh(strategy):
     mesh = blade(12, 12)
     sliced = slice_sub_volume(mesh, BODY, SlicingParameters(strategy, 1.73, 1.39, 1.75, thickness="trim"))
     one = replace(sliced, parameters=replace(sliced.parameters, h_min_mm=1.5))
-    (laid,) = lay_beads([one])
+    (laid,) = lay_beads([one], BeadParameters(thin_walls="border"))
     triangles = mesh.vertices[mesh.faces]
     ends = [(bead.layer, bead.points[k]) for bead in laid.beads if not bead.closed for k in (0, -1)]
     assert ends

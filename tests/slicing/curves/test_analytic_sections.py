@@ -14,8 +14,9 @@ from scipy.optimize import brentq
 from support.meshes import from_manifold, grid_block, prism, subdivided
 
 from slicing.curves.intersect import intersect
-from slicing.layers.layer import Body, SlicingParameters
+from slicing.layers.layer import Body
 from slicing.mesh.solid import mesh_from_arrays
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Cylinder, Plane
 

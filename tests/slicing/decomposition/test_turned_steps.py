@@ -12,8 +12,8 @@ from support.cad_parts import arrays, from_arrays, radial_cylinder, revolved
 
 from slicing.decomposition.body_hint import BodyHint
 from slicing.decomposition.decompose import Decomposition, decompose
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.solid import Mesh, mesh_from_arrays
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.warning import Code, Warning
 

@@ -5,11 +5,11 @@ import pytest
 import trimesh
 from support.deposits import inside
 
-from slicing.beads.bead import BeadParameters
 from slicing.beads.lay import lay_beads
 from slicing.deposits.part_shape import beyond_borders, part_shape
-from slicing.layers.layer import Body, SlicingParameters
+from slicing.layers.layer import Body
 from slicing.mesh.solid import mesh_from_arrays
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 
 R = 20.0

@@ -10,10 +10,10 @@ from support.layers import layer_on
 from support.meshes import box, from_manifold
 from trimesh import PointCloud
 
-from slicing.beads.bead import BeadParameters
 from slicing.beads.lay import layer_beads
 from slicing.deposits.part_shape import part_shape
 from slicing.layers.layer import SlicedSubVolume
+from slicing.parameters import BeadParameters
 from slicing.surfaces.bodies import ConicalBody, RevolvedBody
 
 FLAT_END = ((0.0, 30.0), (20.0, 30.0), (20.0, 0.0))

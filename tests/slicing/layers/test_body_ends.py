@@ -10,8 +10,8 @@ import pytest
 from support.meshes import BODY, R, box, box_solid, from_manifold
 
 from slicing.layers.body_ends import NO_ENDS, body_ends, over_ends_mm3
-from slicing.layers.layer import SlicingParameters
 from slicing.paper.indices import indices, top_angle
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.bodies import Body, RevolvedBody
 from slicing.warning import Code

@@ -63,13 +63,26 @@ def test_a_clean_solid_is_taken_as_it_is():
 
 
 @pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("roll", [0, 1, 2])
 @pytest.mark.parametrize("which", [[0], [0, 5, 9], list(range(192))])
-def test_duplicate_faces(which, turned):
-    extra = FINE.faces[which][:, ::-1] if turned else np.roll(FINE.faces[which], 1, axis=1)
+def test_duplicate_faces(which, roll, turned):
+    extra = np.roll(FINE.faces[which][:, ::-1] if turned else FINE.faces[which], roll, axis=1)
     mesh = sound(FINE.vertices, np.concatenate([FINE.faces, extra]))
     said(mesh, "duplicate faces dropped")
     assert mesh.volume == pytest.approx(6000)
     assert len(mesh.faces) == len(FINE.faces)
+
+
+@pytest.mark.parametrize("roll", [0, 1, 2])
+def test_a_fold_of_no_width_is_dropped(roll):
+    """Two faces back to back on a solid's border: with both gone it is closed, with one of them it is not."""
+    tip = np.array([[5.0, 10.0, 40.0]])
+    top = FINE.faces[(FINE.vertices[FINE.faces][:, :, 2] == 30.0).all(axis=1)][0]
+    n = len(FINE.vertices)
+    fold = np.array([[top[0], top[1], n], [top[1], top[0], n]])
+    mesh = sound(np.concatenate([FINE.vertices, tip]), np.concatenate([FINE.faces, np.roll(fold, roll, axis=1)]))
+    said(mesh, "2 duplicate faces dropped")
+    assert mesh.volume == pytest.approx(6000)
 
 
 def test_the_wall_between_two_solids_that_share_it_is_no_wall():

@@ -11,9 +11,9 @@ from support.meshes import box_solid, from_manifold
 from slicing.curves.intersect import intersect
 from slicing.decomposition.cut import whole_solids
 from slicing.decomposition.decompose import decompose
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.load import solid_from_arrays
 from slicing.mesh.solid import PartError
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Plane
 from slicing.warning import Code

@@ -14,9 +14,8 @@ from cell.case.read import load_case
 from cell.cli.main import main
 from cell.compare.compare import compare_case
 from cell.view.layer_picture import _Scale, slice_picture
-from slicing.beads.bead import BeadParameters
 from slicing.beads.lay import lay_beads
-from slicing.layers.layer import SlicingParameters
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 
 

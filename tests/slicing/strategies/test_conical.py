@@ -16,12 +16,13 @@ from support.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, 
 
 from slicing.curves.intersect import intersect
 from slicing.document import slices_document
-from slicing.layers.layer import Body, ConicalBody, RevolvedBody, SlicingParameters
+from slicing.layers.layer import Body, ConicalBody, RevolvedBody
 from slicing.layers.thickness import distance_back
 from slicing.mesh.closest_point import closest_on_triangles
 from slicing.mesh.solid import PartError, mesh_from_arrays
 from slicing.paper.adhesion import area_near_body
 from slicing.paper.indices import indices
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane
 from slicing.targets.targets import sample_targets

@@ -26,10 +26,11 @@ from support.meshes import (
 )
 
 from slicing.decomposition.decompose import decompose
-from slicing.layers.layer import Body, SlicingParameters
+from slicing.layers.layer import Body
 from slicing.layers.thickness import distance_back, resampled
 from slicing.mesh.solid import PartError
 from slicing.paper.adhesion import area_near_body
+from slicing.parameters import SlicingParameters
 from slicing.strategies.cylindrical import span
 from slicing.strategies.nonuniform import flattened
 from slicing.strategies.slice import slice_sub_volume

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from support.meshes import box, box_solid, from_manifold, ring, sector
 
-from slicing.layers.layer import Body, ConicalBody, RevolvedBody, SlicingParameters
+from slicing.layers.layer import Body, ConicalBody, RevolvedBody
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 
 R, H = 20.0, 1.73

@@ -10,9 +10,10 @@ from cell.errors import InputError
 from cell.job.job import prepare, slice_part
 from cell.job.part_input import read_part
 from cell.verdict.check import check
-from slicing.layers.layer import Body, ConicalBody, SlicingParameters
+from slicing.layers.layer import Body, ConicalBody
 from slicing.mesh.solid import PartError, mesh_from_arrays
 from slicing.paper.indices import indices
+from slicing.parameters import SlicingParameters
 from slicing.strategies.printed_body import slice_body, turned_solid
 from slicing.strategies.slice import slice_sub_volume
 from slicing.targets.targets import sample_targets
@@ -90,11 +91,11 @@ def test_a_profile_that_lies_on_the_axis_is_refused():
 
 
 def test_layers_without_end_are_refused_at_once():
-    mesh, thin = turned((20.0, 0.0), (20.0, 9.0)), SlicingParameters("nonuniform", 1e-9, 1e-9, 1.0)
-    boss = mesh_from_arrays("boss", boss_mesh().vertices, boss_mesh().faces)
+    mesh, thin = turned((20.0, 0.0), (20.0, 1001.0)), SlicingParameters("nonuniform", 0.01, 0.01, 1.0)
+    boss = mesh_from_arrays("boss", 100.0 * boss_mesh().vertices, boss_mesh().faces)
     for cut in (slice_body, slice_sub_volume):
-        with pytest.raises(PartError, match="h_layer_mm 1e-09 is too thin"):
-            cut(mesh if cut is slice_body else boss, Body(20.0), thin)
+        with pytest.raises(PartError, match=r"h_layer_mm 0\.01 is too thin"):
+            cut(*((mesh, Body(20.0)) if cut is slice_body else (boss, Body(2000.0))), thin)
 
 
 def test_the_body_comes_first_and_is_not_there_before_it_is_printed(make_case):

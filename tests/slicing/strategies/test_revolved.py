@@ -18,9 +18,10 @@ from support.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, 
 from slicing.curves.intersect import intersect
 from slicing.curves.slabs import Bands
 from slicing.document import slices_document
-from slicing.layers.layer import ConicalBody, RevolvedBody, SlicingParameters
+from slicing.layers.layer import ConicalBody, RevolvedBody
 from slicing.mesh.solid import PartError
 from slicing.paper.indices import indices
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.profile import Profile
 from slicing.surfaces.surfaces import Cone, Plane, Revolved

@@ -13,9 +13,9 @@ from support.same_solid import retriangulated, shuffled, split
 
 from slicing.decomposition.decompose import decompose
 from slicing.layers.body_ends import body_ends
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.load import load_mesh, solid_from_arrays
 from slicing.mesh.solid import Mesh
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 
 INCH = 25.4

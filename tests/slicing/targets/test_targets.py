@@ -17,10 +17,10 @@ from support.meshes import BODY, R, blade, box, box_section, box_solid, from_man
 
 import slicing
 from slicing.document import TARGETS_HEADER, slices_document, targets_rows
-from slicing.layers.layer import SlicingParameters
 from slicing.mesh.closest_point import closest_on_triangles
 from slicing.mesh.solid import PartError
 from slicing.paper.indices import Indices, indices, top_angle
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.targets.break_points import break_points
 from slicing.targets.targets import sample_targets

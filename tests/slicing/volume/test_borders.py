@@ -12,14 +12,14 @@ from support.meshes import BODY, box_solid, from_manifold
 from support.random_solids import random_solid, unrolled_section
 
 from cell.cli.main import main
-from slicing.beads.bead import BeadParameters
 from slicing.beads.lay import lay_beads
 from slicing.curves.intersect import intersect
 from slicing.curves.loops import Curve
 from slicing.deposits.part_shape import part_shape
-from slicing.layers.layer import Body, RevolvedBody, SlicedSubVolume, SlicingParameters
+from slicing.layers.layer import Body, RevolvedBody, SlicedSubVolume
 from slicing.layers.outside_body import region_of
 from slicing.layers.thickness import distance_back
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 from slicing.targets.targets import sample_targets

@@ -14,13 +14,16 @@ from support.paths import ROOT
 
 from slicing.curves.intersect import intersect
 from slicing.document import slices_document
-from slicing.layers.layer import Body, ConicalBody, RevolvedBody, SlicedSubVolume, SlicingParameters
+from slicing.layers.body_ends import NO_ENDS
+from slicing.layers.layer import Body, ConicalBody, RevolvedBody, SlicedSubVolume
 from slicing.mesh.load import load_mesh
 from slicing.paper.indices import indices
+from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 from slicing.volume.layer_areas import hold_volume, laid_volume
 from slicing.volume.solid_flux import SolidFlux
+from slicing.warning import WRONG_LAYER
 
 PARTS = ROOT / "models" / "parts"
 H = 1.73
@@ -129,6 +132,25 @@ def test_a_lost_loop_is_seen(strategy):
     assert [line.code for line in lines] == ["layer_area", "layer_length", "layer_loops", "layer_volume"]
     assert {line.layer for line in lines[:-1]} == {k}
     assert "1 layers are wrong" in lines[-1]
+
+
+@pytest.mark.parametrize("z_mm", [NO_ENDS, (-14.0, 60.0)])
+@pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
+def test_a_lost_loop_of_the_first_layer_is_seen(strategy, z_mm):
+    """Below it is the body, in which the solid has no section: that is no section that it may fit."""
+    legs = (
+        box_solid((10, -4, -20), (40, 4, -8))
+        + box_solid((10, -4, 8), (40, 4, 20))
+        + box_solid((30, -4, -9), (40, 4, 9))
+    )
+    sliced = slice_sub_volume(from_manifold(legs), BODY, SlicingParameters(strategy), z_mm)
+    held = hold_volume(sliced)
+    assert not [line for line in held.lines if line.code in WRONG_LAYER]
+    long = 24.0 if z_mm == NO_ENDS else 18.0
+    assert held.area_mm2[0] == pytest.approx(2 * R * math.asin(4 / R) * long, rel=1e-3)
+    for curve in sliced.layers[0].curves:
+        codes = {line.code for line in hold_volume(spoilt(sliced, 0, [curve])).lines}
+        assert codes >= {"layer_area", "layer_length", "layer_loops"}
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)

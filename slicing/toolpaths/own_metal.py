@@ -1,0 +1,76 @@
+"""Beads of another slicer that lie over their own metal: a helix right up a wall, as one bead.
+
+    over = first_over_itself(targets, width_mm=5.0)       # {bead: target}
+
+The metal of a bead is there once its layer is done. What a bead of several turns has laid of itself is not: it is no
+obstacle to its own later turns, which is to be said.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Floats
+from ..targets.targets import Targets
+from ..warning import Code, Warning
+
+ENDS = 2.0  # bead widths over itself: more than a closed turn's end
+LOW, HIGH = 0.5, 1.5  # of a bead's thickness: between these below a target the turn before lies
+
+
+def first_over_itself(targets: Targets, width_mm: float) -> dict[int, int]:
+    """The beads that lie over themselves, with the first target that does.
+
+    Args:
+        targets: the beads.
+        width_mm: of a bead.
+
+    Returns:
+        Targets by beads.
+    """
+    found = {}
+    for bead in range(len(targets.closed)):
+        first, stop = np.searchsorted(targets.path, [bead, bead + 1]).tolist()
+        mine = slice(first, stop)
+        over = _over_itself(targets.position[mine], targets.normal[mine], targets.thickness_mm[mine], width_mm)
+        if over is not None:
+            found[bead] = first + over
+    return found
+
+
+def _over_itself(p: Floats, n: Floats, thickness: Floats, width: float) -> int | None:
+    """The first point of a bead that lies over an earlier part of it; None where none does."""
+    from scipy.spatial import cKDTree  # heavy: only for another slicer's beads
+
+    if len(p) < 3:
+        return None
+    steps = np.linalg.norm(np.diff(p, axis=0), axis=1)
+    beside = (width + float(steps.max())) / 2
+    pairs = cKDTree(p).query_pairs(float(np.hypot(HIGH * thickness.max(), beside)), output_type="ndarray")
+    early, late = pairs.min(axis=1), pairs.max(axis=1)
+    away = p[late] - p[early]
+    up = (away * n[late]).sum(axis=1)
+    across = np.linalg.norm(away - up[:, None] * n[late], axis=1)
+    over = (up > LOW * thickness[late]) & (up < HIGH * thickness[late]) & (across <= beside)
+    of = np.unique(late[over])
+    # where a turn ends over its own beginning a little of it does
+    return int(of[0]) if steps[of - 1].sum() > ENDS * width else None
+
+
+def own_metal_told(targets: Targets, width_mm: float) -> tuple[Warning, ...]:
+    """A warning where beads lie over themselves.
+
+    Args:
+        targets: the beads.
+        width_mm: of a bead.
+    """
+    found = first_over_itself(targets, width_mm)
+    if not found:
+        return ()
+    bead, target = next(iter(found.items()))
+    more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+    text = (
+        f"part.toolpath: bead {bead}{more} lies over its own metal from target {target} on, which is not in the cell "
+        "until the bead is done: nothing is held against it; give each turn a bead and a layer of its own"
+    )
+    return (Warning(Code.BEAD_OVER_ITSELF, text),)
