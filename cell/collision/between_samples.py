@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
-from .checker import Checker
 from .clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
 from .open_steps import OpenSteps
+from .plane_proofs import proofs_of
 
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
@@ -140,8 +140,9 @@ def least_on_the_way(
     low = np.minimum(found.distance, checker.reach)
     on_step = kept_on_steps(low, q, radius) if kept is None else kept
     k = np.flatnonzero(on_step[step] <= nearest.limit)
-    if isinstance(checker, Checker) and checker.proofs is not None and len(k) > MANY_STEPS:
-        proved = checker.proofs.along(q, step[k], laid[k], nearest.limit, nearest.allowed / BENT)
+    proofs = proofs_of(checker) if len(k) > MANY_STEPS else None
+    if proofs is not None:
+        proved = proofs.along(q, step[k], laid[k], nearest.limit, nearest.allowed / BENT)
         nearest.sees(proved.seen, q, stage, step)
         k = k[proved.kept <= nearest.limit]
     if kept is not None and len(k):

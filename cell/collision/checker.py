@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -35,7 +34,6 @@ from .near_pairs import NearPairs
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
-    from .plane_proofs import PlaneProofs
 
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
@@ -228,13 +226,6 @@ class Checker:
         if self._data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
             # pairs were left out: the nearest may be among them
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
-
-    @cached_property
-    def proofs(self) -> PlaneProofs | None:
-        """Proofs by few configurations, where the arm alone moves; else None."""
-        from .plane_proofs import PlaneProofs  # it is made of checkers
-
-        return PlaneProofs(self) if PlaneProofs.suits(self) else None
 
     def posed(self) -> mujoco.MjData:
         """MuJoCo's own data at the table's pose: of what does not move with the arm."""

@@ -1,6 +1,6 @@
 """Whether a clearance is kept all along a motion, by looking at no more of it than that takes.
 
-    found = kept_along(checker, radius, Samples(q, stage, apart, part), least)
+    found = kept_along(checker, radius, MotionSamples(q, stage, apart, part), least)
     found.open, found.nearest                # steps on which it is not kept, or not proved to be
     found.seen, found.low, found.kept        # what was seen, and what is kept at least at samples and on steps
 
@@ -18,9 +18,9 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from .between_samples import halved, steps_between
-from .checker import Checker
-from .clearances import Clearances
+from .clearances import Clearances, Sees
 from .open_steps import OpenSteps
+from .plane_proofs import proofs_of
 
 SPARE = 3e-3  # m: so much more is aimed at, for what is put in between or rounded afterwards
 NEARLY = 0.975  # of the least that is seen is aimed at as well: the least clearance need not be looked for again
@@ -28,8 +28,8 @@ BEND = 1e-4  # m that may be given for what is between samples
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """Samples of motions, between which the joints move on straight lines.
+class MotionSamples:
+    """MotionSamples of motions, between which the joints move on straight lines.
 
     Attributes:
         q: configurations, (m, n), rad.
@@ -64,7 +64,7 @@ class KeptAlong:
     nearest: Clearances
 
 
-def kept_along(checker: Checker, radius: Floats, samples: Samples, least: float) -> KeptAlong:
+def kept_along(checker: Sees, radius: Floats, samples: MotionSamples, least: float) -> KeptAlong:
     """Prove that a clearance is kept.
 
     Args:
@@ -80,8 +80,9 @@ def kept_along(checker: Checker, radius: Floats, samples: Samples, least: float)
     step, kept = steps_between(q, samples.apart), np.full(len(q), -np.inf)
     laid = np.maximum(stage[step], stage[step + 1])
     seen = Clearances.none(len(q))
-    if checker.proofs is not None:
-        proved = checker.proofs.along(q, step, laid, least + SPARE, BEND, NEARLY)
+    proofs = proofs_of(checker)
+    if proofs is not None:
+        proved = proofs.along(q, step, laid, least + SPARE, BEND, NEARLY)
         kept[step], seen = proved.kept, proved.seen
     low = np.maximum(kept, np.append(-np.inf, kept[:-1]))
     k = np.flatnonzero(kept[step] < least)

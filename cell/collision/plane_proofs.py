@@ -1,6 +1,6 @@
 """A clearance proved along a motion from a few configurations, by planes that two shapes lie on either side of.
 
-    proofs = PlaneProofs(checker)
+    proofs = proofs_of(checker)                      # None where the table moves as well
     proved = proofs.along(q, step, laid, wanted)     # steps of q (m, n) rad, wanted m
     proved.kept, proved.seen                         # what is kept on each, and what was seen where it was looked
 
@@ -17,6 +17,7 @@ nearer than ``far`` of what it does not report, as everywhere. Metres, radians.
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 
 import mujoco
@@ -55,7 +56,7 @@ class ProvedSteps:
 
 
 @dataclass(frozen=True, eq=False)
-class _Poses:
+class _LinkPoses:
     """Where the arm's links are at samples, base frame.
 
     Attributes:
@@ -116,7 +117,7 @@ class PlaneProofs:
         """Prepare.
 
         Args:
-            checker: of all pairs; see :meth:`suits`.
+            checker: of all pairs, of an arm at a table that stands.
         """
         scene = self._scene = checker.scene
         self._chain = scene.chain
@@ -132,11 +133,6 @@ class PlaneProofs:
         self._size = np.array([self._shapes[g].size for g in self._moving.tolist()])
         self._still: dict[int, ConvexShape] = {}
         self._data = checker.posed()
-
-    @staticmethod
-    def suits(checker: object) -> bool:
-        """Whether a checker is one that these proofs are for: of all pairs, of an arm at a table that stands."""
-        return type(checker) is Checker and len(checker.scene.arm_qpos) == checker.scene.chain.n
 
     def along(
         self, q: Floats, step: Ints, laid: Ints, wanted: Floats | float, bend: float, share: float = 0.0
@@ -214,7 +210,7 @@ class PlaneProofs:
             kept = np.minimum(kept, mine)
         return ProvedSteps(kept, seen)
 
-    def _poses(self, q: Floats) -> _Poses:
+    def _poses(self, q: Floats) -> _LinkPoses:
         R, p = self._chain.frames(q)
         joint = self._owner[self._moving]
         centres = np.empty((len(q), len(joint), 3))
@@ -222,9 +218,9 @@ class PlaneProofs:
             mine = joint == j
             centres[:, mine] = self._centre[mine] @ np.swapaxes(R[:, j], -1, -2) + p[:, j, None]
         moved = np.sqrt((np.diff(centres, axis=0) ** 2).sum(axis=2)).max(axis=1, initial=0.0)
-        return _Poses(R, p, centres, np.concatenate([[0.0], np.cumsum(moved)]))
+        return _LinkPoses(R, p, centres, np.concatenate([[0.0], np.cumsum(moved)]))
 
-    def _values(self, poses: _Poses, cells: _Cells, near: NearPairs, share: float, wanted: float) -> Floats:
+    def _values(self, poses: _LinkPoses, cells: _Cells, near: NearPairs, share: float, wanted: float) -> Floats:
         """What the pairs keep at least at the samples of cells, (t,), m."""
         travel = share * self._travel(poses, cells)
         most = np.zeros(len(cells.at))
@@ -242,7 +238,7 @@ class PlaneProofs:
         np.minimum.at(out, at, self._over(poses, planes, which, cells.sample[at]))
         return out - LESS
 
-    def _travel(self, poses: _Poses, cells: _Cells) -> Floats:
+    def _travel(self, poses: _LinkPoses, cells: _Cells) -> Floats:
         """How far any point of the arm is at most from where it is at the sample that is looked at, (t,), m."""
         a, b = cells.sample, cells.at[cells.cell]
         # the chord of a turn, of what is 1 from its centre
@@ -251,7 +247,7 @@ class PlaneProofs:
         out: Floats = (away + chord[:, self._owner[self._moving]] * self._size).max(axis=1)
         return out
 
-    def _planes(self, poses: _Poses, cells: _Cells, near: NearPairs, which: Ints) -> _Planes:
+    def _planes(self, poses: _LinkPoses, cells: _Cells, near: NearPairs, which: Ints) -> _Planes:
         """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
         geom, cell = near.geom[which], near.row[which]
         owner = self._owner[geom]
@@ -296,7 +292,7 @@ class PlaneProofs:
             self._still[geom] = convex_shape(self._scene.model, geom, R, p)
         return self._still[geom]
 
-    def _over(self, poses: _Poses, planes: _Planes, which: Ints, sample: Ints) -> Floats:
+    def _over(self, poses: _LinkPoses, planes: _Planes, which: Ints, sample: Ints) -> Floats:
         """How far shapes are on their side of planes at samples, (c,), m."""
         geom, frame, normal = planes.geom[which], planes.frame[which], planes.normal[which]
         joint = self._owner[geom]
@@ -311,6 +307,20 @@ class PlaneProofs:
             mine = geom == g
             out[mine] -= self._shapes[g].support(-own[mine])
         return out
+
+
+_made: weakref.WeakKeyDictionary[Checker, PlaneProofs] = weakref.WeakKeyDictionary()
+
+
+def proofs_of(checker: object) -> PlaneProofs | None:
+    """The proofs of a checker, made once; None unless it is of all pairs, of an arm at a table that stands."""
+    if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
+        return None
+    if len(checker.scene.arm_qpos) != checker.scene.chain.n:
+        return None
+    if checker not in _made:
+        _made[checker] = PlaneProofs(checker)
+    return _made[checker]
 
 
 def _cells(way: Floats, step: Ints, laid: Ints, spacing: float, far: float) -> tuple[_Cells, Ints]:

@@ -21,7 +21,7 @@ from ik.singularity import margins
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..collision.kept_along import Samples, kept_along
+from ..collision.kept_along import MotionSamples, kept_along
 from ..collision.motion_bounds import joint_travel_bound
 from ..failure import Failure, Kind, Place, Where
 from ..rigid import frames, great_circle
@@ -125,7 +125,7 @@ def _ends(stretch: Stretch) -> tuple[Ints, Floats, Floats]:
 
 
 def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, Ints]:
-    """Samples half-way along steps, and the edges on which there is none."""
+    """MotionSamples half-way along steps, and the edges on which there is none."""
     chain, placed = context.solver.chain, context.placed
     edges, starts, ends = _ends(stretch)
     edge, start, end = edges[step], starts[step], ends[step]
@@ -200,7 +200,7 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> tuple[Stret
         return stretch, failures
     rows = np.flatnonzero(np.append(wanted, False) | np.insert(wanted, 0, False))
     part = np.cumsum((np.diff(rows, prepend=-2) > 1) | ~wanted[rows - 1])
-    samples = Samples(stretch.axes[rows], context.deposits_before[stretch.edge[rows]], part, part)
+    samples = MotionSamples(stretch.axes[rows], context.deposits_before[stretch.edge[rows]], part, part)
     found = kept_along(context.checker, context.radius, samples, context.settings.kept)
     for i in np.flatnonzero(found.seen.distance < context.settings.clearance).tolist():
         blame(int(stretch.edge[rows[i]]), context.describe(found.seen, i))

@@ -19,7 +19,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..collision.kept_along import Samples, kept_along
+from ..collision.kept_along import MotionSamples, kept_along
 from ..failure import ON_BEAD, Failure, Seen
 from ..motion.deposition_speed import STRETCH
 from ..scene.placement import Placed
@@ -220,7 +220,7 @@ def check_edges(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> Che
     rows = np.flatnonzero(~again)
     apart = np.cumsum(np.diff(track.edge, prepend=-1).astype(bool) & ~again)[rows]
     # a step belongs to the edge on which it ends
-    samples = Samples(axes[rows], laid[rows], apart, track.edge[rows])
+    samples = MotionSamples(axes[rows], laid[rows], apart, track.edge[rows])
     found = kept_along(context.checker, context.radius, samples, context.settings.kept)
     unsafe = dict(zip(track.edge[rows[found.open + 1]].tolist(), range(len(found.open)), strict=True))
     of = np.cumsum(~again) - 1

@@ -9,8 +9,8 @@ from cell import prepare
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.convex_shapes import convex_shape
-from cell.collision.kept_along import Samples, kept_along
-from cell.collision.plane_proofs import PlaneProofs, _Cells, _cells
+from cell.collision.kept_along import MotionSamples, kept_along
+from cell.collision.plane_proofs import PlaneProofs, _Cells, _cells, proofs_of
 from cell.collision.reach_radii import radii
 from cell.collision.table import with_table_axes
 from cell.scene.compose import compose
@@ -121,7 +121,9 @@ def test_along_a_flat_wall_few_samples_prove_all(scenes):
         checker = Checker(scene, tuple(rng.uniform(*scene.table_range.T)), REACH)
         q, apart = motions(checker, rng, 0.001)
         checker.asked.count = 0
-        found = kept_along(checker, radii(scene), Samples(q, np.zeros(len(q), dtype=np.int64), apart, apart), 0.005)
+        found = kept_along(
+            checker, radii(scene), MotionSamples(q, np.zeros(len(q), dtype=np.int64), apart, apart), 0.005
+        )
         whole = np.setdiff1d(apart, apart[found.open])
         proved += int(np.isin(apart, whole).sum())
         asked += checker.asked.count if len(whole) == 3 else 0
@@ -141,7 +143,7 @@ def test_a_clearance_is_kept_along_where_no_step_is_named(scenes, least):
             # of a part that is too near one step at least is named
             part = 100 * apart + np.arange(len(q)) // (5 if size < 0.01 else STEPS)
             step = np.flatnonzero(np.diff(apart) == 0)
-            found = kept_along(checker, radii(scene), Samples(q, stage, apart, part), least)
+            found = kept_along(checker, radii(scene), MotionSamples(q, stage, apart, part), least)
             every = dense(q, step, rng)
             near = checker.clearances(every.reshape(-1, q.shape[1]), np.repeat(stage[step], 9)).distance
             true = np.minimum(near, REACH).reshape(len(step), -1).min(axis=1)
@@ -190,8 +192,8 @@ def test_shapes_reach_as_far_as_collision_detection_has_them(scenes):
 
 def test_there_are_no_such_proofs_where_the_table_turns_as_well(scenes):
     scene = with_table_axes(scenes[0])
-    assert Checker(scene, (0.0, 0.0), REACH).proofs is None
-    assert Checker(scenes[0], (0.0, 0.0), REACH).proofs is not None
+    assert proofs_of(Checker(scene, (0.0, 0.0), REACH)) is None
+    assert proofs_of(Checker(scenes[0], (0.0, 0.0), REACH)) is not None
 
 
 def test_every_pair_lies_on_either_side_of_a_plane(scenes, monkeypatch):
@@ -233,7 +235,7 @@ def test_runs_of_steps_end_where_something_is_laid():
 class Posts:
     """Collision detection of a point in the plane of two joints, a metre a radian, against thin posts."""
 
-    reach, proofs = 10.0, None
+    reach = 10.0
 
     def __init__(self, posts):
         self.posts = posts
@@ -255,7 +257,7 @@ def test_of_a_part_that_is_too_near_nothing_is_said_to_be_kept_that_is_not():
         k = rng.integers(23, size=6)
         posts = Posts(q[k] + rng.choice([0.5, 0.21, 0.77], (6, 1)) * (q[k + 1] - q[k]) + rng.normal(size=(6, 2)) * 0.01)
         apart = np.zeros(24, dtype=np.int64)
-        found = kept_along(posts, np.ones(2), Samples(q, apart, apart, np.arange(24) // 12), 0.03)
+        found = kept_along(posts, np.ones(2), MotionSamples(q, apart, apart, np.arange(24) // 12), 0.03)
         every = dense(q, np.arange(23), rng).reshape(23, -1, 2)
         for i in range(23):
             true = posts.clearances(every[i], None).distance.min()
