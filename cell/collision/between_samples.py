@@ -117,6 +117,7 @@ def least_on_the_way(
     *,
     known: float = np.inf,
     kept: Floats | None = None,
+    many: int = MANY_STEPS,
 ) -> tuple[int, Clearances]:
     """How near a motion comes to anything, between its samples too.
 
@@ -129,6 +130,7 @@ def least_on_the_way(
         apart: motion that each sample belongs to, (m,); steps from one motion to the next are left out.
         known: a distance that is come to elsewhere, m: what is no nearer than that is not looked for.
         kept: nothing is nearer from each sample to the next, (m,), m, where that is known already.
+        many: steps, from which to have proofs by planes prepared costs less than they save.
 
     Returns:
         The sample at which it is or after which it comes, and the one nearest pair; a distance that is too large by
@@ -140,7 +142,7 @@ def least_on_the_way(
     low = np.minimum(found.distance, checker.reach)
     on_step = kept_on_steps(low, q, radius) if kept is None else kept
     k = np.flatnonzero(on_step[step] <= nearest.limit)
-    proofs = proofs_of(checker) if len(k) > MANY_STEPS else None
+    proofs = proofs_of(checker) if len(k) > many else None
     if proofs is not None:
         proved = proofs.along(q, step[k], laid[k], nearest.limit, nearest.allowed / BENT)
         nearest.sees(proved.seen, q, stage, step)

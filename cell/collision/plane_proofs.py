@@ -113,18 +113,29 @@ class _Planes:
 class PlaneProofs:
     """Proofs for the arm of one checker, at a table that stands."""
 
-    def __init__(self, checker: Checker) -> None:
+    def __init__(
+        self,
+        checker: Checker,
+        *,
+        spacings: tuple[float, ...] = SPACINGS,
+        beyond: tuple[float, float] = (BEYOND_STILL, BEYOND_ITSELF),
+        one_plane: float = ONE_PLANE,
+    ) -> None:
         """Prepare.
 
         Args:
             checker: of all pairs, of an arm at a table that stands.
+            spacings: travel between samples that are looked at, one after the other, m.
+            beyond: how much further than what is wanted is looked out to, of what stands still and the arm itself, m.
+            one_plane: shapes that reach no further over a plane than this share it, m.
         """
+        self._spacings, self._one_plane = spacings, one_plane
         scene = self._scene = checker.scene
         self._chain = scene.chain
         solid = scene.arm_geom & scene.contact_bits.any(axis=0)
         still = PairGroup(checker, itself=False)
         itself = PairGroup(checker, itself=True, beside=still)
-        self._groups = ((still, 1.0, BEYOND_STILL), (itself, 2.0, BEYOND_ITSELF))
+        self._groups = ((still, 1.0, beyond[0]), (itself, 2.0, beyond[1]))
         self._radius = radii(scene)
         self._T_world_base = scene.T_world_base()
         self._owner, self._shapes = _arm_shapes(checker, solid)
@@ -192,7 +203,7 @@ class PlaneProofs:
         least = wanted[0]
         for group, share, beyond in self._groups:
             mine = np.full(len(step), -np.inf)
-            for spacing in SPACINGS:
+            for spacing in self._spacings:
                 nearest = wanted[1] * float(seen.distance.min())
                 if np.isfinite(nearest):
                     least = np.maximum(wanted[0], nearest)
@@ -265,7 +276,7 @@ class PlaneProofs:
         leads = np.flatnonzero(new)
         leader = leads[np.cumsum(new) - 1] if len(leads) else leads
         under = self._reach(b, frame, normal[leader])
-        shares = under <= under[leader] + ONE_PLANE
+        shares = under <= under[leader] + self._one_plane
         offset = np.full(len(a), -np.inf)
         np.maximum.at(offset, leader[shares], under[shares])
         alone = np.flatnonzero(~shares)

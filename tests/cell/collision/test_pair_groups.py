@@ -81,9 +81,8 @@ def test_all_pairs_within_a_distance_are_those_that_it_is_the_least_of(scenes):
 
 
 @pytest.mark.parametrize("many", [0, 10**9])
-def test_the_least_is_what_dense_samples_have(scenes, monkeypatch, many):
+def test_the_least_is_what_dense_samples_have(scenes, many):
     """Of motions that are free: nearer than any of many samples but for what is promised, by proofs and by halving."""
-    monkeypatch.setattr("cell.collision.between_samples.MANY_STEPS", many)
     rng = np.random.default_rng(4)
     met = 0
     for checker in checkers(scenes, rng):
@@ -95,7 +94,7 @@ def test_the_least_is_what_dense_samples_have(scenes, monkeypatch, many):
             way = start + np.array([-3.0, -1.0, 1.0, 3.0])[:, None] * rng.normal(size=chain.n) * 0.03
             stage = np.zeros(len(way), dtype=np.int64)
             found = checker.clearances(way, stage)
-            _, nearest = least_on_the_way(checker, radius, way, stage, found)
+            _, nearest = least_on_the_way(checker, radius, way, stage, found, many=many)
             t = np.linspace(0, 1, 15)[:, None]
             dense = np.concatenate([a + t * (b - a) for a, b in itertools.pairwise(way)])
             true = checker.clearances(dense, np.zeros(len(dense), dtype=np.int64)).distance.min()

@@ -70,16 +70,13 @@ def test_nothing_is_nearer_than_what_is_proved_to_be_kept(scenes, size, wanted):
     assert np.min(np.concatenate(tight)) < (0.03 if size < 0.03 else 0.06)
 
 
-def test_nothing_is_nearer_where_little_is_looked_at(scenes, monkeypatch):
+def test_nothing_is_nearer_where_little_is_looked_at(scenes):
     """As above with one look at a whole motion, out to hardly more than what is wanted, and planes that many share."""
-    monkeypatch.setattr("cell.collision.plane_proofs.SPACINGS", (10.0,))
-    monkeypatch.setattr("cell.collision.plane_proofs.ONE_PLANE", 0.2)
     rng = np.random.default_rng(21)
     known_of = []
     for scene in scenes:
         checker = Checker(scene, tuple(rng.uniform(*scene.table_range.T)), REACH)
-        proofs = PlaneProofs(checker)
-        proofs._groups = tuple((group, share, 1e-3) for group, share, _ in proofs._groups)
+        proofs = PlaneProofs(checker, spacings=(10.0,), beyond=(1e-3, 1e-3), one_plane=0.2)
         for size in (0.0005, 0.002, 0.005):
             q, apart = motions(checker, rng, size)
             step = np.flatnonzero(np.diff(apart) == 0)
@@ -196,13 +193,12 @@ def test_there_are_no_such_proofs_where_the_table_turns_as_well(scenes):
     assert proofs_of(Checker(scenes[0], (0.0, 0.0), REACH)) is not None
 
 
-def test_every_pair_lies_on_either_side_of_a_plane(scenes, monkeypatch):
-    monkeypatch.setattr("cell.collision.plane_proofs.ONE_PLANE", 0.2)
+def test_every_pair_lies_on_either_side_of_a_plane(scenes):
     rng = np.random.default_rng(17)
     shared = 0
     for scene in scenes:
         checker = Checker(scene, (0.0, 0.0), REACH)
-        proofs = PlaneProofs(checker)
+        proofs = PlaneProofs(checker, one_plane=0.2)
         q, _ = motions(checker, rng, 0.05)
         poses, every = proofs._poses(q), np.arange(len(q))
         cells = _Cells(every, np.full(len(q), scene.n_deposits), every, every, REACH)
