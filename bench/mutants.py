@@ -84,7 +84,7 @@ MUTANTS = (
     Mutant("cell/collision/convex_shapes.py", "        out = out + self.ball\n", "", (PLANES,)),
     Mutant("cell/collision/convex_shapes.py", "out += self.disc * np.sqrt", "out += 0.5 * self.disc * np.sqrt", (PLANES,)),
     Mutant("cell/collision/kept_along.py", "closed = left[~np.isin(part, part[bad])]", "closed = left[~np.isin(left, left[bad])]", (PLANES,)),
-    Mutant("cell/collision/blended_corners.py", "np.maximum.at(off, p.row, p.off)", "np.maximum.at(off, p.row, 0.1 * p.off)", (BOUNDS,)),
+    Mutant("cell/collision/blended_corners.py", "np.maximum.at(off, p.row, p.off)\n    close", "np.maximum.at(off, p.row, 0.1 * p.off)\n    close", (BOUNDS,)),
     Mutant("cell/collision/blended_corners.py", "here = away[at].max(axis=1) + ", "here = 0.2 * away[at].max(axis=1) + ", (BOUNDS,)),
     Mutant("cell/planning/densify.py", "kept=more.kept - off)", "kept=more.kept)", ("cell/planning/test_densify.py",)),
     Mutant("cell/timing/time_law.py", "uneven = low < EVEN * high", "uneven = low < 0", (TIMES,)),
