@@ -31,7 +31,7 @@ COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyprojec
 LONGEST = 1800  # s a mutant
 BOUNDS, DETECTION, OWN = "cell/collision/test_bounds.py", "cell/mjcf/test_detection.py", "acceptance/test_own_motion.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
-GROUPS, OPEN = "cell/collision/test_pair_groups.py", "cell/collision/test_open_steps.py"
+GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/test_plane_proofs.py"
 # of a row that comes to lie too near: the steps beside it are reported all the same
 AT_ITS_END = (
     "clearances at a step's ends differ by the way between them at most: where one is below the limit they cannot add up"
@@ -64,26 +64,30 @@ MUTANTS = (
     Mutant("cell/collision/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "room <= joint_travel_bound(radius, a, b)", "room <= 0.2 * joint_travel_bound(radius, a, b)", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "room[k] <= checker.travel_bound(radius, a[k], b[k])", "room[k] <= 0.5 * checker.travel_bound(radius, a[k], b[k])", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "    left = np.unique(step[open_])\n", "    left = np.unique(step[open_])[:0]\n", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "motion[step[hit]])", "motion[step[:1]])", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "known = np.minimum(found.distance, checker.reach) - least", "known = np.minimum(found.distance, checker.reach)", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "dm = np.minimum(seen.distance, checker.reach) - least", "dm = np.minimum(seen.distance, checker.reach)", (BOUNDS,)),
+    Mutant("cell/collision/between_samples.py", "return left, np.concatenate(hits)", "return left[:0], np.concatenate(hits)", (BOUNDS,)),
+    Mutant("cell/collision/between_samples.py", "motion[steps.step[hit]])", "motion[steps.step[:1]])", (BOUNDS,)),
+    Mutant("cell/collision/open_steps.py", "return self.da + self.db - 2 * limit", "return self.da + self.db - limit", (BOUNDS,)),
     Mutant("cell/collision/between_samples.py", "if seen.distance[k] < nearest.best.distance[0]:", "if False:", (BOUNDS,)),
     Mutant("cell/collision/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
-    Mutant("cell/collision/motion_bounds.py", "np.minimum(joints, 2 * way)", "np.minimum(joints, 1 * way)", (BOUNDS,)),
-    Mutant("cell/collision/motion_bounds.py", "return joints, straight + curvature(self.radius, np.abs(b - a)) / 4", "return joints, straight", (BOUNDS,)),
-    Mutant("cell/collision/motion_bounds.py", "return joints, straight + curvature(self.radius, np.abs(b - a)) / 4", "return joints, straight", (GROUPS,)),
-    Mutant("cell/collision/motion_bounds.py", "np.minimum(joints, way)", "0.5 * np.minimum(joints, way)", (GROUPS,)),
-    Mutant("cell/collision/pair_groups.py", "parts = (near, tool & ~near, solid & ~tool & ~near)", "parts = (near, tool & ~near)", (GROUPS,)),
-    Mutant("cell/collision/pair_groups.py", "return (*still, itself) if near.any()", "return tuple(still) if near.any()", (GROUPS,)),
     Mutant("cell/collision/pair_groups.py", "model.geom_conaffinity[arm] = 0", "model.geom_conaffinity[~arm] = 0", (GROUPS,)),
     Mutant("cell/collision/pair_groups.py", "self.pair_gap = 0.0", "self.pair_gap = -1e3", (GROUPS,)),
-    Mutant("cell/collision/pair_groups.py", "self._bounds.bound if self.parts is None else self._bounds.against_still", "self._bounds.against_still", (GROUPS,)),
-    Mutant("cell/collision/open_steps.py", "begin + end - 2 * limit <= way[high] - way[low]", "begin + end - 2 * limit <= 0.5 * (way[high] - way[low])", (OPEN,)),
-    Mutant("cell/collision/open_steps.py", "begin + end - 2 * limit <= way[high] - way[low]", "begin + end - limit <= way[high] - way[low]", (OPEN,)),
-    Mutant("cell/collision/open_steps.py", "(np.diff(step) == 1) & (np.diff(laid) == 0)", "np.diff(step) == 1", (OPEN,)),
-    Mutant("cell/collision/between_samples.py", "<= joint_travel_bound(radius, steps.a, steps.b)", "<= 0.2 * joint_travel_bound(radius, steps.a, steps.b)", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "left = asked_sparsely(group, q, left, way, nearest.limit)", "continue", (GROUPS,)),
+    Mutant("cell/collision/motion_bounds.py", "np.minimum(joints, 2 * (straight", "np.minimum(joints, 1 * (straight", (BOUNDS,)),
+    Mutant("cell/collision/motion_bounds.py", "2 * (straight + curvature(self.radius, np.abs(b - a)) / 4)", "2 * straight", (BOUNDS,)),
+    Mutant("cell/collision/plane_proofs.py", " - share * bend[open_]", "", (PLANES,)),
+    Mutant("cell/collision/plane_proofs.py", "travel = share * self._travel(poses, cells)", "travel = 0.5 * self._travel(poses, cells)", (PLANES,)),
+    Mutant("cell/collision/plane_proofs.py", " + chord[:, self._owner[self._moving]] * self._size", "", (PLANES,)),
+    Mutant("cell/collision/plane_proofs.py", "np.maximum.at(offset, leader[shares], under[shares])", "offset[leader] = under[leader]", (PLANES,)),
+    Mutant("cell/collision/plane_proofs.py", "kept = new | ~shares", "kept = new", (PLANES,)),
+    Mutant("cell/collision/plane_proofs.py", "near.distance - most[near.row] >= wanted", "near.distance >= wanted", (PLANES,)),
+    Mutant("cell/collision/plane_proofs.py", "            off[link] -= poses.p[sample[link], frame[link]]\n", "", (PLANES,)),
+    Mutant("cell/collision/plane_proofs.py", "(np.diff(step) == 1) & (np.diff(laid) == 0)", "np.diff(step) == 1", (PLANES,)),
+    Mutant("cell/collision/convex_shapes.py", "        out = out + self.ball\n", "", (PLANES,)),
+    Mutant("cell/collision/convex_shapes.py", "out += self.disc * np.sqrt", "out += 0.5 * self.disc * np.sqrt", (PLANES,)),
+    Mutant("cell/collision/kept_along.py", "closed = left[~np.isin(part, part[bad])]", "closed = left[~np.isin(left, left[bad])]", (PLANES,)),
+    Mutant("cell/collision/blended_corners.py", "np.maximum.at(off, p.row, p.off)\n    close", "np.maximum.at(off, p.row, 0.1 * p.off)\n    close", (BOUNDS,)),
+    Mutant("cell/collision/blended_corners.py", "here = away[at].max(axis=1) + ", "here = 0.2 * away[at].max(axis=1) + ", (BOUNDS,)),
+    Mutant("cell/planning/densify.py", "kept=more.kept - off)", "kept=more.kept)", ("cell/planning/test_densify.py",)),
+    Mutant("cell/timing/time_law.py", "uneven = low < EVEN * high", "uneven = low < 0", (TIMES,)),
     Mutant("cell/collision/motion_bounds.py", "seen = np.maximum(seen, straight + curvature(radius,", "seen = np.maximum(0.5 * seen, 0.5 * straight + curvature(radius,", (COUPLED,)),
     Mutant("cell/collision/motion_bounds.py", " + curvature(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)", ")", (COUPLED,)),
     Mutant("cell/collision/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return arm", (COUPLED,)),
@@ -131,7 +135,7 @@ MUTANTS = (
     Mutant("cell/timing/time_law.py", "CORNER = 0.005", "CORNER = 0.5", (TIMES,)),
     Mutant("cell/timing/time_law.py", "limit = np.tile(max_acceleration, 2)", "limit = 1.2 * np.tile(max_acceleration, 2)", ("cell/timing/test_time_law.py",)),
     # planning
-    Mutant("cell/planning/densify.py", "        failures.update(_checked(context, stretch, new))\n", "        _checked(context, stretch, new)\n", ("cell/planning/test_densify.py",)),
+    Mutant("cell/planning/densify.py", "        failures.update(found)\n    return stretch", "    return stretch", ("cell/planning/test_densify.py",)),
     Mutant("cell/planning/edge_check.py", "        elif least[e] < context.settings.clearance:\n", "        elif least[e] < 0:\n", ("cell/verdict/test_check.py", "cell/planning/test_station_search.py")),
     Mutant("cell/planning/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (OWN, "cell/planning/test_home.py")),
     # slicing

@@ -24,13 +24,14 @@ from ik.chain import Floats
 from ..arrays import Ints
 from .clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
-from .open_steps import OpenSteps, asked_sparsely
-from .pair_groups import groups_of, travel_bounds
+from .open_steps import OpenSteps
+from .plane_proofs import proofs_of
 
 HALVINGS = 12
 NEAREST = 1e-4  # m: least clearances of the way are known to this
 NEAREST_SHARE = 0.03  # of the least clearance, likewise
-MANY_STEPS = 500  # steps, from which to have checkers of groups of pairs made costs less than they save
+MANY_STEPS = 100  # steps, from which to have proofs by planes prepared costs less than they save
+BENT = 4  # share of what a least clearance may be too large by that proofs may give for what is between samples
 CLOSER = 20  # halvings about the nearest sample found
 
 
@@ -59,38 +60,51 @@ def unproven_steps(
         First samples of the open steps, (k,), ascending, and the nearest pair seen on each of them. Of a motion that
         has one at which it is too near for certain, others need not be named.
     """
-    step = _steps(q, apart)
+    step = steps_between(q, apart)
     motion = np.zeros(len(q), dtype=np.int64) if apart is None else apart
-    known = np.minimum(found.distance, checker.reach) - least
-    a, b, da, db = q[step], q[step + 1], known[step], known[step + 1]
+    known = np.minimum(found.distance, checker.reach)
     laid = np.maximum(stage[step], stage[step + 1])
-    hits: list[tuple[Ints, Clearances]] = []
+    steps = OpenSteps(np.arange(len(step)), q[step], q[step + 1], known[step], known[step + 1], laid)
+    left, hit, seen = halved(checker, radius, steps, motion[step], least)
+    # what is left after the last halving is told by what is nearest where it begins
+    every, nearest = np.concatenate([hit, left]), Clearances.joined([seen, found.rows(step[left])])
+    order = np.argsort(every, kind="stable")
+    return step[every[order]], nearest.rows(order)
+
+
+def halved(
+    checker: Sees, radius: Floats, steps: OpenSteps, motion: Ints, least: float
+) -> tuple[Ints, Ints, Clearances]:
+    """Halve steps until each keeps a clearance or does not.
+
+    Args:
+        checker: collision detection.
+        radius: from :func:`radii`, (n,), m.
+        steps: numbered from 0.
+        motion: that each belongs to, (k,): of one that does not keep it, others need not be named.
+        least: clearance to be kept, m.
+
+    Returns:
+        Steps still open after the last halving, steps on which something is nearer, both ascending, and what it is.
+    """
+    hits, what = [np.zeros(0, dtype=np.int64)], [Clearances.none(0)]
     for _ in range(HALVINGS):
-        open_ = _open(checker, radius, a, b, da + db)
-        step, laid = step[open_], laid[open_]
-        a, b, da, db = (x[open_] for x in (a, b, da, db))
-        if not len(step):
+        steps = steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(least)))
+        if not len(steps.step):
             break
-        middle = (a + b) / 2
-        seen = checker.clearances(middle, laid)
-        dm = np.minimum(seen.distance, checker.reach) - least
-        hit = dm <= 0
+        middle = (steps.a + steps.b) / 2
+        seen = checker.clearances(middle, steps.laid)
+        dm = np.minimum(seen.distance, checker.reach)
+        hit = dm <= least
         if hit.any():
-            left, row = np.unique(step[hit], return_index=True)
-            hits.append((left, seen.rows(np.flatnonzero(hit)[row])))
+            new, row = np.unique(steps.step[hit], return_index=True)
+            hits.append(new)
+            what.append(seen.rows(np.flatnonzero(hit)[row]))
         # a motion that is known not to be free is not looked at any further; all others are
-        on = ~np.isin(motion[step], motion[step[hit]])
-        step, laid = step[on], laid[on]
-        a, b, middle, da, db, dm = (x[on] for x in (a, b, middle, da, db, dm))
-        step, laid = np.concatenate([step, step]), np.concatenate([laid, laid])
-        a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
-        da, db = np.concatenate([da, dm]), np.concatenate([dm, db])
-    open_ = _open(checker, radius, a, b, da + db)
-    left = np.unique(step[open_])
-    steps, nearest = zip(*hits, (left, found.rows(left)), strict=True)
-    all_steps = np.concatenate(steps)
-    order = np.argsort(all_steps, kind="stable")
-    return all_steps[order], Clearances.joined(nearest).rows(order)
+        on = ~np.isin(motion[steps.step], motion[steps.step[hit]])
+        steps = steps.rows(on).halves(middle[on], dm[on])
+    left = np.unique(steps.step[_open(checker, radius, steps.a, steps.b, steps.beyond(least))])
+    return left, np.concatenate(hits), Clearances.joined(what)
 
 
 def least_on_the_way(
@@ -102,6 +116,7 @@ def least_on_the_way(
     apart: Ints | None = None,
     *,
     known: float = np.inf,
+    kept: Floats | None = None,
     many: int = MANY_STEPS,
 ) -> tuple[int, Clearances]:
     """How near a motion comes to anything, between its samples too.
@@ -111,33 +126,43 @@ def least_on_the_way(
         radius: from :func:`radii`, (n,), m.
         q: samples, (m, n), rad; at least one.
         stage: deposits laid at each sample, (m,).
-        found: clearances at the samples.
+        found: clearances at the samples; with ``kept``, what was seen at some of them.
         apart: motion that each sample belongs to, (m,); steps from one motion to the next are left out.
         known: a distance that is come to elsewhere, m: what is no nearer than that is not looked for.
-        many: steps, from which to have checkers of groups of pairs made costs less than they save.
+        kept: nothing is nearer from each sample to the next, (m,), m, where that is known already.
+        many: steps, from which to have proofs by planes prepared costs less than they save.
 
     Returns:
         The sample at which it is or after which it comes, and the one nearest pair; a distance that is too large by
         ``NEAREST`` or ``NEAREST_SHARE`` of it at most, whichever is more.
     """
-    step = _steps(q, apart)
-    nearest = _Nearest.of(checker, q, stage, found, step, known)
-    seen_at = np.minimum(found.distance, checker.reach)
+    step = steps_between(q, apart)
     laid = np.maximum(stage[step], stage[step + 1])
-    steps = OpenSteps(step, q[step], q[step + 1], seen_at[step], seen_at[step + 1], laid)
-    steps = steps.rows(steps.beyond(nearest.limit) <= joint_travel_bound(radius, steps.a, steps.b))
-    groups = groups_of(checker, found) if len(steps.step) > many else ()
-    if not groups:
-        open_ = _open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))
-        _halve(checker, radius, steps.rows(open_), nearest)
-    for k, (group, way) in enumerate(zip(groups, travel_bounds(groups, q) if groups else (), strict=True)):
-        # a group's clearances are those at the samples at least; of the first one that is much
-        left = steps.rows(steps.beyond(nearest.limit) <= way[steps.step])
-        if k > 0:
-            left = asked_sparsely(group, q, left, way, nearest.limit)
-        _halve(group, group.radius, left, nearest)
+    nearest = _Nearest.of(checker, q, stage, found, step, known)
+    low = np.minimum(found.distance, checker.reach)
+    on_step = kept_on_steps(low, q, radius) if kept is None else kept
+    k = np.flatnonzero(on_step[step] <= nearest.limit)
+    proofs = proofs_of(checker) if len(k) > many else None
+    if proofs is not None:
+        proved = proofs.along(q, step[k], laid[k], nearest.limit, nearest.allowed / BENT)
+        nearest.sees(proved.seen, q, stage, step)
+        k = k[proved.kept <= nearest.limit]
+    if kept is not None and len(k):
+        rows = np.unique(np.concatenate([step[k], step[k] + 1]))
+        seen = Clearances.none(len(q))
+        seen.put(rows, checker.clearances(q[rows], stage[rows]))
+        low = np.minimum(seen.distance, checker.reach)
+        nearest.sees(seen, q, stage, step)
+    steps = OpenSteps(step[k], q[step[k]], q[step[k] + 1], low[step[k]], low[step[k] + 1], laid[k])
+    _halve(checker, radius, steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))), nearest)
     best = nearest.best
     return nearest.at, best if best.distance[0] > known else _closest(checker, nearest.about, nearest.there, best)
+
+
+def kept_on_steps(low: Floats, q: Floats, radius: Floats) -> Floats:
+    """What clearances at samples (m,) say of the steps between them, (m,), m: at least that; -inf after the last."""
+    way = joint_travel_bound(radius, q[:-1], q[1:])
+    return np.append((low[:-1] + low[1:] - way) / 2, -np.inf)
 
 
 @dataclass
@@ -161,15 +186,26 @@ class _Nearest:
     @classmethod
     def of(cls, checker: Sees, q: Floats, stage: Ints, found: Clearances, step: Ints, known: float) -> _Nearest:
         """Of the samples."""
+        out = cls(Clearances.none(1), 0, int(stage[0]), (q[0], q[0], q[0]), min(known, checker.reach))
+        out.sees(found, q, stage, step)
+        return out
+
+    def sees(self, found: Clearances, q: Floats, stage: Ints, step: Ints) -> None:
+        """Take note of what was seen at samples."""
         at = int(np.argmin(found.distance))
-        about = (q[at - 1] if at - 1 in step else q[at], q[at], q[at + 1] if at in step else q[at])
-        return cls(found.rows(np.array([at])), at, int(stage[at]), about, min(known, checker.reach))
+        if found.distance[at] < self.best.distance[0]:
+            self.best, self.at, self.there = found.rows(np.array([at])), at, int(stage[at])
+            self.about = (q[at - 1] if at - 1 in step else q[at], q[at], q[at + 1] if at in step else q[at])
 
     @property
     def limit(self) -> float:
         """Where it comes no nearer than this, there is nothing to be found, m."""
-        least = min(float(self.best.distance[0]), self.most)
-        return least - max(NEAREST, NEAREST_SHARE * least)
+        return min(float(self.best.distance[0]), self.most) - self.allowed
+
+    @property
+    def allowed(self) -> float:
+        """By how much what is found may be too large, m."""
+        return max(NEAREST, NEAREST_SHARE * min(float(self.best.distance[0]), self.most))
 
 
 def _halve(checker: Sees, radius: Floats, steps: OpenSteps, nearest: _Nearest) -> None:
@@ -205,7 +241,7 @@ def _closest(checker: Sees, about: tuple[Floats, Floats, Floats], laid: int, bes
     return best
 
 
-def _steps(q: Floats, apart: Ints | None) -> Ints:
+def steps_between(q: Floats, apart: Ints | None) -> Ints:
     """Steps between samples of one motion."""
     step = np.arange(len(q) - 1)
     return step if apart is None else step[apart[:-1] == apart[1:]]

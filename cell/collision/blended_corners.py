@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..timing.blending import blended, kept_zone
+from ..timing.blending import blended, kept_zone, mirrored
 from .between_samples import unproven_steps
 from .clearances import Clearances, Sees
-from .motion_bounds import joint_travel_bound
+from .motion_bounds import curvature, joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 HALVED = 6  # times that a step is halved before it is looked at by chords
@@ -31,6 +31,9 @@ APART = 5e-3  # m: paths no further apart are taken for one where a smaller clea
 DENSER = 3.0  # see _between
 MOST_BETWEEN = 100  # paths of one run that are looked at
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
+CLOSELY, PLACES = 100, 12  # of what is too near so many steps are looked at again, in so many places
+MANY = 20  # steps, from which to prove them together costs less than each by itself
+SPARE = 5e-4  # m that may be given for what is between rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +94,47 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
     return Parabolas(grid + path.s[0], row, np.maximum(off[:-1], off[1:]) + np.diff(grid) ** 2 / 8 * bends, bends)
 
 
+def _off_rows(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas, most: Floats) -> Floats:
+    """How far anything is off where the rows have it on each step, at most, (m - 1,), m.
+
+    Args:
+        checker: of what moves.
+        radius: of the arm about its joints.
+        path: the rows.
+        p: its parabolas.
+        most: where it is more than this by the joints' radii, (m - 1,), m, it is looked at more closely.
+    """
+    off = np.zeros(len(path.s) - 1)
+    np.maximum.at(off, p.row, p.off)
+    close = np.flatnonzero((off > most) & (most >= 0))
+    if len(close):
+        off[close] = np.minimum(off[close], _off_closely(checker, radius, path, p, close))
+    return off
+
+
+def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas, steps: Ints) -> Floats:
+    """How far anything is off where the rows have it on some steps, by where the arm's links are, (k,), m.
+
+    Where the parabolas end that is measured; between, the difference of both ways bends by so much at most: by the
+    joints' bend times their radii, and each way by what its joints' turning bends it.
+    """
+    piece = np.flatnonzero(np.isin(p.row, steps))
+    ends, at = np.unique(np.stack([p.s[piece], p.s[piece + 1]], axis=1), return_inverse=True)
+    at = at.reshape(-1, 2)
+    there = blended(path.q, path.s, path.zone, ends)
+    away = checker.travel_bound(radius, _linear(path.q, path.s, ends), there)
+    t, far = mirrored(path.q, path.s - path.s[0])
+    zone, off = kept_zone(path.zone, path.s[-1] - path.s[0]), ends - path.s[0]
+    slope = np.abs(_linear(far, t, off + zone) - _linear(far, t, off - zone)) / (2 * zone)
+    straight = np.abs(np.diff(path.q, axis=0)) / np.diff(path.s)[:, None]
+    steepest = np.maximum.reduce([slope[at[:, 0]], slope[at[:, 1]], straight[p.row[piece]]])
+    bends = p.bend[piece] + 2 * curvature(radius, steepest)
+    here = away[at].max(axis=1) + np.diff(ends[at], axis=1)[:, 0] ** 2 / 8 * bends
+    out = np.zeros(len(path.s))
+    np.maximum.at(out, p.row[piece], here)
+    return out[steps]
+
+
 def _linear(q: Floats, s: Floats, at: Floats) -> Floats:
     return np.stack([np.interp(at, s, column) for column in q.T], axis=1)
 
@@ -110,6 +154,7 @@ def cut_corners(
     found: Clearances,
     least: float,
     which: NDArray[np.bool_] | None = None,
+    kept: Floats | None = None,
 ) -> tuple[Ints, Clearances]:
     """Steps of a path on which it comes too near to something, or may, once its corners are rounded.
 
@@ -118,9 +163,10 @@ def cut_corners(
         radius: from ``cell.collision.reach_radii.radii``, (j,), m.
         path: rows that are free themselves, between them as well.
         stage: deposits laid at each row, (m,).
-        found: clearances at the rows.
+        found: clearances at the rows, at least.
         least: clearance to be kept, m; 0: nothing is touched.
         which: steps that are looked at, (m - 1,); all of them where left out.
+        kept: clearance kept on each of them, at least, (m - 1,), m; where it is not known, left out or -inf.
 
     Returns:
         First rows of these steps, (k,), ascending, and the nearest pair on each.
@@ -128,15 +174,25 @@ def cut_corners(
     if len(path.s) < 3:
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
     every = np.ones(len(path.s) - 1, dtype=bool) if which is None else which
-    rows = _KnownRows(stage, found, least, every)
+    rows = _KnownRows(stage, found, least, every, kept)
     ways = [
-        _cut_on(checker, radius, one, replace(rows, which=every & far))
+        (one, *_cut_on(checker, radius, one, replace(rows, which=every & far)))
         for one, far in _between(checker, radius, path, least)
     ]
-    step, nearest = np.concatenate([way[0] for way in ways]), Clearances.joined([way[1] for way in ways])
+    for one, step, nearest in ways:
+        _look_closely(checker, one, step, stage, nearest)
+    step, nearest = np.concatenate([way[1] for way in ways]), Clearances.joined([way[2] for way in ways])
     order = np.argsort(nearest.distance, kind="stable")
     first, index = np.unique(step[order], return_index=True)
     return first, nearest.rows(order[index])
+
+
+def _look_closely(checker: Sees, path: BlendedPath, steps: Ints, stage: Ints, nearest: Clearances) -> None:
+    """Note what is nearer on steps that are too near than what they were found by."""
+    for n, k in enumerate(steps[:CLOSELY].tolist()):
+        at = blended(path.q, path.s, path.zone, np.linspace(path.s[k], path.s[k + 1], PLACES))
+        there = checker.clearances(at, np.full(PLACES, max(stage[k], stage[k + 1])))
+        nearest.nearer(np.array([n]), there.rows(np.array([int(np.argmin(there.distance))])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +203,7 @@ class _KnownRows:
     found: Clearances
     least: float
     which: NDArray[np.bool_]
+    kept: Floats | None
 
 
 def _between(
@@ -161,17 +218,20 @@ def _between(
     Yields:
         A path, and the steps of it that are to be looked at, (m - 1,).
     """
-    steps, apart = len(path.s) - 1, max(least, APART)
+    steps, apart, p = len(path.s) - 1, max(least, APART), pieces(path, radius)
     yield path, np.ones(steps, dtype=bool)
-    if pieces(path, radius).off.max(initial=0.0) <= apart:
+    off, need = np.zeros(steps), np.ones(steps, dtype=np.int64)
+    np.maximum.at(off, p.row, p.off)
+    far = np.flatnonzero(off > apart)
+    if not len(far):
         return
-    at = np.sort(np.concatenate([path.s, (path.s[:-1] + path.s[1:]) / 2]))
+    at = np.concatenate([path.s[far], (path.s[far] + path.s[far + 1]) / 2, path.s[far + 1]])
     rows, moved = _linear(path.q, path.s, at), np.zeros(len(at))
     for share in (1.0, 0.5):
         run = blended(path.q, path.s, share * path.zone, at)
         moved = np.maximum(moved, checker.travel_bound(radius, rows, run))
-    need = np.ceil(DENSER * np.maximum(np.maximum(moved[:-2:2], moved[1::2]), moved[2::2]) / apart)
-    need = np.minimum(need, MOST_BETWEEN).astype(np.int64)
+    more = np.ceil(DENSER * moved.reshape(3, -1).max(axis=0) / apart)
+    need[far] = np.clip(more, 1, MOST_BETWEEN).astype(np.int64)
     count = int(need.max())
     for k in range(count - 1, 0, -1):
         yield replace(path, zone=path.zone * k / count), (need > 1) & (k * need // count > (k - 1) * need // count)
@@ -192,7 +252,9 @@ def _cut_on(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) 
     if high - low < 2:
         low, high = 0, len(path.s) - 1
     mine = slice(low, high + 1)
-    known = _KnownRows(rows.stage[mine], rows.found.rows(np.arange(low, high + 1)), rows.least, rows.which[low:high])
+    kept = None if rows.kept is None else rows.kept[low:high]
+    found, which = rows.found.rows(np.arange(low, high + 1)), rows.which[low:high]
+    known = _KnownRows(rows.stage[mine], found, rows.least, which, kept)
     step, nearest = _cut(checker, radius, BlendedPath(path.q[mine], path.s[mine], path.zone), known)
     return step + low, nearest
 
@@ -200,10 +262,13 @@ def _cut_on(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) 
 def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
     """As :func:`cut_corners`, of one rounded path."""
     p, stage, found, least = pieces(path, radius), rows.stage, rows.found, rows.least
-    off, bend = np.zeros(len(path.s) - 1), np.zeros(len(path.s) - 1)
-    np.maximum.at(off, p.row, p.off)
+    bend = np.zeros(len(path.s) - 1)
     np.maximum.at(bend, p.row, p.bend)
+    off = _off_rows(checker, radius, path, p, np.full(len(bend), np.inf) if rows.kept is None else rows.kept - least)
     steps = rows.which & (off > NOTHING)
+    if rows.kept is not None:
+        # off the rows' own way by so much at most
+        steps &= rows.kept - off < least
     q = blended(path.q, path.s, path.zone)
     known, sagitta = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
     # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough

@@ -30,6 +30,7 @@ from .broad_phase import BroadPhase
 from .clearances import Clearances
 from .model_copies import borrowed
 from .motion_bounds import CoupledBounds, MotionBounds, joint_travel_bound
+from .near_pairs import NearPairs
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -190,10 +191,45 @@ class Checker:
                     far = FURTHER * max(float(distance[k]), 0.0) + LEAST_FAR  # the next one is often alike
                 else:
                     far = self.reach
+        self._check_room()
+        return out
+
+    def pairs_within(self, q: Floats, stage: Ints, far: float) -> NearPairs:
+        """All pairs that come within some distance.
+
+        Args:
+            q: configurations of the arm, (m, n), rad.
+            stage: number of deposits already laid, (m,).
+            far: the distance, m; it may be more than the reach.
+
+        Returns:
+            The pairs; every other is further apart.
+
+        Raises:
+            InputError: there are more of them than MuJoCo has room for.
+        """
+        self.asked.count += len(q)
+        self._far = -1.0  # as above
+        found = []
+        for laid in np.unique(stage):
+            self._lay(int(laid), arm_alone=True)
+            rows = np.flatnonzero(stage == laid)
+            for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
+                if count := self._look(far):
+                    self.asked.contacts += count
+                    c = self._data.contact
+                    found.append((i, c.geom.copy(), c.dist.copy(), c.frame.reshape(-1, 9).copy(), c.pos.copy()))
+        self._check_room()
+        return NearPairs.of(found)
+
+    def _check_room(self) -> None:
         if self._data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
             # pairs were left out: the nearest may be among them
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
-        return out
+
+    def posed(self) -> mujoco.MjData:
+        """MuJoCo's own data at the table's pose: of what does not move with the arm."""
+        return self._data
 
     def of_tool(self, pair: Ints) -> NDArray[np.bool_]:
         """Whether a pair is what moves with the TCP against what is no part of the arm: alike in every configuration.
@@ -212,14 +248,18 @@ class Checker:
         """Find what is near: first out to some distance, then further as long as there is nothing; how many pairs."""
         far = self._coarser(far)
         while True:
-            self._look_out_to(far)
-            if self._broad_phase is not None:
-                self._broad_phase.select(self._data, far)
-            mujoco.mj_collision(self._model, self._data)
-            count = int(self._data.ncon)
+            count = self._look(far)
             if count or far == self.reach:
                 return count
             far = self._coarser(2.0 * far)
+
+    def _look(self, far: float) -> int:
+        """Find all pairs out to some distance; how many."""
+        self._look_out_to(far)
+        if self._broad_phase is not None:
+            self._broad_phase.select(self._data, far)
+        mujoco.mj_collision(self._model, self._data)
+        return int(self._data.ncon)
 
     def _coarser(self, far: float) -> float:
         """One of a few distances, at least as far; the reach is the furthest."""

@@ -54,6 +54,15 @@ class Clearances:
         """Some of the configurations."""
         return Clearances(self.distance[index], self.pair[index], self.position[index])
 
+    def put(self, index: Ints, other: Clearances) -> None:
+        """Replace some of the configurations."""
+        self.distance[index], self.pair[index], self.position[index] = other.distance, other.pair, other.position
+
+    def nearer(self, index: Ints, other: Clearances) -> None:
+        """Replace some of the configurations where the other's pairs are nearer; each of them once."""
+        k = np.flatnonzero(other.distance < self.distance[index])
+        self.put(index[k], other.rows(k))
+
     @classmethod
     def joined(cls, some: Sequence[Clearances]) -> Clearances:
         """Configurations of several, one after the other."""

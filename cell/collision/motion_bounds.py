@@ -24,8 +24,6 @@ from ..scene.table_kinematics import TableKinematics
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
-Frames = tuple[tuple[Floats, Floats], tuple[Floats, Floats]]  # of the joints before and after steps, as of a chain
-
 
 def joint_travel_bound(radius: Floats, a: Floats, b: Floats) -> Floats:
     """The sum over the joints of the arc that the farthest point can describe about each, (m,), m."""
@@ -63,43 +61,23 @@ class MotionBounds:
         self._joint = np.array(owner, dtype=np.int64)
         self._centre, self._size = np.array(centre).reshape(-1, 3), np.array(size)
 
-    def bound(self, a: Floats, b: Floats, frames: Frames | None = None) -> Floats:
+    def bound(self, a: Floats, b: Floats) -> Floats:
         """The most by which two things can get nearer to one another on the way, both ends' shares added up.
 
         Args:
             a: where each step begins, (m, n), rad.
             b: where it ends, (m, n), rad.
-            frames: of the joints at both, where they are known.
 
         Returns:
             (m,), m: if the clearances at a step's ends add up to more, nothing touches on it.
         """
-        joints, way = self._travels(a, b, frames)
-        # two parts of the arm may both move, one towards the other
-        return np.minimum(joints, 2 * way)
-
-    def against_still(self, a: Floats, b: Floats, frames: Frames | None = None) -> Floats:
-        """The same where one of the two things stands still, as :meth:`bound`: half of it, where the way is short.
-
-        Args:
-            a: where each step begins, (m, n), rad.
-            b: where it ends, (m, n), rad.
-            frames: of the joints at both, where they are known.
-
-        Returns:
-            (m,), m.
-        """
-        joints, way = self._travels(a, b, frames)
-        return np.minimum(joints, way)
-
-    def _travels(self, a: Floats, b: Floats, frames: Frames | None) -> tuple[Floats, Floats]:
-        """How far one thing gets on steps, by the joints' arcs, and by where the steps lead, both (m,), m."""
         joints = joint_travel_bound(self.radius, a, b)
         if not len(a):
-            return joints, joints
-        straight = self.straight(*(frames or (self.chain.frames(a), self.chain.frames(b))))
-        # of a point that is off its chord by an eighth of the curvature at most, the ways from both ends add up to this
-        return joints, straight + curvature(self.radius, np.abs(b - a)) / 4
+            return joints
+        straight = self.straight(self.chain.frames(a), self.chain.frames(b))
+        # of a point that is off its chord by an eighth of the curvature at most, the ways from both ends add up to
+        # this; two parts of the arm may both move, one towards the other
+        return np.minimum(joints, 2 * (straight + curvature(self.radius, np.abs(b - a)) / 4))
 
     def straight(self, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Floats:
         """How far any point of the arm is after steps from where it was before them.

@@ -17,7 +17,7 @@ from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 
 from ..arrays import Ints
-from ..collision.between_samples import least_on_the_way
+from ..collision.between_samples import kept_on_steps, least_on_the_way
 from ..collision.clearances import Clearances
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
@@ -40,7 +40,8 @@ class RunSamples:
 
     Attributes:
         axes: configurations, (m, j), rad.
-        clearances: of them.
+        clearances: the nearest pairs where it was looked.
+        kept: nothing is nearer from each to the next, (m,), m; -inf where that is not known.
         stage: deposits laid at each, (m,).
         target: that each leads to, (m,); of the way home the one that it comes from.
         run: bead or way that each belongs to, (m,).
@@ -48,6 +49,7 @@ class RunSamples:
 
     axes: Floats
     clearances: Clearances
+    kept: Floats
     stage: Ints
     target: Ints
     run: Ints
@@ -63,12 +65,14 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
     Returns:
         The samples; None where there are none.
     """
-    runs: list[tuple[Floats, Clearances, Ints, Ints]] = [
-        (s.axes, s.clearances, context.deposits_before[s.edge], s.edge) for s in run.stretches
+    runs: list[tuple[Floats, Clearances, Floats, Ints, Ints]] = [
+        (s.axes, s.clearances, s.kept, context.deposits_before[s.edge], s.edge) for s in run.stretches
     ]
 
     def add(way: Way, stage: int, target: int) -> None:
-        runs.append((way[0], way[1], np.full(len(way[0]), stage), np.full(len(way[0]), target)))
+        low = np.minimum(way[1].distance, context.checker.reach)
+        kept, m = kept_on_steps(low, way[0], context.radius), len(way[0])
+        runs.append((way[0], way[1], kept, np.full(m, stage), np.full(m, target)))
 
     for _, last, after, way in run.led_to:
         add(way, int(context.laid[last]), after.first)
@@ -80,9 +84,9 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
             add(run.home.back, int(context.laid[final]), final)
     if not runs:
         return None
-    axes, stage, target = (np.concatenate([run[i] for run in runs]) for i in (0, 2, 3))
+    axes, kept, stage, target = (np.concatenate([run[i] for run in runs]) for i in (0, 2, 3, 4))
     apart = np.repeat(np.arange(len(runs)), [len(run[0]) for run in runs])
-    return RunSamples(axes, Clearances.joined([run[1] for run in runs]), stage, target, apart)
+    return RunSamples(axes, Clearances.joined([run[1] for run in runs]), kept, stage, target, apart)
 
 
 def nearest_sample(context: Context, samples: RunSamples | None) -> Least | None:
@@ -102,7 +106,8 @@ def least_clearance(context: Context, samples: RunSamples, known: float) -> Leas
         known: a distance that is come to somewhere, m.
     """
     s = samples
-    at, nearest = least_on_the_way(context.checker, context.radius, s.axes, s.stage, s.clearances, s.run, known=known)
+    checker, radius = context.checker, context.radius
+    at, nearest = least_on_the_way(checker, radius, s.axes, s.stage, s.clearances, s.run, known=known, kept=s.kept)
     return _named(context, samples, at, nearest)
 
 

@@ -305,7 +305,9 @@ class BeadSearch:
             alone = self.context.checker.clearances(self.placed.axes(q, target), self.stage[target])
             position, table = self.placed.bead.position[target], self.placed.tables(target)
             first, margin = self.first + run.start, self.nodes.margin[where]
-            return Stretch(first, q, roll, self.first + target, np.zeros(1), q, position, table, alone, margin)
+            low, kept = np.minimum(alone.distance, self.context.checker.reach), np.full(1, -np.inf)
+            edge = self.first + target
+            return Stretch(first, q, roll, edge, np.zeros(1), q, position, table, alone, low, kept, margin)
         pieces = [self._done[run.start + i, (nodes[i], nodes[i + 1])] for i in range(len(nodes) - 1)]
 
         def joined(of: Callable[[Stretch], Any]) -> Any:
@@ -326,6 +328,8 @@ class BeadSearch:
                 joined(lambda s: s.clearances.pair),
                 joined(lambda s: s.clearances.position),
             ),
+            low=joined(lambda s: s.low),
+            kept=joined(lambda s: s.kept),
             margin=joined(lambda s: s.margin),
         )
 

@@ -62,7 +62,9 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
             continue
         stage = context.deposits_before[bead.edge]
         path, least = bead_path(bead, blend), context.settings.kept
-        step, nearest = cut_corners(context.checker, context.radius, path, stage, bead.clearances, least)
+        known = Clearances(bead.low, bead.clearances.pair, bead.clearances.position)
+        kept = bead.kept[:-1]
+        step, nearest = cut_corners(context.checker, context.radius, path, stage, known, least, kept=kept)
         for n in np.argsort(nearest.distance, kind="stable").tolist():
             at = int(bead.edge[step[n]])
             if at + 1 not in failures:

@@ -41,7 +41,7 @@ class Steps:
         angle: rad, of the wire's direction, of the roll and of every joint.
     """
 
-    position: float = 1e-3
+    position: float = 8e-3
     angle: float = np.deg2rad(1.0)
 
 

@@ -20,8 +20,9 @@ from ik.roll import apply_roll, roll_of, wrap
 from ik.singularity import margins
 
 from ..arrays import Ints
-from ..collision.between_samples import unproven_steps
 from ..collision.clearances import Clearances
+from ..collision.kept_along import MotionSamples, kept_along
+from ..collision.motion_bounds import joint_travel_bound
 from ..failure import Failure, Kind, Place, Where
 from ..rigid import frames, great_circle
 from .context import Context
@@ -104,7 +105,8 @@ def _densified(context: Context, stretch: Stretch, close: Closeness) -> tuple[St
             edge = int(stretch.edge[k])
             failures[edge + 1] = Failure(Kind.JUMP, place=_on_edge(edge))
     if new.any():
-        failures.update(_checked(context, stretch, new))
+        stretch, found = _checked(context, stretch, new)
+        failures.update(found)
     return stretch, failures
 
 
@@ -140,7 +142,7 @@ def _ends(stretch: Stretch) -> tuple[Ints, Floats, Floats]:
 
 
 def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, Ints]:
-    """Samples half-way along steps, and the edges on which there is none."""
+    """MotionSamples half-way along steps, and the edges on which there is none."""
     chain, placed = context.solver.chain, context.placed
     edges, starts, ends = _ends(stretch)
     edge, start, end = edges[step], starts[step], ends[step]
@@ -161,14 +163,22 @@ def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, I
         q=q,
         position=position,
         table=table,
-        clearances=context.checker.clearances(np.concatenate([q, table], axis=1), context.deposits_before[edge]),
+        clearances=Clearances.none(len(q)),
+        low=stretch.kept[step],
+        kept=stretch.kept[step],
         margin=margins(chain, context.solver.geometry, q),
     )
-    return more, np.unique(edge[~ok])
+    # the way by the new sample is off the straight one by as much as the sample at most
+    axes = stretch.axes
+    off = joint_travel_bound(context.radius, (axes[step] + axes[step + 1]) / 2, more.axes)
+    return replace(more, low=more.low - off, kept=more.kept - off), np.unique(edge[~ok])
 
 
 def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
     """A stretch with samples put after those of the given steps."""
+    before = stretch.kept.copy()
+    before[step] = more.kept
+    stretch = replace(stretch, kept=before)
 
     def put(a: Any, b: Any) -> Any:
         return np.insert(a, step + 1, b, axis=0)
@@ -185,12 +195,14 @@ def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
             put(stretch.clearances.pair, more.clearances.pair),
             put(stretch.clearances.position, more.clearances.position),
         ),
+        low=put(stretch.low, more.low),
+        kept=put(stretch.kept, more.kept),
         margin=put(stretch.margin, more.margin),
     )
 
 
-def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> dict[int, Failure]:
-    """What is wrong with new samples and the steps to and from them."""
+def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> tuple[Stretch, dict[int, Failure]]:
+    """A stretch with what is known of new samples and the steps to and from them, and what is wrong with these."""
     failures: dict[int, Failure] = {}
 
     def blame(edge: int, failure: Failure) -> None:
@@ -199,16 +211,19 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> dict[int, F
     least = context.limits.values(context.solver.geometry is not None)
     for k in np.flatnonzero(new & (stretch.margin < least).any(axis=1)):
         blame(int(stretch.edge[k]), Failure(Kind.SINGULAR))
-    for k in np.flatnonzero(new & (stretch.clearances.distance < context.settings.clearance)):
-        blame(int(stretch.edge[k]), context.describe(stretch.clearances, int(k)))
-    # the steps from one old sample to the next are proved already
-    wanted = new[:-1] | new[1:]
+    # what is not proved by the steps that the new ones are halves of
+    wanted = (new[:-1] | new[1:]) & (stretch.kept[:-1] < context.settings.kept)
+    if not wanted.any():
+        return stretch, failures
     rows = np.flatnonzero(np.append(wanted, False) | np.insert(wanted, 0, False))
-    joined = (np.diff(rows) == 1) & wanted[rows[:-1]]
-    part = np.concatenate([[0], np.cumsum(~joined)])
-    stage, q = context.deposits_before[stretch.edge[rows]], stretch.axes[rows]
-    seen, kept = stretch.clearances.rows(rows), context.settings.kept
-    step, nearest = unproven_steps(context.checker, context.radius, q, stage, seen, part, least=kept)
-    for n, at in enumerate(rows[step].tolist()):
-        blame(int(stretch.edge[at]), context.describe(nearest, n, seen=between(nearest, n, context)))
-    return failures
+    part = np.cumsum((np.diff(rows, prepend=-2) > 1) | ~wanted[rows - 1])
+    samples = MotionSamples(stretch.axes[rows], context.deposits_before[stretch.edge[rows]], part, part)
+    found = kept_along(context.checker, context.radius, samples, context.settings.kept)
+    for i in np.flatnonzero(found.seen.distance < context.settings.clearance).tolist():
+        blame(int(stretch.edge[rows[i]]), context.describe(found.seen, i))
+    for n, at in enumerate(rows[found.open].tolist()):
+        blame(int(stretch.edge[at]), context.describe(found.nearest, n, seen=between(found.nearest, n, context)))
+    clearances, low, kept = stretch.clearances.rows(np.arange(len(new))), stretch.low.copy(), stretch.kept.copy()
+    clearances.nearer(rows, found.seen)
+    low[rows], kept[rows] = np.maximum(low[rows], found.low), np.maximum(kept[rows], found.kept)
+    return replace(stretch, clearances=clearances, low=low, kept=kept), failures

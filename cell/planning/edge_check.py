@@ -18,8 +18,8 @@ from ik.bead_path import LARGEST_STEP
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..collision.between_samples import unproven_steps
 from ..collision.clearances import Clearances
+from ..collision.kept_along import MotionSamples, kept_along
 from ..failure import ON_BEAD, Failure, Seen
 from ..motion.deposition_speed import STRETCH
 from ..scene.placement import Placed
@@ -105,7 +105,9 @@ class Stretch:
         q: samples, (m, j), rad.
         position: TCP where the bead stands still, (m, 3), m; see ``Placed.bead``.
         table: E1, E2 of the samples, (m, 2), rad; (m, 0) where the table stands.
-        clearances: of the samples.
+        clearances: the nearest pairs where it was looked; nothing at other samples.
+        low: nothing is nearer at each sample, (m,), m.
+        kept: nothing is nearer from each sample to the next, (m,), m; -inf where that is not known, as at the last.
         margin: singularity margins of the samples, (m, 4).
     """
 
@@ -118,6 +120,8 @@ class Stretch:
     position: Floats
     table: Floats
     clearances: Clearances
+    low: Floats
+    kept: Floats
     margin: Floats
 
     @property
@@ -141,7 +145,9 @@ class CheckedEdges:
         roll: at both ends, (e, 2), rad.
         q: at both ends, (e, 2, j), rad.
         track: their samples.
-        clearances: of the samples.
+        clearances: the nearest pairs where it was looked; nothing at other samples.
+        low: nothing is nearer at each sample, (m,), m.
+        kept: nor from each to the next, (m,), m; see ``Stretch``.
         causes: why an edge does not hold, None where it does, (e,).
     """
 
@@ -151,6 +157,8 @@ class CheckedEdges:
     q: Floats
     track: Track
     clearances: Clearances
+    low: Floats
+    kept: Floats
     causes: list[Failure | None]
 
     def stretch(self, e: int) -> Stretch:
@@ -180,6 +188,8 @@ class CheckedEdges:
             position=track.position[mine],
             table=track.table[mine],
             clearances=self.clearances.rows(mine),
+            low=self.low[mine],
+            kept=np.append(self.kept[mine[:-1]], -np.inf),
             margin=track.margin[mine],
         )
 
@@ -207,11 +217,14 @@ def check_edges(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> Che
     # where one edge begins as the one before ended, once is enough
     axes = np.concatenate([track.q, track.table], axis=1)
     again = np.append(False, (np.diff(track.edge) == 1) & (np.diff(laid) == 0) & ~np.diff(axes, axis=0).any(axis=1))
-    clear = context.checker.clearances(axes[~again], laid[~again]).rows(np.cumsum(~again) - 1)
-    step, nearest = unproven_steps(
-        context.checker, context.radius, axes, laid, clear, track.edge, least=context.settings.kept
-    )
-    unsafe = dict(zip(track.edge[step].tolist(), range(len(step)), strict=True))
+    rows = np.flatnonzero(~again)
+    apart = np.cumsum(np.diff(track.edge, prepend=-1).astype(bool) & ~again)[rows]
+    # a step belongs to the edge on which it ends
+    samples = MotionSamples(axes[rows], laid[rows], apart, track.edge[rows])
+    found = kept_along(context.checker, context.radius, samples, context.settings.kept)
+    unsafe = dict(zip(track.edge[rows[found.open + 1]].tolist(), range(len(found.open)), strict=True))
+    of = np.cumsum(~again) - 1
+    clear, nearest = found.seen.rows(of), found.nearest
     first = np.searchsorted(track.edge, np.arange(len(start)))
     least = np.minimum.reduceat(clear.distance, first) if len(start) else clear.distance
     causes: list[Failure | None] = []
@@ -226,4 +239,4 @@ def check_edges(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> Che
             causes.append(context.describe(nearest, unsafe[e], ON_BEAD, between(nearest, unsafe[e], context)))
         else:
             causes.append(None)
-    return CheckedEdges(bead.first, start, roll, q, track, clear, causes)
+    return CheckedEdges(bead.first, start, roll, q, track, clear, found.low[of], found.kept[of], causes)

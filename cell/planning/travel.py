@@ -35,6 +35,7 @@ from .rrt_connect import Space, Trees, connect, rounded, sampled, shortened
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
 SHORTER = (1.0, 0.6, 0.3)  # of the way out that is free, where the whole is not
 STRAIGHT = 1e-5  # m that the TCP is off the normal at most while it is drawn back along it
+LEG = 2e-3  # m between samples of the way off a bead and onto it
 WORTH = 1e-3  # m of clearance for which a travel goes further out
 SEARCH_STEPS = np.deg2rad(
     [3.0, 1.0]
@@ -269,7 +270,7 @@ class _Travel:
 
 def _legs(context: Context, ends: list[tuple[Stretch, int]], distance: float) -> list[_Leg]:
     """Ways from ends of beads (0 or -1) out along their normals."""
-    count = max(int(np.ceil(distance / (2 * context.settings.steps.position))), 1)
+    count = max(int(np.ceil(distance / LEG)), 1)
     out = np.linspace(0, distance, count + 1)[1:, None]
     Ts, qs = [], []
     for stretch, at in ends:
@@ -295,7 +296,7 @@ def _stopped(context: Context, stretch: Stretch, at: int, distance: float) -> _L
     i = stretch.first if at == 0 else stretch.stop - 1
     p, n = context.placed.position[i], context.placed.normal[i]
     ends = np.stack([p, p + distance * n])[None], np.stack([n, n])[None], np.repeat(stretch.roll[at], 2)[None]
-    count = max(int(np.ceil(distance / (2 * context.settings.steps.position))), 1)
+    count = max(int(np.ceil(distance / LEG)), 1)
     start, t = stretch.q_targets[at][None], np.linspace(0, 1, count + 1)
     _, t, q = along(
         context.solver, Ways(*ends, context.placed.reference), start, np.zeros(count + 1, dtype=np.int64), t

@@ -34,6 +34,8 @@ PER_ZONE = 4  # grid steps a zone
 MOST_STEPS = 200_000  # of a grid that is even; a finer one is fine about the samples and grows coarser between them
 GROWTH, EVEN_STEPS = 1.25, 16  # of the steps of such a grid; its pieces have at least so many
 REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
+FEW = 1000  # grid steps, up to which all pieces are gone through finely
+EVEN = 0.99  # of the square of the speed: where it is less beside more, the speed changes
 CORNER = 0.005  # share of a joint's acceleration that the rounding of a row has to take to count as a corner
 TOGETHER = 16  # steps whose bounds are taken out of their arrays at a time
 FLAT_SLOPE = 1e-12  # slope that counts as none
@@ -98,15 +100,11 @@ def time_path(
     with np.errstate(divide="ignore"):
         # the samples' own path has to keep the speeds as well, in which a short piece is not averaged with others
         fastest = np.minimum((max_speed / np.abs(raw)).min(axis=1), cap)
-    grid = _grid(s, zone, _corners(s, raw, float(fastest.max()) ** 2 / (2 * zone * max_acceleration)))
-    slope, bend = _blended(q, s, grid, zone)
-    piece = np.clip(np.searchsorted(s, (grid[:-1] + grid[1:]) / 2) - 1, 0, len(raw) - 1)
-    with np.errstate(divide="ignore"):
-        most = fastest[piece]
-        top = np.minimum(np.concatenate([most[:1], most]), np.concatenate([most, most[-1:]]))
-        top = np.minimum(top, (max_speed / np.abs(slope)).min(axis=1)) ** 2
+    corners = _corners(s, raw, float(fastest.max()) ** 2 / (2 * zone * max_acceleration))
+    path = _Path(q, s, zone, fastest, max_speed, max_acceleration)
+    grid = _grid(s, zone, corners, _uneven(path, corners))
+    slope, bend, x = _law(path, grid)
     step = np.diff(grid)
-    x = _fastest(top, step, _bounds(slope, bend, step, max_acceleration, top[:-1]))
     speed = np.sqrt(x)
     dt = 2 * step / np.maximum(speed[:-1] + speed[1:], 1e-300)
     t = np.interp(s, grid, np.concatenate([[0.0], np.cumsum(dt)]))
@@ -117,6 +115,49 @@ def time_path(
     after = np.abs(slope[:-1] * u[:, None] + bend * x[:-1, None])
     use[:, 1] = np.maximum(np.concatenate([after, after[-1:]]), np.concatenate([before[:1], before])) / max_acceleration
     return TimeLaw(t, np.sqrt(np.interp(s, grid, x)), grid, use)
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """A path to be timed: samples, their lengths from 0, the zone, greatest speeds of its pieces, joints' limits."""
+
+    q: Floats
+    s: Floats
+    zone: float
+    fastest: Floats
+    max_speed: Floats
+    max_acceleration: Floats
+
+
+def _law(path: _Path, grid: Floats) -> tuple[Floats, Floats, Floats]:
+    """Slope (g, j) and bend (g - 1, j) of the rounded path at a grid, and the squares of the greatest speeds, (g,)."""
+    slope, bend = _blended(path.q, path.s, grid, path.zone)
+    piece = np.clip(np.searchsorted(path.s, (grid[:-1] + grid[1:]) / 2) - 1, 0, len(path.s) - 2)
+    with np.errstate(divide="ignore"):
+        most = path.fastest[piece]
+        top = np.minimum(np.concatenate([most[:1], most]), np.concatenate([most, most[-1:]]))
+        top = np.minimum(top, (path.max_speed / np.abs(slope)).min(axis=1)) ** 2
+    step = np.diff(grid)
+    return slope, bend, _fastest(top, step, _bounds(slope, bend, step, path.max_acceleration, top[:-1]))
+
+
+def _uneven(path: _Path, corners: Floats) -> NDArray[np.bool_]:
+    """Pieces, (m - 1,), on which the speed changes, and those beside them: the others need no finer grid.
+
+    They are told by the law on a grid of the samples and of where the roundings of corners begin and end: a law that
+    keeps to its bounds, though it need not be the fastest.
+    """
+    even = np.zeros(len(path.s) - 1, dtype=bool)
+    if path.s[-1] * PER_ZONE / path.zone + len(even) <= FEW:
+        return ~even
+    grid = _grid(path.s, path.zone, corners, even)
+    _, _, x = _law(path, grid)
+    first = np.searchsorted(grid, path.s)
+    low, high = np.minimum.reduceat(x, first[:-1]), np.maximum.reduceat(x, first[:-1])
+    low, high = np.minimum(low, x[first[1:]]), np.maximum(high, x[first[1:]])
+    uneven = low < EVEN * high
+    uneven |= np.append(uneven[1:], False) | np.append(False, uneven[:-1])
+    return uneven
 
 
 def time_stops(
@@ -195,9 +236,16 @@ def _corners(s: Floats, slope: Floats, share: Floats) -> Floats:
     return s[1:-1][(np.where(turn > FLAT_SLOPE, turn, 0.0) * share > CORNER).any(axis=1)]
 
 
-def _grid(s: Floats, zone: float, corners: Floats) -> Floats:
-    """Path lengths fine enough for the rounding of corners, finer still at the ends, where the path is at rest."""
-    count = np.maximum(np.ceil(np.diff(s) * PER_ZONE / zone), 1).astype(np.int64)
+def _grid(s: Floats, zone: float, corners: Floats, fine: NDArray[np.bool_]) -> Floats:
+    """Path lengths fine enough for the rounding of corners, finer still at the ends, where the path is at rest.
+
+    Args:
+        s: path length at each sample, (m,).
+        zone: over which corners are rounded.
+        corners: path lengths of those that count.
+        fine: pieces that are gone through finely, (m - 1,); of the others only the ends are looked at.
+    """
+    count = np.where(fine, np.maximum(np.ceil(np.diff(s) * PER_ZONE / zone), 1), 1).astype(np.int64)
     if count.sum() > MOST_STEPS:
         grid = np.append(np.concatenate([a + _graded(b - a, zone) for a, b in pairwise(s.tolist())]), s[-1])
     else:

@@ -9,7 +9,7 @@ from support.cases import little_case
 from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.collision.model_copies import MOST_SPARE, borrowed
-from cell.collision.pair_groups import groups_of
+from cell.collision.pair_groups import PairGroup
 from cell.collision.table import TableChecker
 from cell.collision.wire import wire_checker
 from cell.job.job import prepare
@@ -64,7 +64,7 @@ def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_pat
     assert (fresh.distance < 0).any()
     assert fresh.distance[0] > 0
     del both
-    groups = groups_of(made(), fresh)
+    groups = [PairGroup(made(), itself=itself) for itself in (False, True)]
     wires = [wire_checker(made()) for _ in range(2)]
     tables = [TableChecker(scene, 0.05) for _ in range(2)]
     for group in groups:

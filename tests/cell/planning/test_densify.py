@@ -91,7 +91,24 @@ def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch) -> 
 
 def test_new_rows_that_come_too_near_are_refused(context: Context, bead: Stretch) -> None:
     # the bead's own rows were passed before: what is found now is found of what is put between them
-    beyond = float(bead.clearances.distance.max()) + 1e-3
+    beyond = float(bead.low.max()) + 1e-3
     (dense,), failures = densified(replace(context, settings=replace(context.settings, clearance=beyond)), [bead])
     assert len(dense.q) > len(bead.q)
     assert {failure.kind for failure in failures.values()} == {Kind.COLLISION}
+
+
+def test_what_is_kept_by_a_new_row_is_what_the_step_keeps_less_how_far_the_row_is_off_it(
+    context: Context, bead: Stretch
+) -> None:
+    (dense,), _ = densified(context, [bead], Closeness(wire_angle=np.deg2rad(0.001), halvings=1))
+    old = np.flatnonzero(np.isin(dense.q, bead.q).all(axis=1))
+    assert len(old) == len(bead.q) < len(dense.q)
+    off = 0.0
+    for k, (a, b) in enumerate(zip(old[:-1].tolist(), old[1:].tolist(), strict=True)):
+        if b == a + 2:
+            away = np.abs(dense.q[a + 1] - (dense.q[a] + dense.q[b]) / 2) @ context.radius
+            assert dense.kept[[a, a + 1]] == pytest.approx(bead.kept[k] - away, abs=1e-12)
+            off = max(off, away)
+        else:
+            assert dense.kept[a] == bead.kept[k]
+    assert off > 1e-6
