@@ -2,9 +2,10 @@
 
 The same part is checked with each number of processes. Told are wall time; processor time of all of them; that on the
 critical path, which is the first process' own and of each round of work that of the worker that had most to do, and so
-what the wall time would be on a machine with nothing else to do (the start of workers, about a second each, counts);
-memory of the first process and of the largest worker; how long the motion takes; and a digest of verdict and motion,
-which has to be one and the same. ``one chunk`` is the part planned bead after bead, as small ones are.
+what the wall time would be on a machine with nothing else to do (the start of workers counts, but for what passes of it
+while the first process composes the cell, as it does in ``rbam check``); memory of the first process and of the largest
+worker; how long the motion takes; and a digest of verdict and motion, which has to be one and the same. ``one chunk``
+is the part planned bead after bead, as small ones are.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import hashlib
 import resource
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -23,8 +25,9 @@ if __name__ == "__main__":  # a worker runs this file as well, and needs none of
 
     from cell import Job
     from cell.part_chunks.chunking import USUAL, Chunking
-    from cell.planning.context import Context
+    from cell.planning.context import Context, Span
     from cell.processes import processor_time, working
+    from cell.scene.compose import compose
     from cell.scene.scene import table_angles
     from cell.verdict.check import SpanVerdict, check_span, off_upright
 
@@ -44,10 +47,12 @@ def digest(found: SpanVerdict) -> str:
 
 def measure(job: Job, jobs: int, chunking: Chunking, name: str) -> float:
     """Check a part and print a line; processor time on the critical path, s."""
-    context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
-    gravity, chunks = off_upright(job, context.placed), len(chunking.chunks(job.targets, context.span))
     wall, every, here = time.perf_counter(), processor_time(), time.process_time()
     with working(jobs) as crew:
+        crew.begin(len(chunking.chunks(job.targets, Span.whole(job))), "cell.part_chunks.chunked_run")
+        job = replace(job, scene=compose(job.case, job.shape))
+        context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
+        gravity, chunks = off_upright(job, context.placed), len(chunking.chunks(job.targets, context.span))
         found = check_span(job, context, gravity, None, chunking)
     wall, every, here = time.perf_counter() - wall, processor_time() - every, time.process_time() - here
     critical = here + crew.busiest

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import importlib
 import os
 import pickle
 import signal
@@ -76,7 +77,10 @@ class Crew:
             jobs: processes to share work out among; with 1 it is done in this one.
         """
         self.jobs = jobs
-        self.busiest = 0.0  # s of processor time: of each round that of the worker that had most to do, together
+        # s of processor time: of each round that of the worker that had most to do, together, but for what of its start
+        # this process had something else to do meanwhile
+        self.busiest = 0.0
+        self.begun: float | None = None  # processor time of this process when the first worker began, s
         self._workers: list[_Worker] = []
         self._shared: object = None
         self._number = 0
@@ -107,6 +111,19 @@ class Crew:
         self._share(shared)
         self._start(count)
         return _Round(self, function, items, tick).results()
+
+    def begin(self, count: int, module: str) -> None:
+        """Have workers begin, and import what they will need, while there is something else to do here.
+
+        Args:
+            count: how many items there will be for them.
+            module: what they import.
+        """
+        before, count = len(self._workers), min(self.jobs, count)
+        if count > 1:
+            self._start(count)
+            for worker in self._workers[before:]:
+                self._send(worker, _packed(("import", module)))
 
     def get_ready(self, shared: object, count: int) -> None:
         """Have workers begin, and take what is shared, while there is something else to do here.
@@ -176,6 +193,7 @@ class Crew:
             self._number += 1
 
     def _start(self, count: int) -> None:
+        self.begun = time.process_time() if self.begun is None else self.begun
         context = get_context("spawn")  # the same on every system, and no thread of the parent is copied half-way
         while len(self._workers) < count:
             here, there = context.Pipe()
@@ -198,6 +216,7 @@ class _Round:
         self.found: list[Any] = [None] * len(items)
         self.left = iter(range(len(items)))
         self.spent: dict[Connection, float] = {}
+        self.meanwhile = time.process_time() - (crew.begun or 0.0)  # s that this process had for itself, so far
         self.busy: dict[Connection, tuple[_Worker, int]] = {}
         self.error: tuple[int, BaseException] | None = None
 
@@ -232,8 +251,9 @@ class _Round:
             if self.error is None or index < self.error[0]:
                 self.error = index, error
         else:
-            self.found[index], seconds = value
+            self.found[index], seconds, start = value
             _others.seconds += seconds
+            seconds -= min(start, self.meanwhile)
             self.spent[worker.pipe] = self.spent.get(worker.pipe, 0.0) + seconds
         self._hand_out(worker)
 
@@ -330,8 +350,12 @@ def _work(pipe: Connection) -> None:
         if message[0] == "shared":
             shared = message[1]
             continue
+        if message[0] == "import":
+            importlib.import_module(message[1])
+            continue
         _, function, item = message
         del message
+        _Told.start = time.process_time() if _Told.start is None else 0.0
         answer = _answer(function, shared, item, tick)
         try:
             pipe.send_bytes(answer)
@@ -351,6 +375,7 @@ class _Told:
     """Processor time of this process that has been told of, s: its start, and what is sent to it and by it, count."""
 
     seconds = 0.0
+    start: float | None = None  # what passed until the first call
 
 
 def _answer(function: Callable[..., Any], shared: object, item: object, tick: Tick) -> bytes:
@@ -358,7 +383,7 @@ def _answer(function: Callable[..., Any], shared: object, item: object, tick: Ti
     try:
         found = function(shared, item, tick)
         spent, _Told.seconds = time.process_time() - _Told.seconds, time.process_time()
-        return _packed(("done", (found, spent)))
+        return _packed(("done", (found, spent, _Told.start or 0.0)))
     except Exception as error:  # noqa: BLE001 (it is raised again where the work was asked for)
         last = traceback.extract_tb(error.__traceback__)[-1]
         folder = os.path.basename(os.path.dirname(last.filename))

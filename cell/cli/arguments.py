@@ -331,7 +331,8 @@ def _jobs_argument(parser: argparse.ArgumentParser) -> None:
         "--jobs",
         type=int,
         metavar="N",
-        help="processes that a large part is checked in (default: one a core); the verdict does not depend on it",
+        help="processes that a large part or a long motion is checked in (default: one a core); the verdict does not"
+        " depend on it",
     )
 
 

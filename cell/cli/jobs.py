@@ -1,6 +1,6 @@
 """How many processes a command works in.
 
-check_as_asked(prepare(case), bars, jobs=jobs_of(args))
+prepare_and_check(case, bars, jobs=jobs_of(args))
 """
 
 from __future__ import annotations

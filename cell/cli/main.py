@@ -21,7 +21,7 @@ from typing import IO, TYPE_CHECKING, Any
 from ..atomic_files import STDOUT, check_outputs, discard_unfinished, write_bytes, write_csv, write_text
 from ..errors import InputError
 from ..printable import printable
-from ..processes import WorkerTraceback, begin_own_process
+from ..processes import WorkerTraceback, begin_own_process, working
 from ..streams import standard_streams
 from ..termination import Terminated, terminable
 from .arguments import BAD_INPUT, build_parser
@@ -186,11 +186,10 @@ def _check(args: argparse.Namespace) -> int:
     if args.all:
         case = _with_every_target(case)
     _outputs(args, case, "json", "motion", "html")
-    from ..job.job import prepare
     from ..report.check_report import report_lines
-    from ..verdict.as_asked import check_as_asked
+    from ..verdict.as_asked import prepare_and_check
 
-    result = check_as_asked(prepare(case), Bars(sys.stderr), jobs=jobs)
+    result = prepare_and_check(case, Bars(sys.stderr), jobs=jobs)
     if args.motion:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")
@@ -257,11 +256,11 @@ def _check_given(args: argparse.Namespace) -> int:
         "--html": html,
         "--e1": args.e1,
         "--e2": args.e2,
-        "--jobs": args.jobs,
     }
     for name, value in given.items():
         if value is not None:
             raise InputError(f"{name}: does not go with {kind} as it is")
+    jobs = jobs_of(args)
     case = _load(args)
     if args.program:
         from .program_command import check_program_file
@@ -276,7 +275,8 @@ def _check_given(args: argparse.Namespace) -> int:
 
     check_suffix(args.motion_in)
     job, read = read_in_order(args.motion_in, prepare(case))
-    result = check_motion(job, read)
+    with working(jobs):
+        result = check_motion(job, read)
     if args.json:
         _put_json(args.json, motion_document(result, args.motion_in))
     _say(motion_lines(result, args.motion_in), sys.stderr if args.json == STDOUT else sys.stdout)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from ..atomic_files import STDOUT, beside, check_outputs
 from ..case.files import case_files
 from ..errors import InputError
+from ..processes import working
 from .bar import Bars
 from .console import put_json, say
 from .jobs import jobs_of
@@ -73,13 +74,12 @@ def export(args: argparse.Namespace, case: Case) -> int:
 
 def _checked_motion(path: str | None, case: Case, jobs: int) -> tuple[Job, Motion | None]:
     """The motion that is searched, or a file's, and whose it is: layers in the order of building; None: infeasible."""
-    from ..job.job import prepare
-
     if path is None:
-        from ..verdict.as_asked import check_as_asked
+        from ..verdict.as_asked import prepare_and_check
 
-        result = check_as_asked(prepare(case), Bars(sys.stderr), jobs=jobs)
+        result = prepare_and_check(case, Bars(sys.stderr), jobs=jobs)
         return result.job, result.motion
+    from ..job.job import prepare
     from ..motion.file_order import read_in_order
     from ..motion.motion_file import check_suffix
     from ..verification.motion_check import check_motion
@@ -216,7 +216,8 @@ def check_program_file(args: argparse.Namespace, case: Case) -> int:
     if case.part.absent and args.html:
         raise InputError("--html: shows a part being built; the case has none (part: none)")
     job = bare_job(case) if case.part.absent else prepare(case)
-    result = checked_program(args.program, job)
+    with working(jobs_of(args)):
+        result = checked_program(args.program, job)
     if args.json:
         put_json(args.json, program_report(result, args.program))
     if args.html:

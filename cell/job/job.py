@@ -46,6 +46,7 @@ from ..arrays import Ints
 from ..case.sections import Case
 from ..errors import InputError
 from ..failure import Failure
+from ..processes import crew
 from ..progress import phase
 from ..scene.compose import compose
 from ..scene.drives import Drives, drives
@@ -60,6 +61,9 @@ from .wire_in_metal import wires_in_metal
 
 if TYPE_CHECKING:
     from slicing import Evidence
+
+LARGE_PART = 1500  # targets from which a part is cut into chunks of whole beads that are planned side by side
+LEAST_CHUNK = 750  # targets that a chunk has at least
 
 
 def speeds(job: Job) -> Floats:
@@ -341,6 +345,8 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
         raise InputError(
             f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
         )
+    if len(path.targets) >= LARGE_PART:
+        crew().begin(len(path.targets) // LEAST_CHUNK, "cell.part_chunks.chunked_run")
     axis = (0.0, 0.0) if part.round_body is None else part.round_body.axis_xy_mm
     shape = toolpath_shape(path, part.body_mesh, part.profile, axis, built)
     targets, order, layers = path.targets, None, layers_of(shape)

@@ -12,6 +12,7 @@ import numpy as np
 
 from slicing import Targets
 
+from ..job.job import LARGE_PART, LEAST_CHUNK
 from ..planning.context import Span
 
 
@@ -37,8 +38,8 @@ class Chunking:
         least: targets that a chunk has at least: it ends with the layer, or with a bead once it has twice as many.
     """
 
-    whole: int = 1500
-    least: int = 750
+    whole: int = LARGE_PART
+    least: int = LEAST_CHUNK
 
     def chunks(self, targets: Targets, span: Span) -> tuple[Chunk, ...]:
         """The chunks of a span of targets, in order.

@@ -6,7 +6,8 @@ result.feasible, result.asked
 
 from __future__ import annotations
 
-from ..job.job import Job
+from ..case.sections import Case
+from ..job.job import Job, prepare
 from ..processes import working
 from ..progress import Progress
 from .check import Result, check
@@ -28,6 +29,24 @@ def check_as_asked(job: Job, progress: Progress | None = None, *, jobs: int = 1)
     """
     with working(jobs):
         return _checked(job, progress)
+
+
+def prepare_and_check(case: Case, progress: Progress | None = None, *, jobs: int = 1) -> Result:
+    """Prepare and check a case: of a large part the processes begin while its cell is composed.
+
+    Args:
+        case: the case.
+        progress: told how far it is.
+        jobs: as of :func:`check_as_asked`.
+
+    Returns:
+        The verdict.
+
+    Raises:
+        InputError: as of :func:`cell.job.job.prepare` and :func:`check_as_asked`.
+    """
+    with working(jobs):
+        return check_as_asked(prepare(case), progress)
 
 
 def _checked(job: Job, progress: Progress | None) -> Result:

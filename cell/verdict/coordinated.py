@@ -32,7 +32,7 @@ from ..processes import processor_time
 from ..progress import Progress, phase
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
-from ..verification.blended_motion import table_blend_collisions
+from ..verification.blended_motion import sampled_runs, table_blend_collisions
 from ..verification.collisions import stages, table_collisions
 from .check import Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
 
@@ -204,7 +204,8 @@ def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list
     """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
     every = np.arange(len(motion.t_s))
     way, laid = rows_of(job, motion), stages(job, motion, every)
-    rounded = table_blend_collisions(job, ReadMotion(motion, every + 1, ()), way, way, laid)
+    runs = list(sampled_runs(job, ReadMotion(motion, every + 1, ()), way, way))
+    rounded = table_blend_collisions(job, runs, way, laid)
     for met in (*table_collisions(job, way, laid), *rounded):
         i = int(motion.target[met.to_row])
         if rows[i].reason is None:

@@ -1,8 +1,9 @@
 """A motion from outside with its corners rounded as a controller does, and what it collides with then.
 
     q = blended_rows(job, read, rows)                         # all axes where the rows come to lie
-    found = blend_collisions(job, read, rows, way, stage, clear)
-    found = table_blend_collisions(job, read, rows, way, stage)
+    runs = list(sampled_runs(job, read, rows, way))           # way: samples, rows among them
+    found = blend_collisions(job, runs, seen)                 # seen: from cell.verification.arm_looks
+    found = table_blend_collisions(job, runs, way, stage)
 
 Corners are rounded while welding and on the way, each by its own measure; not where the arc goes on or off, nor where
 all axes stand. A motion that says itself where it is rounded, as a program does, is rounded there. Radians and metres.
@@ -10,17 +11,16 @@ all axes stand. A motion that says itself where it is rounded, as a program does
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..collision.blended_corners import BlendedPath, cut_corners
+from ..collision.blended_corners import cut_corners
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import all_radii, table_radii
+from ..collision.reach_radii import table_radii
 from ..collision.table import TableChecker
 from ..failure import Seen
 from ..job.job import Job
@@ -29,9 +29,10 @@ from ..motion.motion_file import ReadMotion
 from ..scene.scene import Scene
 from ..timing.blending import TRAVEL_ZONE, blended
 from ..units import METRES_PER_MM
+from .arm_looks import ArmSeen, SampledRun
 from .bead_order import Finding
 from .bead_samples import Way
-from .collisions import arm_checker, hit, stretches_of
+from .collisions import hit, stretches_of
 
 
 def _runs(job: Job, read: ReadMotion, rows: Way) -> Iterator[tuple[int, int, Floats, float]]:
@@ -64,39 +65,31 @@ def blended_rows(job: Job, read: ReadMotion, rows: Way) -> Floats:
     return q
 
 
-def blend_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: Ints, clear: Clearances) -> list[Finding]:
+def blend_collisions(job: Job, runs: Sequence[SampledRun], seen: ArmSeen) -> list[Finding]:
     """Where the arm comes too near to something for the rounding of corners alone.
 
     Args:
         job: the job.
-        read: the motion.
-        rows: its rows.
-        way: samples of all of it.
-        stage: deposits there are at the samples.
-        clear: the arm's clearances at the samples.
+        runs: from :func:`sampled_runs`.
+        seen: what was seen of the arm on them.
 
     Returns:
         What was found.
     """
-    scene = job.scene
     least = job.case.checks.clearance_mm * METRES_PER_MM
-    checker = arm_checker(job, way)
-    radius = all_radii(scene)
     found: list[Finding] = []
-    for run in _sampled_runs(job, read, rows, way):
-        seen = clear.rows(np.arange(run.low, run.high + 1))
-        step, nearest = cut_corners(checker, radius, run.path(way.q), stage[run.samples], seen, least)
-        found += _findings(scene, run, seen, step, nearest, least)
+    for run, (step, nearest) in zip(runs, seen.rounded, strict=True):
+        clear = seen.clear.rows(np.arange(run.low, run.high + 1))
+        found += _findings(job.scene, run, clear, step, nearest, least)
     return found
 
 
-def table_blend_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stage: Ints) -> list[Finding]:
+def table_blend_collisions(job: Job, runs: Sequence[SampledRun], way: Way, stage: Ints) -> list[Finding]:
     """Where the table, or what stands on it, meets something for the rounding of its corners alone.
 
     Args:
         job: the job.
-        read: the motion.
-        rows: its rows.
+        runs: from :func:`sampled_runs`.
         way: samples of all of it.
         stage: deposits there are at the samples.
 
@@ -109,7 +102,7 @@ def table_blend_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stag
         return []
     checker, radius = TableChecker(scene, CLEARANCE_REACH), table_radii(scene)
     found: list[Finding] = []
-    for run in _sampled_runs(job, read, rows, way):
+    for run in runs:
         if not np.diff(tables[run.samples], axis=0).any():
             continue
         seen = checker.clearances(tables[run.samples], stage[run.samples])
@@ -118,35 +111,15 @@ def table_blend_collisions(job: Job, read: ReadMotion, rows: Way, way: Way, stag
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class _SampledRun:
-    """Samples of a run of rows without a stop.
+def sampled_runs(job: Job, read: ReadMotion, rows: Way, way: Way) -> Iterator[SampledRun]:
+    """Runs of a motion without a stop, in order.
 
-    Attributes:
-        low: its first sample.
-        high: its last one.
-        row: that each step follows, (high - low,).
-        length: path length at each sample, (high - low + 1,).
-        zone: over which its corners are rounded.
+    Args:
+        job: the job.
+        read: the motion.
+        rows: its rows.
+        way: samples of all of it.
     """
-
-    low: int
-    high: int
-    row: Ints
-    length: Floats
-    zone: float
-
-    @property
-    def samples(self) -> slice:
-        """Its samples."""
-        return slice(self.low, self.high + 1)
-
-    def path(self, axes: Floats) -> BlendedPath:
-        """Some of the axes on it: samples lie on the rows' own straight lines, the same path with more rows."""
-        return BlendedPath(axes[self.samples], self.length, self.zone)
-
-
-def _sampled_runs(job: Job, read: ReadMotion, rows: Way, way: Way) -> Iterator[_SampledRun]:
     row = np.append(way.row[:-1], len(read.row) - 1)  # the last sample is the last row
     first, count = np.searchsorted(row, row), np.bincount(row)
     share = (np.arange(len(row)) - first) / count[row]
@@ -154,11 +127,11 @@ def _sampled_runs(job: Job, read: ReadMotion, rows: Way, way: Way) -> Iterator[_
         low, high = np.searchsorted(row, [a, b]).tolist()
         mine = slice(low, high + 1)
         length = np.interp(row[mine] - a + share[mine], np.arange(len(s)), s)
-        yield _SampledRun(low, high, row[low:high], length, zone)
+        yield SampledRun(low, high, row[low:high], length, zone)
 
 
 def _findings(
-    scene: Scene, run: _SampledRun, seen: Clearances, step: Ints, nearest: Clearances, least: float
+    scene: Scene, run: SampledRun, seen: Clearances, step: Ints, nearest: Clearances, least: float
 ) -> Iterator[Finding]:
     """What was found on steps of a run whose samples are free themselves."""
     near = np.full(len(seen) - 1, -np.inf)

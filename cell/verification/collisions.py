@@ -1,7 +1,7 @@
 """Collisions of a motion from outside: of the arm, its wire and the table, with the part growing as the rows say.
 
     stage = stages(job, motion, way.row)                  # deposits there are at every sample
-    clear, findings = collisions(job, motion, way, stage)
+    findings = collisions(job, motion, way, stage, seen)  # seen: from cell.verification.arm_looks
 
 What lies between samples is proved free as in ``cell.collision.between_samples``, with E1 and E2 as axes like any
 other. Radians, metres.
@@ -29,6 +29,7 @@ from ..job.wire_in_metal import Metal, wire_failure, wire_size, wires_at
 from ..motion.motion import STANDING, Motion
 from ..scene.scene import Scene
 from ..units import METRES_PER_MM
+from .arm_looks import ArmSeen
 from .bead_order import Finding
 from .bead_samples import Way
 
@@ -74,7 +75,7 @@ def stages(job: Job, motion: Motion, row: Ints) -> Ints:
     return np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))
 
 
-def collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:
+def collisions(job: Job, motion: Motion, way: Way, stage: Ints, seen: ArmSeen) -> list[Finding]:
     """What a motion collides with.
 
     Args:
@@ -82,41 +83,30 @@ def collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> tuple[Clearan
         motion: the motion.
         way: samples of all of it.
         stage: from :func:`stages`, (m,).
+        seen: what was seen of the arm.
 
     Returns:
-        The arm's clearances at the samples, and what was found.
+        What was found.
     """
-    clear, found = _arm_collisions(job, way, stage)
+    found = _arm_collisions(job, way, seen)
     found += [*_wire_collisions(job, motion, way, stage), *_wires_in_metal(job, motion, way)]
-    return clear, [*found, *table_collisions(job, way, stage)]
+    return [*found, *table_collisions(job, way, stage)]
 
 
-def arm_checker(job: Job, way: Way) -> Checker:
-    """Collision detection of the arm that moves the table's axes like the arm's."""
-    scene = job.scene
-    table = (float(way.q[0, -2]), float(way.q[0, -1]))
-    return Checker(
-        with_table_axes(scene), table, max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM)
-    )
-
-
-def _arm_collisions(job: Job, way: Way, stage: Ints) -> tuple[Clearances, list[Finding]]:
-    """Clearances at samples, and where they are too small or what lies between is not proved free."""
-    scene = job.scene
+def _arm_collisions(job: Job, way: Way, seen: ArmSeen) -> list[Finding]:
+    """Where clearances at samples are too small, or what lies between is not proved free."""
+    scene, clear = job.scene, seen.clear
     least = job.case.checks.clearance_mm * METRES_PER_MM
-    checker = arm_checker(job, way)
-    clear = checker.clearances(way.q, stage)
     found = [
         Finding(hit(scene, clear, k, least), a, b)
         for a, b, k in stretches_of(clear.distance < least, way.row, -clear.distance)
     ]
-    radius = all_radii(scene)
-    step, nearest = unproven_steps(checker, radius, way.q, stage, clear, least=least)
+    step, nearest = seen.unproven
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] >= least and clear.distance[at + 1] >= least:
             between = hit(scene, nearest, n, least, Seen.BETWEEN_ROWS)
             found.append(Finding(between, int(way.row[at]), int(way.row[at + 1])))
-    return clear, found
+    return found
 
 
 def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Finding]:

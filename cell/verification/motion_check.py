@@ -18,9 +18,6 @@ from ik.chain import Floats
 from ik.singularity import KINDS, margins, sides, smallest_singular_value
 
 from ..arrays import Ints
-from ..collision.between_samples import least_on_the_way
-from ..collision.clearances import Clearances
-from ..collision.reach_radii import all_radii
 from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
 from ..job.table_winding import upright_of
@@ -29,10 +26,11 @@ from ..motion.deposition_speed import HeldSpeed
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..units import MARGIN_UNITS, METRES_PER_MM
+from .arm_looks import ArmSeen, SampledRun, arm_on_the_way, nearest_on_the_way
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
-from .blended_motion import blend_collisions, blended_rows, table_blend_collisions
-from .collisions import arm_checker, collisions, stages, stretches_of
+from .blended_motion import blend_collisions, blended_rows, sampled_runs, table_blend_collisions
+from .collisions import collisions, stages, stretches_of
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
 SPEED_SLACK = 1.001
@@ -101,9 +99,11 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
     stage = stages(job, motion, coarse.row)
-    clear, hits = collisions(job, motion, coarse, stage)
-    hits += blend_collisions(job, read, rows, coarse, stage, clear)
-    hits += table_blend_collisions(job, read, rows, coarse, stage)
+    runs = list(sampled_runs(job, read, rows, coarse))
+    seen = arm_on_the_way(job, coarse, stage, runs)
+    hits = collisions(job, motion, coarse, stage, seen)
+    hits += blend_collisions(job, runs, seen)
+    hits += table_blend_collisions(job, runs, coarse, stage)
     order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
     findings = [
         *_limit_findings(job, motion, rows.q),
@@ -123,7 +123,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
         findings=tuple(replace(f, row=int(read.row[f.row]), to_row=int(read.row[f.to_row])) for f in findings),
         welded=order.welded,
         samples=len(fine.q) + len(coarse.q),
-        clearance=_nearest(job, read, coarse, stage, clear),
+        clearance=_nearest(job, read, coarse, stage, (seen, runs)),
         singularity=_least_margin(job, read, fine, margin),
         sigma=_least_sigma(job, fine),
         bead_distance=_most(on.bead_distance, fine, read),
@@ -143,9 +143,11 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
     stage = stages(job, motion, coarse.row)
-    clear, hits = collisions(job, motion, coarse, stage)
-    hits += blend_collisions(job, read, rows, coarse, stage, clear)
-    hits += table_blend_collisions(job, read, rows, coarse, stage)
+    runs = list(sampled_runs(job, read, rows, coarse))
+    seen = arm_on_the_way(job, coarse, stage, runs)
+    hits = collisions(job, motion, coarse, stage, seen)
+    hits += blend_collisions(job, runs, seen)
+    hits += table_blend_collisions(job, runs, coarse, stage)
     found = [
         *_limit_findings(job, motion, rows.q),
         *_drive_findings(job, use),
@@ -159,7 +161,7 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
         findings=tuple(replace(f, row=int(read.row[f.row]), to_row=int(read.row[f.to_row])) for f in found),
         welded=0,
         samples=len(fine.q) + len(coarse.q),
-        clearance=_nearest(job, read, coarse, stage, clear),
+        clearance=_nearest(job, read, coarse, stage, (seen, runs)),
         singularity=_least_margin(job, read, fine, margin),
         sigma=_least_sigma(job, fine),
         bead_distance=(0.0, int(read.row[0])),
@@ -348,10 +350,11 @@ def _hanging_findings(job: Job, motion: Motion) -> list[Finding]:
 
 
 def _nearest(
-    job: Job, read: ReadMotion, way: Way, stage: Ints, clear: Clearances
+    job: Job, read: ReadMotion, way: Way, stage: Ints, looked: tuple[ArmSeen, list[SampledRun]]
 ) -> tuple[float, int, tuple[str, ...]] | None:
     """The nearest anything comes, between samples too, with the row and the pair."""
-    at, nearest = least_on_the_way(arm_checker(job, way), all_radii(job.scene), way.q, stage, clear)
+    seen, runs = looked
+    at, nearest = nearest_on_the_way(job, way, stage, seen.clear, runs)
     if not np.isfinite(nearest.distance[0]):
         return None
     pair = tuple(job.scene.geom_name(int(g)) for g in nearest.pair[0])

@@ -7,14 +7,18 @@ import os
 import pickle
 import signal
 import struct
+import sys
 import time
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
+from cell.case.read import load_case
 from cell.errors import InputError
+from cell.job.job import prepare
 from cell.processes import Crew, Tick, WorkerTraceback, _heard, cores, crew, processor_time, working
+from cell.shipped import DEFAULT_CASE
 from cell.termination import Terminated
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
@@ -25,6 +29,11 @@ def powered(shared: float, item: int, tick: Tick) -> tuple[int, float]:
     for _ in range(item):
         tick()
     return os.getpid(), shared**item
+
+
+def knows(shared: str, _: int, __: Tick) -> tuple[int, bool]:
+    """Who computes, and whether a module was imported there."""
+    return os.getpid(), shared in sys.modules
 
 
 def stands_still(shared: float, item: float, _: Tick) -> int:
@@ -200,3 +209,35 @@ def test_a_parent_that_is_gone_ends_the_work_wherever_it_was(came: bytes) -> Non
     os.write(here.fileno(), came)
     here.close()
     assert pickle.loads(_heard(there)) is None
+
+
+def test_workers_that_begin_early_import_what_they_will_need() -> None:
+    with working(2) as mine:
+        mine.begin(3, "this")
+        early = [worker.process.pid for worker in mine.workers()]
+        assert len(early) == 2
+        found = mine.run(knows, "this", [0, 1, 2])
+        assert {pid for pid, _ in found} <= set(early)
+        assert all(imported for _, imported in found)
+    with working(2) as mine:
+        assert not any(imported for _, imported in mine.run(knows, "this", [0, 1]))
+    with working(2) as mine:
+        mine.begin(1, "this")
+        assert not mine.workers()
+    with working(1) as mine:
+        mine.begin(5, "this")
+        assert not mine.workers()
+
+
+@pytest.mark.parametrize(("large", "early"), [(10, True), (10_000, False)])
+def test_processes_of_a_large_part_begin_while_its_cell_is_composed(
+    large: int, early: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun: list[tuple[int, str]] = []
+    monkeypatch.setattr(Crew, "begin", lambda _, count, module: begun.append((count, module)))
+    monkeypatch.setattr("cell.job.job.LARGE_PART", large)
+    monkeypatch.setattr("cell.job.job.LEAST_CHUNK", 10)
+    monkeypatch.setattr("cell.job.job.compose", lambda *_: begun.append((0, "composed")) or 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        prepare(load_case(DEFAULT_CASE))
+    assert begun == [(14, "cell.part_chunks.chunked_run"), (0, "composed")][not early :]

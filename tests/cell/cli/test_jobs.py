@@ -16,7 +16,6 @@ from support.cases import little_case
 from support.paths import ROOT
 
 from cell.cli.main import main
-from cell.job.job import Job
 from cell.processes import WorkerTraceback, cores
 from cell.verdict.check import Result
 
@@ -54,13 +53,9 @@ def test_a_number_that_is_none_is_one_line(
     assert not list(tmp_path.glob("out*"))
 
 
-@pytest.mark.parametrize(
-    "argv", [["check", "--motion-in", "m.csv"], ["check", "--program", "p.src"], ["export", "--motion-in", "m.csv"]]
-)
-def test_it_goes_with_a_search_alone(argv: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    case = str(little_case(tmp_path))
-    wanted = ["--krl", str(tmp_path)] if argv[0] == "export" else []
-    assert main([argv[0], case, *argv[1:], *wanted, "--jobs", "2"]) == 2
+def test_a_motion_is_exported_without_a_search(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["export", str(little_case(tmp_path)), "--motion-in", "m.csv", "--krl", str(tmp_path), "--jobs", "2"]
+    assert main(argv) == 2
     assert capsys.readouterr().err.startswith("rbam: --jobs: does not go with")
 
 
@@ -69,11 +64,11 @@ def test_all_cores_are_used_unless_it_says_otherwise(
 ) -> None:
     asked: list[int] = []
 
-    def checked(job: Job, _: object = None, *, jobs: int = 1) -> Result:
+    def checked(*_: object, jobs: int = 1) -> Result:
         asked.append(jobs)
         return little
 
-    monkeypatch.setattr("cell.verdict.as_asked.check_as_asked", checked)
+    monkeypatch.setattr("cell.verdict.as_asked.prepare_and_check", checked)
     case = str(little_case(tmp_path))
     assert main(["check", case, "-q"]) == 0
     assert main(["check", case, "-q", "--jobs", "3"]) == 0
@@ -88,7 +83,7 @@ def test_an_error_of_a_worker_is_told_with_its_own_place(
         error.__cause__ = WorkerTraceback("Traceback: in there\n", "planning/travel.py:7")
         raise error
 
-    monkeypatch.setattr("cell.verdict.as_asked.check_as_asked", checked)
+    monkeypatch.setattr("cell.verdict.as_asked.prepare_and_check", checked)
     case = str(little_case(tmp_path))
     assert main(["check", case]) == 70
     assert "(ZeroDivisionError: division by zero; at planning/travel.py:7)" in capsys.readouterr().err

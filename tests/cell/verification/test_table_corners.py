@@ -14,7 +14,7 @@ from cell.job.job import Job
 from cell.motion.motion_file import BlendedRows
 from cell.timing.blending import blended
 from cell.verification.bead_samples import Way
-from cell.verification.blended_motion import table_blend_collisions
+from cell.verification.blended_motion import sampled_runs, table_blend_collisions
 from cell.verification.collisions import table_collisions
 
 TIP_MM = (300.0, 0.0, 300.0)  # of a rod that stands beside the faceplate and turns with it
@@ -61,7 +61,7 @@ def met(job: Job, zone: float) -> list[Any]:
     stage = np.zeros(len(q), dtype=np.int64)
     assert table_collisions(job, way, stage) == []
     read = SimpleNamespace(motion=None, row=np.arange(len(q)) + 1, blended=(BlendedRows(0, len(q) - 1, s, zone),))
-    return table_blend_collisions(job, read, way, way, stage)
+    return table_blend_collisions(job, list(sampled_runs(job, read, way, way)), way, stage)
 
 
 def test_what_a_rounded_corner_of_the_table_meets_is_found(job: Job) -> None:
@@ -80,4 +80,4 @@ def test_a_table_that_stands_is_not_looked_at(job: Job, monkeypatch: pytest.Monk
     monkeypatch.setattr("cell.verification.blended_motion.TableChecker", lambda *_: pytest.fail("looked at"))
     q = np.zeros((3, job.scene.chain.n + 2))
     way = Way(np.arange(3), q, np.tile(np.eye(4), (3, 1, 1)), np.tile(np.eye(4), (3, 1, 1)))
-    assert table_blend_collisions(job, SimpleNamespace(), way, way, np.zeros(3, dtype=np.int64)) == []
+    assert table_blend_collisions(job, [], way, np.zeros(3, dtype=np.int64)) == []

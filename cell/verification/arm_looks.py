@@ -1,0 +1,178 @@
+"""The arm's clearances on all of a motion: at samples, between them, and where its corners are rounded.
+
+    seen = arm_on_the_way(job, way, stage, runs)            # runs: stretches of samples without a stop
+    at, nearest = nearest_on_the_way(job, way, stage, seen.clear)
+
+A long motion is cut into pieces where it stops, by its samples alone, and the pieces are looked at side by side where
+there are workers: what is found does not depend on how many there are. Radians and metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..collision.between_samples import least_on_the_way, unproven_steps
+from ..collision.blended_corners import BlendedPath, cut_corners
+from ..collision.checker import Checker
+from ..collision.clearances import CLEARANCE_REACH, Clearances
+from ..collision.reach_radii import all_radii
+from ..collision.table import with_table_axes
+from ..job.job import Job
+from ..processes import Tick, crew
+from ..units import METRES_PER_MM
+from .bead_samples import Way
+
+LEAST_PIECE = 10_000  # samples that a piece has at least; of fewer than twice as many there is one
+
+
+@dataclass(frozen=True, eq=False)
+class SampledRun:
+    """Samples of a run of rows without a stop.
+
+    Attributes:
+        low: its first sample.
+        high: its last one.
+        row: that each step follows, (high - low,).
+        length: path length at each sample, (high - low + 1,).
+        zone: over which its corners are rounded.
+    """
+
+    low: int
+    high: int
+    row: Ints
+    length: Floats
+    zone: float
+
+    @property
+    def samples(self) -> slice:
+        """Its samples."""
+        return slice(self.low, self.high + 1)
+
+    def path(self, axes: Floats) -> BlendedPath:
+        """Some of the axes on it: samples lie on the rows' own straight lines, the same path with more rows."""
+        return BlendedPath(axes[self.samples], self.length, self.zone)
+
+
+Steps = tuple[Ints, Clearances]
+
+
+@dataclass(frozen=True, eq=False)
+class ArmSeen:
+    """What was seen of the arm.
+
+    Attributes:
+        clear: clearances at the samples, (m,).
+        unproven: samples after which the clearance is not proved to be kept, ascending, and the nearest there.
+        rounded: of each run, likewise, its steps on which that is so once its corners are rounded.
+    """
+
+    clear: Clearances
+    unproven: Steps
+    rounded: tuple[Steps, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _MotionPiece:
+    """Samples that are looked at by one process; its runs' are counted from its first one on."""
+
+    first: int
+    q: Floats
+    stage: Ints
+    runs: tuple[SampledRun, ...]
+
+
+def arm_on_the_way(job: Job, way: Way, stage: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
+    """Look at the arm on all of a motion.
+
+    Args:
+        job: the job.
+        way: samples of all of it.
+        stage: deposits there are at each, (m,).
+        runs: stretches without a stop, in order.
+
+    Returns:
+        What was seen.
+    """
+    pieces = _pieces(way, stage, runs)
+    found = crew().run(_looked_at, _light(job), pieces)
+    # the last sample of a piece is the first of the next one
+    parts = [seen.clear.rows(np.arange(len(seen.clear) - 1)) for seen in found[:-1]]
+    steps = [piece.first + seen.unproven[0] for piece, seen in zip(pieces, found, strict=True)]
+    return ArmSeen(
+        Clearances.joined([*parts, found[-1].clear]),
+        (np.concatenate(steps), Clearances.joined([seen.unproven[1] for seen in found])),
+        tuple(one for seen in found for one in seen.rounded),
+    )
+
+
+def nearest_on_the_way(
+    job: Job, way: Way, stage: Ints, clear: Clearances, runs: Sequence[SampledRun]
+) -> tuple[int, Clearances]:
+    """How near a motion comes to anything, as of ``cell.collision.between_samples.least_on_the_way``.
+
+    Args:
+        job: the job.
+        way: samples of all of it.
+        stage: deposits there are at each, (m,).
+        clear: clearances at the samples.
+        runs: stretches without a stop, in order.
+    """
+    pieces = _pieces(way, stage, runs)
+    known = float(clear.distance.min()) if len(pieces) > 1 else np.inf
+    items = [(piece, clear.rows(piece.first + np.arange(len(piece.q))), known) for piece in pieces]
+    found = crew().run(_nearest, _light(job), items)
+    k = int(np.argmin([nearest.distance[0] for _, nearest in found]))
+    return pieces[k].first + found[k][0], found[k][1]
+
+
+def _light(job: Job) -> Job:
+    """A job without what only reports ask for: it is sent to other processes."""
+    return replace(job, sliced=(), beads=())
+
+
+def _pieces(way: Way, stage: Ints, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
+    """A motion cut where runs end, once there are samples enough on both sides."""
+    last = len(way.q) - 1
+    cuts = [0]
+    for run in runs:
+        if run.high - cuts[-1] >= LEAST_PIECE and last - run.high >= LEAST_PIECE:
+            cuts.append(run.high)
+    pieces = []
+    for a, b in zip(cuts, [*cuts[1:], last], strict=True):
+        mine = tuple(replace(run, low=run.low - a, high=run.high - a) for run in runs if a <= run.low < run.high <= b)
+        pieces.append(_MotionPiece(a, way.q[a : b + 1], stage[a : b + 1], mine))
+    return pieces
+
+
+def _checker(job: Job, q: Floats) -> Checker:
+    """Collision detection of the arm that moves the table's axes like the arm's."""
+    table = (float(q[0, -2]), float(q[0, -1]))
+    reach = max(CLEARANCE_REACH, 2 * job.case.checks.clearance_mm * METRES_PER_MM)
+    return Checker(with_table_axes(job.scene), table, reach)
+
+
+def _looked_at(job: Job, piece: _MotionPiece, tick: Tick) -> ArmSeen:
+    q, stage, least = piece.q, piece.stage, job.case.checks.clearance_mm * METRES_PER_MM
+    checker, radius = _checker(job, q), all_radii(job.scene)
+    clear = checker.clearances(q, stage)
+    unproven = unproven_steps(checker, radius, q, stage, clear, least=least)
+    checker = _checker(job, q)
+    rounded = []
+    for run in piece.runs:
+        seen = clear.rows(np.arange(run.low, run.high + 1))
+        rounded.append(cut_corners(checker, radius, run.path(q), stage[run.samples], seen, least))
+    tick()
+    return ArmSeen(clear, unproven, tuple(rounded))
+
+
+def _nearest(job: Job, item: tuple[_MotionPiece, Clearances, float], tick: Tick) -> tuple[int, Clearances]:
+    piece, clear, known = item
+    found = least_on_the_way(_checker(job, piece.q), all_radii(job.scene), piece.q, piece.stage, clear, known=known)
+    tick()
+    return found
