@@ -19,6 +19,9 @@ REPLACED = {
     "CONNECT_S": "of a command: how long it waits for a scheduler that is not there",
     "FLOOR": "of a whole check: a part that is large enough would take a minute",
     "LARGE": "of a whole check: groups that are large enough would take a minute",
+    "LARGE_PART": "of a whole check: a part that is large enough would take a minute",
+    "LEAST_CHUNK": "of a whole check, likewise",
+    "LEAST_PIECE": "of the check of a motion: one that is long enough would take a minute",
     "MANY_GEOMS": "of every checker: a cell that is large enough takes seconds to compile",
     "MOST_FACES": "of every reader of meshes: a mesh that is large enough takes a gigabyte",
 }
