@@ -136,7 +136,7 @@ MUTANTS = (
     Mutant("cell/timing/time_law.py", "limit = np.tile(max_acceleration, 2)", "limit = 1.2 * np.tile(max_acceleration, 2)", ("cell/timing/test_time_law.py",)),
     # planning
     Mutant("cell/planning/densify.py", "        failures.update(found)\n    return stretch", "    return stretch", ("cell/planning/test_densify.py",)),
-    Mutant("cell/planning/edge_check.py", "        elif least[e] < context.settings.clearance:\n", "        elif least[e] < 0:\n", ("cell/verdict/test_check.py", "cell/planning/test_station_search.py")),
+    Mutant("cell/planning/edge_check.py", "        elif least[e] < context.settings.clearance:\n", "        elif least[e] < 0:\n", ("cell/verdict/test_check.py", "cell/planning/test_station_search.py"), AT_ITS_END),
     Mutant("cell/planning/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (OWN, "cell/planning/test_home.py")),
     # slicing
     Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("slicing/volume/test_solid_flux.py", "slicing/volume/test_layer_areas.py")),

@@ -20,8 +20,8 @@ REPLACED = {
     "FLOOR": "of a whole check: a part that is large enough would take a minute",
     "LARGE": "of a whole check: groups that are large enough would take a minute",
     "LARGE_PART": "of a whole check: a part that is large enough would take a minute",
-    "LEAST_CHUNK": "likewise",
-    "LEAST_PIECE": "of a check of a motion: one that is long enough would take a minute",
+    "LEAST_CHUNK": "of a whole check, likewise",
+    "LEAST_PIECE": "of the check of a motion: one that is long enough would take a minute",
     "MANY_GEOMS": "of every checker: a cell that is large enough takes seconds to compile",
     "MOST_FACES": "of every reader of meshes: a mesh that is large enough takes a gigabyte",
 }

@@ -93,6 +93,12 @@ def test_too_fast_and_too_slow(good: Result) -> None:
     assert max(d["share"] for d in of(slow, "speed")) <= 0.25
 
 
+def test_a_little_too_fast_is_too_fast(good: Result) -> None:
+    use = look(good.job, good.motion).use[0].max()
+    a_little = look(good.job, replace(good.motion, t_s=good.motion.t_s * use / 1.05))
+    assert "speed" in {d["by"] for d in of(a_little, "speed")}
+
+
 def test_a_jerk_is_an_acceleration_and_no_speed(good: Result) -> None:
     # every travel between beads at an even speed: starts and stops without ramps
     m = good.motion
