@@ -125,7 +125,7 @@ MUTANTS = (
     Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if False:", ("cell/verification/test_motion_check.py", HITS)),
     Mutant("cell/verification/bead_samples.py", "best - MORE", "best - 1e-6", (OWN,)),
     # timing
-    Mutant("cell/planning/assemble.py", "np.maximum(dt[1:], TICK)", "dt[1:]", (OWN, "cell/motion/test_motion_file.py")),
+    Mutant("cell/planning/assemble.py", "np.maximum(dt[1:], TICK)", "dt[1:]", ("cell/planning/test_assemble.py",)),
     Mutant("cell/timing/time_law.py", "np.concatenate([bend, bend], axis=1)", "np.concatenate([0 * bend, bend], axis=1)", ("cell/timing/test_time_law.py",)),
     Mutant("cell/timing/time_law.py", "np.concatenate([-corners, corners, 2 * s[-1] - corners])", "corners", (TIMES,)),
     Mutant("cell/timing/time_law.py", "CORNER = 0.005", "CORNER = 0.5", (TIMES,)),

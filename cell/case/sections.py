@@ -126,7 +126,10 @@ class Support(Section):
 
 @asked
 class Slicing(SlicingParameters):
-    """How the layers are cut."""
+    """How the layers are cut.
+
+    Its other keys are stated in ``slicing.parameters``.
+    """
 
     body: Annotated[
         Literal["planar"] | None,
@@ -147,7 +150,10 @@ class Sampling(Section):
 
 @asked
 class BeadsSection(BeadParameters):
-    """Which beads a layer is laid in, where they start, and in which order."""
+    """Which beads a layer is laid in, where they start, and in which order.
+
+    Its keys, overlap and seam and all others, are stated in ``slicing.parameters``.
+    """
 
 
 class Roll(Section):

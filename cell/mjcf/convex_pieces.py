@@ -104,8 +104,8 @@ def _hold(hulls: tuple[Floats, ...], mesh: trimesh.Trimesh) -> bool:
     """Whether corners and middles of a mesh's faces are in one of the hulls; of large meshes some of them."""
     slack = HELD * float(np.ptp(mesh.vertices, axis=0).max())
     if len(hulls) == 1:  # of all corners, but for a shell that was lost for having no volume
-        both = [(points.min(axis=0), points.max(axis=0)) for points in (hulls[0], mesh.vertices)]
-        return bool(np.abs(np.subtract(*both)).max() <= slack)
+        hull, whole = (np.stack([points.min(axis=0), points.max(axis=0)]) for points in (hulls[0], mesh.vertices))
+        return bool(np.abs(hull - whole).max() <= slack)
     from scipy.spatial import ConvexHull  # heavy: only where there is a fixture of a concave mesh
 
     planes = [ConvexHull(hull).equations for hull in hulls]
