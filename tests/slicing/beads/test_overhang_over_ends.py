@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from support.meshes import from_manifold
 
-from slicing.beads.bead import BeadParameters
 from slicing.beads.lay import lay_beads
-from slicing.layers.layer import SlicingParameters
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.bodies import RevolvedBody
 from slicing.warning import Code
