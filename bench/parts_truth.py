@@ -2,6 +2,7 @@
 
 python bench/parts_truth.py 200                          # seeds 0 .. 199
 python bench/parts_truth.py 200 --first 1000 --log parts.jsonl
+python bench/parts_truth.py 200 --varied                 # parts of tests/support/varied_parts.py instead
 python bench/parts_truth.py --sum parts.jsonl            # what the log holds
 
 The log takes a line a part as it is judged, so that a run may be ended at any time; seeds that it holds are not judged
@@ -16,7 +17,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -25,16 +26,17 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]  # before bench/slicing.py, which is not the package
 from bench_arguments import parsed  # noqa: E402
-from support.cad_parts import FORMATS, cad_part  # noqa: E402
+from support.cad_parts import FORMATS, CadPart, cad_part  # noqa: E402
 from support.part_truth import Judgement, judged  # noqa: E402
+from support.varied_parts import varied_part  # noqa: E402
 
 from slicing import PartError, load_mesh  # noqa: E402
 
 
-def one(seed: int) -> dict[str, Any]:
+def one(seed: int, make: Callable[[int], CadPart]) -> dict[str, Any]:
     """The judgement of a seed's part, its words, and processor seconds to make, read and decompose it."""
     start = time.process_time()
-    part = cad_part(seed)
+    part = make(seed)
     kind = FORMATS[seed % len(FORMATS)]
     made = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
@@ -79,14 +81,14 @@ def rows_of(log: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()] if log.is_file() else []
 
 
-def run(seeds: Iterable[int], log: Path | None) -> list[dict[str, Any]]:
+def run(seeds: Iterable[int], log: Path | None, make: Callable[[int], CadPart]) -> list[dict[str, Any]]:
     """Judge the parts of seeds, but those that the log holds."""
     rows = rows_of(log) if log else []
     known = {row["seed"] for row in rows}
     for seed in seeds:
         if seed in known:
             continue
-        rows.append(one(seed))
+        rows.append(one(seed, make))
         if log:
             with log.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(rows[-1]) + "\n")
@@ -99,10 +101,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("count", type=int, nargs="?", default=200, help="how many parts (default 200)")
     parser.add_argument("--first", type=int, default=0, help="seed of the first")
+    parser.add_argument(
+        "--varied", action="store_true", help="twisted and drafted blades, hoops, flanges with holes .."
+    )
     parser.add_argument("--log", type=Path, help="file that takes a line a part; what it holds is not judged again")
     parser.add_argument("--sum", type=Path, metavar="LOG", help="judge nothing: what a log holds")
     args = parsed(parser, count=3)
-    rows = rows_of(args.sum) if args.sum else run(range(args.first, args.first + args.count), args.log)
+    make = varied_part if args.varied else cad_part
+    rows = rows_of(args.sum) if args.sum else run(range(args.first, args.first + args.count), args.log, make)
     if args.sum:
         print(*[said(row) for row in rows if row["kind"] != "right"], sep="\n")
     print(figures(rows))

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import io
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -182,7 +183,7 @@ def layers(part: str) -> Iterator[tuple[str, bytes]]:
     case = case_of(part)
     read = read_part(case)
     for strategy in STRATEGIES:
-        changed = with_changes(case, slicing=case.slicing.model_copy(update={"strategy": strategy}))
+        changed = with_changes(case, slicing=replace(case.slicing, strategy=strategy))
         png = slice_picture(
             slice_part(changed, read),
             body_of(read),

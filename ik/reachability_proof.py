@@ -86,6 +86,7 @@ def certify(
     *,
     max_depth: int = 12,
     first_step: float = np.deg2rad(60.0),
+    block: int = BLOCK,
 ) -> Certificates:
     """Settle which targets can be reached at some roll.
 
@@ -97,6 +98,7 @@ def certify(
         form: its constants, from ``closed_form.recognise``; found where left out.
         max_depth: how often the first intervals are halved at most.
         first_step: greatest width of the first intervals, rad.
+        block: targets that go down the levels together: bounds the memory.
 
     Returns:
         Certificates. ``UNREACHABLE`` is a proof for every roll of the window, not a search that found nothing.
@@ -115,7 +117,7 @@ def certify(
     limits = SingularityLimits() if limits is None else limits
     search = _IntervalSearch(chain, form, limits, window, max_depth, first_step)
     settle = search.one_roll if window.is_fixed else search.many_rolls
-    blocks = [settle(Ts_base_target[i : i + BLOCK]) for i in range(0, max(len(Ts_base_target), 1), BLOCK)]
+    blocks = [settle(Ts_base_target[i : i + block]) for i in range(0, max(len(Ts_base_target), 1), block)]
     names = ("state", "roll", "q", "cause", "axis")
     return Certificates(**{name: np.concatenate([getattr(b, name) for b in blocks]) for name in names})
 

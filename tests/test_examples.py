@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import builtins
 import importlib
 import inspect
 import re
@@ -75,3 +76,28 @@ def test_examples_fit_the_signatures_they_show(package: str) -> None:
                 refused.append(f"{name}: {ast.unparse(call)}: {error}")
     assert seen > 10
     assert not refused, "\n".join(refused)
+
+
+# of the standard library, in examples
+KNOWN = {"Path", "ThreadPoolExecutor", "escape"}
+
+
+def test_examples_call_what_there_is() -> None:
+    """Every name that an example calls is of some module's top level, or is made in the example itself."""
+    kinds = ast.FunctionDef | ast.ClassDef
+    there = set(KNOWN)
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            body = ast.parse(path.read_text(encoding="utf-8")).body
+            there |= {node.name for node in body if isinstance(node, kinds)}
+    gone = []
+    for name in MODULES:
+        if name in NEEDS_EXTRAS:
+            continue
+        module, text = importlib.import_module(name), example_of(name)
+        made = set(re.findall(r"(?:^|[\s,(])(\w+)(?=[\w, ]* = )", text)) | set(re.findall(r" as (\w+)", text))
+        for call in calls(text):
+            if isinstance(call.func, ast.Name) and called(module, call) is None:
+                known = call.func.id in there | made or hasattr(builtins, call.func.id)
+                gone += [] if known else [f"{name}: {ast.unparse(call)}"]
+    assert not gone, "\n".join(gone)

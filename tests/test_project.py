@@ -13,6 +13,13 @@ def test_the_case_reference_is_up_to_date():
     assert (ROOT / "docs" / "cases.md").read_text(encoding="utf-8") == made
 
 
+def test_every_key_of_a_case_says_what_it_means():
+    rows = [line.split("|") for line in (ROOT / "docs" / "cases.md").read_text(encoding="utf-8").splitlines()[9:]]
+    keys = {row[1].strip(): row[3].strip() for row in rows if len(row) > 3}
+    assert len(keys) > 200
+    assert [key for key, meaning in keys.items() if not meaning] == []
+
+
 def test_every_public_name_has_a_docstring_with_a_module_example():
     for package in PACKAGES:
         for path in (ROOT / package).rglob("*.py"):

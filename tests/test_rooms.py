@@ -144,6 +144,36 @@ def test_the_cell_takes_of_slicing_what_it_exports() -> None:
                 assert name[1] in slicing.__all__
 
 
+# where values by name may be of any kind, and why: elsewhere a class says what there is
+ANY_VALUES = {
+    "JSON, YAML or a page's data is made": """
+        cell/case/problems cell/case/read cell/cli/console cell/cli/main cell/compare/compare cell/failure
+        cell/html/check_page cell/html/comparison_page cell/html/pack cell/html/scene cell/html/series
+        cell/html/shapes cell/html/sweep_page cell/html/words cell/job/part_input cell/motion/deposition_speed
+        cell/pose_sweep/grid cell/pose_sweep/log cell/pose_sweep/picked_pose cell/pose_sweep/ranking
+        cell/pose_sweep/sweep cell/pose_sweep/variants cell/remedy_search/changes cell/remedy_search/remedy
+        cell/remedy_search/seam_changes cell/report/check_document cell/report/check_report
+        cell/report/motion_report cell/report/program_document cell/report/sweep_lines
+        cell/verdict/all_reasons cell/verdict/check cell/verdict/table_use cell/verdict/words
+        cell/verification/bead_order cell/view/sweep_map_picture slicing/beads/overhang
+        slicing/beads/thickness_policy slicing/document slicing/surfaces/surfaces slicing/warning""",
+    "the variables of a KRL program": "cell/programs/krl/data cell/programs/krl/state cell/programs/krl/values",
+    "columns of a table, or keyword arguments": "cell/programs/program cell/scene/scene cell/scene/workpiece",
+    "annotations of a class": "slicing/annotations slicing/parameters",
+}
+
+
+def test_values_of_any_kind_stand_where_json_is_made_or_read() -> None:
+    allowed = {f"{name}.py" for names in ANY_VALUES.values() for name in names.split()}
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for package in ("cell", "slicing", "ik")
+        for path in modules(package)
+        if "dict[str, Any]" in path.read_text(encoding="utf-8")
+    }
+    assert found == allowed
+
+
 def test_no_room_is_too_large() -> None:
     folders = defaultdict(list)
     for package in ("cell", "slicing", "ik"):

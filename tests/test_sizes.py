@@ -38,6 +38,7 @@ MORE_PARAMETERS = {
     "slicing/curves/ellipse_arcs.py:_origins": "the terms of one formula, as columns",
     "slicing/curves/ellipse_arcs.py:_unwrap_slivers": "the terms of one formula, as columns",
     "slicing/curves/ellipse_arcs.py:sample_arcs": "arcs as columns",
+    "slicing/curves/parallel_levels.py:level_curves": "options of a cut, all with defaults",
     "slicing/curves/revolved.py:_whole": "faces as columns",
     "slicing/curves/slabs.py:_chords": "faces as columns",
     "slicing/paper/adhesion.py:_integral": "the terms of one formula",

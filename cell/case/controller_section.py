@@ -91,7 +91,7 @@ Percent = Annotated[float, within(0.1, 100)]
 class FrameSection(Section):
     """A frame as KUKA gives it."""
 
-    position_mm: Vec3 = (0.0, 0.0, 0.0)
+    position_mm: Vec3 = Field((0.0, 0.0, 0.0), description="X, Y, Z")
     abc_deg: Angles3 = Field((0.0, 0.0, 0.0), description="A, B, C: about z, then the new y, then the new x")
 
 
@@ -118,7 +118,8 @@ class Hooks(Section):
         description="by default the call of a sub-program of the user's",
     )
     arc_off: ArcLines = Field(
-        ["ARC_OFF ( ) ;bead {bead} layer {layer} target {target} of {sub_volume}"], description="likewise"
+        ["ARC_OFF ( ) ;bead {bead} layer {layer} target {target} of {sub_volume}"],
+        description="the same for the end of the arc",
     )
     layer_start: HookLines = Field([";layer {layer} of {sub_volume} starts"], description="a comment")
     layer_end: HookLines = Field([";layer {layer} of {sub_volume} ends"], description="a comment")
@@ -144,10 +145,10 @@ class ReadSection(Section):
     )
     arc_off: Patterns = Field(
         [r"^ARC_?OFF\s*\(", r"^;\s*process_off\b", r"#ArcOff(After)?MoveStd\b", r"^A[12]0\s*\(\s*ARC_OFF"],
-        description="and no longer",
+        description="the arc is off from here on",
     )
     layer_start: Patterns = Field([r"^;\s*layer[ :_]*(start[ :_]*)?(?P<layer>\d+)\s*$"], description="a layer begins")
-    layer_end: Patterns = Field([r"^;\s*layer[ :_]*end[ :_]*(?P<layer>\d+)\s*$"], description="it ends")
+    layer_end: Patterns = Field([r"^;\s*layer[ :_]*end[ :_]*(?P<layer>\d+)\s*$"], description="a layer ends")
     harmless: Patterns = Field(
         [r"^ArcMainNG\s*\("], description="statements that move nothing, though nobody else can know"
     )

@@ -59,7 +59,7 @@ class BodySection(Section):
     profile_mm: Annotated[list[Vec2], Field(max_length=MOST_LIST)] | None = Field(
         None, description="(r, z) points of a body of revolution, for a radius"
     )
-    axis_xy_mm: Vec2 = (0.0, 0.0)
+    axis_xy_mm: Vec2 = Field((0.0, 0.0), description="where the axis stands in the part's frame")
     z_mm: Vec2 | None = Field(None, description="lower and upper end of the cylinder or cone along the part's z axis")
     mesh: FileName | None = Field(None, description="the body's own shape; a cylinder where it is left out")
 
@@ -111,22 +111,25 @@ class Part(Section):
         default_factory=list,
         description="names of sub-volumes that are built already: they are there from the start, and not taken",
     )
-    body: BodySection | None = None
-    units: Literal["mm", "cm", "m", "inch"] = "mm"
-    position_mm: Vec3 = (0.0, 0.0, 0.0)
+    body: BodySection | None = Field(None, description="what the sub-volumes stand on")
+    units: Literal["mm", "cm", "m", "inch"] = Field("mm", description="of its meshes")
+    position_mm: Vec3 = Field((0.0, 0.0, 0.0), description="of the part's frame, on the support or the faceplate")
     rotation_deg: Angle = Field(0.0, description="turn of the part about the table's normal")
 
 
 class Support(Section):
     """A cylinder between the faceplate and the part."""
 
-    radius_mm: Length
-    height_mm: Length
+    radius_mm: Length = Field(description="of the cylinder")
+    height_mm: Length = Field(description="how far the part stands above the faceplate")
 
 
 @asked
 class Slicing(SlicingParameters):
-    """How the layers are cut."""
+    """How the layers are cut.
+
+    Its other keys are stated in ``slicing.parameters``.
+    """
 
     body: Annotated[
         Literal["planar"] | None,
@@ -137,20 +140,27 @@ class Slicing(SlicingParameters):
 class Sampling(Section):
     """How the layers' curves become targets."""
 
-    chord_tolerance_mm: Tolerance = 0.3
-    min_segment_mm: Annotated[float, within(0.01, 1e5)] = 3.0
+    chord_tolerance_mm: Tolerance = Field(
+        0.3, description="largest distance of the bead from the straight way between two targets"
+    )
+    min_segment_mm: Annotated[float, within(0.01, 1e5)] = Field(
+        3.0, description="least distance between two targets of a bead"
+    )
 
 
 @asked
 class BeadsSection(BeadParameters):
-    """Which beads a layer is laid in, where they start, and in which order."""
+    """Which beads a layer is laid in, where they start, and in which order.
+
+    Its keys, overlap and seam and all others, are stated in ``slicing.parameters``.
+    """
 
 
 class Roll(Section):
     """Angles allowed about the wire."""
 
-    fixed_deg: Angle | None = None
-    range_deg: tuple[Angle, Angle] | None = None
+    fixed_deg: Angle | None = Field(None, description="this angle alone, or")
+    range_deg: tuple[Angle, Angle] | None = Field(None, description="any angle from the first to the second")
 
     @model_validator(mode="after")
     def _one_of(self) -> Roll:
@@ -164,8 +174,8 @@ class Roll(Section):
 class Robot(Section):
     """The arm: a shipped model's name or an MJCF file, where it stands, and what its joints are called."""
 
-    model: FileName = "kr70_r2100"
-    position_mm: Vec3 = (0.0, 0.0, 0.0)
+    model: FileName = Field("kr70_r2100", description="name of a shipped model, or an MJCF file")
+    position_mm: Vec3 = Field((0.0, 0.0, 0.0), description="of its base, in the cell's world")
     rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
     joints: Annotated[list[Name], Field(min_length=1, max_length=50)] = Field(
         ["A1", "A2", "A3", "A4", "A5", "A6"], description="from the base on; six or seven hinges with ranges"
@@ -175,7 +185,7 @@ class Robot(Section):
         description="where other hinges of the model stand; left out: as in its key home, or else at its zero",
     )
     held_mm: dict[str, Coordinate] = Field(default_factory=dict, description="the same for slides: a track, a lift")
-    flange: Name = "flange"
+    flange: Name = Field("flange", description="site that the tool is mounted on")
     base: Name = Field("base_link", description="body whose frame the report's base_* columns are given in")
     home_deg: list[Angle] | None = Field(
         None, description="where the program starts and ends; the MJCF's key home where left out, if it has one"
@@ -189,8 +199,8 @@ class Robot(Section):
 class Torch(Section):
     """The tool: a shipped model's name or an MJCF file; for cmt_torch its dimensions."""
 
-    model: FileName = "cmt_torch"
-    tcp: Name = "tcp"
+    model: FileName = Field("cmt_torch", description="name of a shipped model, or an MJCF file")
+    tcp: Name = Field("tcp", description="site at the wire's tip, its z along the wire")
     wire: list[Name] = Field(["torch_wire"], description="geoms that may touch the part")
     dimensions: dict[str, Coordinate] = Field(default_factory=dict, description="of cmt_torch, see its README")
     held_deg: dict[str, Angle] = Field(default_factory=dict, description="where hinges of the tool stand, see robot")
@@ -221,14 +231,16 @@ class Positioner(Section):
     `positioner: none` is short for `{model: none}`: the part stands still, its frame at position_mm.
     """
 
-    model: FileName = "kp2_hv500"
-    position_mm: Vec3 = (1500.0, 0.0, 0.0)
-    rotation_deg: Angles3 = (0.0, 0.0, 0.0)
+    model: FileName = Field(
+        "kp2_hv500", description="name of a shipped model, or an MJCF file; none: the part stands still"
+    )
+    position_mm: Vec3 = Field((1500.0, 0.0, 0.0), description="of its base, in the cell's world")
+    rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
     joints: Annotated[list[Name], Field(max_length=2)] = Field(
         ["E1", "E2"],
         description="tilt, then turn; one alone, or [] for a fixed table. A hinge without range is endless",
     )
-    table: Name = "table"
+    table: Name = Field("table", description="site of the faceplate, its z along the normal")
     calibration: Calibration | None = Field(
         None, description="where its axes and its table were measured, instead of where they are drawn"
     )
@@ -267,26 +279,26 @@ class Positioner(Section):
 class Box(Section):
     """A box fixture."""
 
-    size_mm: tuple[Length, Length, Length]
+    size_mm: tuple[Length, Length, Length] = Field(description="along x, y, z")
 
 
 class CylinderFixture(Section):
     """An upright cylinder fixture."""
 
-    radius_mm: Length
-    height_mm: Length
+    radius_mm: Length = Field(description="of the cylinder")
+    height_mm: Length = Field(description="along z")
 
 
 class Fixture(Section):
-    """Something that stands in the cell: one of box, cylinder or mesh, given by its centre."""
+    """Something that stands in the cell: one of box, cylinder or mesh."""
 
-    name: Name
+    name: Name = Field(description="what reports call it")
     box: Box | None = None
     cylinder: CylinderFixture | None = None
-    mesh: FileName | None = None
-    units: Literal["mm", "cm", "m", "inch"] = "mm"
-    position_mm: Vec3 = (0.0, 0.0, 0.0)
-    rotation_deg: Angles3 = (0.0, 0.0, 0.0)
+    mesh: FileName | None = Field(None, description="a closed mesh")
+    units: Literal["mm", "cm", "m", "inch"] = Field("mm", description="of the mesh")
+    position_mm: Vec3 = Field((0.0, 0.0, 0.0), description="of its centre; of a mesh, where its own origin lies")
+    rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="about x, y, z, in this order")
     on: Literal["floor", "table"] = Field("floor", description="frame it is given in and moves with")
 
     @model_validator(mode="after")
@@ -299,10 +311,12 @@ class Fixture(Section):
 class Checks(Section):
     """What a target has to keep."""
 
-    clearance_mm: Distance = 5.0
-    wrist_deg: RightAngle = 5.0
-    elbow_deg: RightAngle = 5.0
-    shoulder_mm: Annotated[float, within(0, 1e4)] = 50.0
+    clearance_mm: Distance = Field(5.0, description="least distance between the arm with its torch and anything else")
+    wrist_deg: RightAngle = Field(5.0, description="least angle of A5 from where A4 and A6 are in line")
+    elbow_deg: RightAngle = Field(5.0, description="least angle of the elbow from stretched or folded flat")
+    shoulder_mm: Annotated[float, within(0, 1e4)] = Field(
+        50.0, description="least distance of the wrist's centre from the axis of A1"
+    )
     sigma: Annotated[float, within(0, 10)] = Field(
         0.02, description="smallest singular value; arms without a spherical wrist only"
     )
@@ -325,17 +339,25 @@ class Checks(Section):
 class Ik(Section):
     """How configurations are searched."""
 
-    solver: Literal["auto", "closed_form", "dls"] = "auto"
-    roll_step_deg: Annotated[float, within(0.5, 90)] = 15.0
-    seeds: Annotated[int, within(1, 256)] = 16
+    solver: Literal["auto", "closed_form", "dls"] = Field(
+        "auto", description="closed form where the arm has one, else damped least squares (dls)"
+    )
+    roll_step_deg: Annotated[float, within(0.5, 90)] = Field(
+        15.0, description="distance between the rolls that are tried"
+    )
+    seeds: Annotated[int, within(1, 256)] = Field(
+        16, description="configurations from which least squares start, for each target"
+    )
 
 
 class Process(Section):
     """Speeds and moves of the deposition."""
 
-    deposition_speed_mm_s: Speed = 8.0
-    travel_speed_mm_s: Speed = 100.0
-    retract_mm: Annotated[float, within(0.01, 1e4)] = 30.0
+    deposition_speed_mm_s: Speed = Field(8.0, description="of the torch along a bead")
+    travel_speed_mm_s: Speed = Field(100.0, description="of the torch between beads")
+    retract_mm: Annotated[float, within(0.01, 1e4)] = Field(
+        30.0, description="how far the torch draws back from a bead before it travels"
+    )
     blend_mm: Annotated[float, within(0, 1000)] = Field(
         1.0,
         description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS); below 0.01: "
@@ -370,18 +392,18 @@ class Process(Section):
 class Placements(Section):
     """A grid of places of the positioner; what is left out stays as the case has it."""
 
-    x_mm: Coordinates | None = None
-    y_mm: Coordinates | None = None
-    z_mm: Coordinates | None = None
+    x_mm: Coordinates | None = Field(None, description="in the cell's world")
+    y_mm: Coordinates | None = Field(None, description="in the cell's world")
+    z_mm: Coordinates | None = Field(None, description="in the cell's world")
     rz_deg: Angles | None = Field(None, description="turn about the world's z axis")
 
 
 class Mark(Section):
     """A table pose to point out on a map."""
 
-    E1_deg: Angle
-    E2_deg: Angle
-    label: Title
+    E1_deg: Angle = Field(description="tilt")
+    E2_deg: Angle = Field(description="turn")
+    label: Title = Field(description="what the map calls it")
 
 
 class Sweep(Section):
@@ -400,7 +422,7 @@ class Sweep(Section):
 class Expect(Section):
     """What a case is expected to give, for pytest."""
 
-    verdict: Literal["feasible", "infeasible"]
+    verdict: Literal["feasible", "infeasible"] = Field(description="feasible or infeasible")
     infeasible: Count | None = Field(None, description="number of infeasible targets")
     reasons: dict[str, Count] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
 
@@ -419,8 +441,8 @@ class Case(Section):
     extends: FileName | None = Field(
         None, description="another case this one changes; name, description, expect stay its own"
     )
-    name: Title | None = None
-    description: str | None = None
+    name: Title | None = Field(None, description="of the case, in reports")
+    description: str | None = Field(None, description="a sentence for reports")
     part: Part
     support: Support | None = None
     slicing: Slicing = Slicing()
@@ -432,7 +454,7 @@ class Case(Section):
     tool: Torch = Torch()
     positioner: Positioner = Positioner()
     fixtures: list[Fixture] = Field(default_factory=list)
-    floor: bool = True
+    floor: bool = Field(True, description="a floor at z = 0, which nothing may touch")
     checks: Checks = Checks()
     ik: Ik = Ik()
     process: Process = Process()

@@ -19,8 +19,8 @@ class TablePoseSection(Section):
 
     sub_volume: Name = Field(description="whose layers")
     layers: tuple[LayerNumber, LayerNumber] | None = Field(None, description="first and last; all where left out")
-    E1_deg: Angle = 0.0
-    E2_deg: Angle = 0.0
+    E1_deg: Angle = Field(0.0, description="tilt")
+    E2_deg: Angle = Field(0.0, description="turn")
 
     @model_validator(mode="after")
     def _first_before_last(self) -> TablePoseSection:

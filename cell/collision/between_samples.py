@@ -102,6 +102,7 @@ def least_on_the_way(
     apart: Ints | None = None,
     *,
     known: float = np.inf,
+    many: int = MANY_STEPS,
 ) -> tuple[int, Clearances]:
     """How near a motion comes to anything, between its samples too.
 
@@ -113,6 +114,7 @@ def least_on_the_way(
         found: clearances at the samples.
         apart: motion that each sample belongs to, (m,); steps from one motion to the next are left out.
         known: a distance that is come to elsewhere, m: what is no nearer than that is not looked for.
+        many: steps, from which to have checkers of groups of pairs made costs less than they save.
 
     Returns:
         The sample at which it is or after which it comes, and the one nearest pair; a distance that is too large by
@@ -124,7 +126,7 @@ def least_on_the_way(
     laid = np.maximum(stage[step], stage[step + 1])
     steps = OpenSteps(step, q[step], q[step + 1], seen_at[step], seen_at[step + 1], laid)
     steps = steps.rows(steps.beyond(nearest.limit) <= joint_travel_bound(radius, steps.a, steps.b))
-    groups = groups_of(checker, found) if len(steps.step) > MANY_STEPS else ()
+    groups = groups_of(checker, found) if len(steps.step) > many else ()
     if not groups:
         open_ = _open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))
         _halve(checker, radius, steps.rows(open_), nearest)

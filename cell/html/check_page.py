@@ -20,7 +20,7 @@ from ..progress import phase
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..verdict.severity import severity, worst_first
-from .drawn_path import MOST_SAMPLES
+from .drawn_path import BUDGET, PageBudget
 from .pack import Pack
 from .page import page, script_of, template
 from .scene import scene_json
@@ -30,7 +30,6 @@ from .words import REASON_WORDS, VERDICTS, Words, what_went_wrong, worst
 if TYPE_CHECKING:
     from ..remedy_search.search import Remedy
 
-MOST_LISTED = 5_000  # infeasible targets in the table
 SCRIPTS = (  # in order of use
     *("data", "math", "scene", "meshes", "shaders", "buffers", "viewer", "controls"),
     *("charts", "sortable", "table", "paint", "report"),
@@ -72,12 +71,12 @@ def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
     return page("report.html", script_of(SCRIPTS), fill)
 
 
-def packed(result: Result) -> str:
+def packed(result: Result, budget: PageBudget = BUDGET) -> str:
     """The page's numbers, as ``cell.html.pack`` writes them."""
     pack = Pack()
     job, t = result.job, result.job.targets
     verdicts = ("feasible", *VERDICTS)
-    few, listed = len(t) <= MOST_SAMPLES, listed_targets(result)
+    few, listed = len(t) <= budget.samples, listed_targets(result, budget.listed)
     document: dict[str, Any] = {
         "schema": "rbam-html/1",
         "case": job.case.title,
@@ -102,7 +101,7 @@ def packed(result: Result) -> str:
         "unlisted": result.infeasible - len(listed),
         "least": None if result.clearance is None else list(result.clearance.what),
         "scene": scene_json(pack, result),
-        "path": path_json(pack, result),
+        "path": path_json(pack, result, budget),
     }
     return pack.text(document)
 
@@ -113,13 +112,13 @@ def _over_nothing(pack: Pack, job: Job) -> dict[str, Any]:
     return {"hanging": pack.put([i in over for i in range(len(job.targets))], "u1")} if over else {}
 
 
-def listed_targets(result: Result) -> list[int]:
+def listed_targets(result: Result, most: int = BUDGET.listed) -> list[int]:
     """Infeasible targets that the table lists: all, or of many the worst of each reason."""
     bad: dict[str, list[int]] = {}
     for i in worst_first(result):
         bad.setdefault(str(result.rows[i].reason), []).append(i)
-    share = MOST_LISTED // max(len(bad), 1)
-    left = MOST_LISTED - sum(min(len(own), share) for own in bad.values())
+    share = most // max(len(bad), 1)
+    left = most - sum(min(len(own), share) for own in bad.values())
     listed: list[int] = []
     for own in bad.values():
         more = min(left, max(len(own) - share, 0))

@@ -1,7 +1,7 @@
 """The samples of a result that its page shows.
 
     path = path_of(result)
-    worst_of_steps(path, lambda first, stop: margins_of(path.arm[first:stop]))      # (k, c), one row a step sent
+    worst_of_steps(path, lambda first, stop: path.arm[first:stop])      # (k, c), one row a step sent
 
 A feasible result is shown over time. Where its samples are too many to be sent they are gathered into steps, each with
 the worst of what it stands for, so that no peak of a speed or a margin is lost. An infeasible one has no motion and is
@@ -21,9 +21,25 @@ from ..arrays import Ints
 from ..motion.motion import Motion
 from ..verdict.check import Result
 
-MOST_SAMPLES = 12_000  # samples sent as they are; of more, at least so many besides one a target
-MOST_STEPS = 75_000  # sent of a motion of many targets, about
 SAMPLES_AT_ONCE = 20_000  # samples whose poses and margins are in memory together
+
+
+@dataclass(frozen=True)
+class PageBudget:
+    """How much a page holds of a long motion and of many targets.
+
+    Attributes:
+        samples: of the motion, sent as they are; of more, at least so many besides one a target.
+        steps: sent of a motion of many targets, about.
+        listed: infeasible targets in the table.
+    """
+
+    samples: int = 12_000
+    steps: int = 75_000
+    listed: int = 5_000
+
+
+BUDGET = PageBudget()
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,35 +80,38 @@ class DrawnPath:
         return np.asarray(self.arm[:, k] if k < n else self.table[:, k - n])
 
 
-def path_of(result: Result) -> DrawnPath:
+def path_of(result: Result, budget: PageBudget = BUDGET) -> DrawnPath:
     """The samples of a result."""
     n = len(result.rows)
     if result.motion is not None:
         m = result.motion
-        return DrawnPath(m.t_s, m.q, m.table, m.arc, m.target, _starts(m), True)
+        return DrawnPath(m.t_s, m.q, m.table, m.arc, m.target, _starts(m, budget), True)
     nothing = np.full(result.job.scene.chain.n, np.nan)
     q = np.stack([next((x for x in (r.q, r.attempt) if x is not None), nothing) for r in result.rows])
     i = np.arange(n)
     return DrawnPath(i.astype(np.float64), q, result.tables, np.ones_like(i), i, i, False)
 
 
-def _starts(motion: Motion) -> Ints:
+def _starts(motion: Motion, budget: PageBudget = BUDGET) -> Ints:
     """Samples to keep: every one, or each target's first, both ends of every way, and some evenly between."""
     m = len(motion.t_s)
-    if m <= MOST_SAMPLES:
+    if m <= budget.samples:
         return np.arange(m)
     change = np.flatnonzero((np.diff(motion.target) != 0) | (np.diff(motion.arc) != 0)) + 1
-    before, even = change - 1, MOST_SAMPLES
+    before, even = change - 1, budget.samples
     # of many targets the sample before is kept where the arc goes on or off
-    if 2 * len(change) + MOST_SAMPLES > MOST_STEPS:
+    if 2 * len(change) + budget.samples > budget.steps:
         before = np.flatnonzero(np.diff(motion.arc) != 0)
-        even = max(MOST_SAMPLES, MOST_STEPS - len(change) - len(before))
+        even = max(budget.samples, budget.steps - len(change) - len(before))
     spread = np.linspace(0, m - 1, min(even, m)).astype(np.int64)
     return np.unique(np.concatenate([spread, change, before]))
 
 
 def worst_of_steps(
-    path: DrawnPath, values: Callable[[int, int], Floats], of: Callable[..., Floats] = np.fmin.reduceat
+    path: DrawnPath,
+    values: Callable[[int, int], Floats],
+    of: Callable[..., Floats] = np.fmin.reduceat,
+    at_once: int = SAMPLES_AT_ONCE,
 ) -> Floats:
     """The worst of every step, (k, c); NaN only where all of it is.
 
@@ -100,12 +119,13 @@ def worst_of_steps(
         path: the samples.
         values: those of samples first .. stop - 1, (stop - first, c); asked for a few thousand at a time.
         of: what makes one of several.
+        at_once: samples that are in memory together.
     """
     stops = np.append(path.starts[1:], len(path.x))
     out, i = [], 0
     while i < len(path.starts):
         first = int(path.starts[i])
-        last = max(int(np.searchsorted(stops, first + SAMPLES_AT_ONCE, side="right")), i + 1)
+        last = max(int(np.searchsorted(stops, first + at_once, side="right")), i + 1)
         out.append(of(values(first, int(stops[last - 1])), path.starts[i:last] - first, axis=0))
         i = last
     return np.concatenate(out)

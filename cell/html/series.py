@@ -24,7 +24,7 @@ from ..planning.context import settings_of
 from ..units import METRES_PER_MM
 from ..verdict.check import Result
 from ..view.shown_motion import Played
-from .drawn_path import SAMPLES_AT_ONCE, DrawnPath, note_of, path_of, worst_of_steps
+from .drawn_path import BUDGET, SAMPLES_AT_ONCE, DrawnPath, PageBudget, note_of, path_of, worst_of_steps
 from .pack import Pack
 from .words import in_plain_words
 
@@ -32,18 +32,19 @@ HELD = 0.01  # share of the deposition speed that it may be off and still counts
 COLOURS = 8  # of lines in one chart; web/report.css has as many
 
 
-def path_json(pack: Pack, result: Result) -> dict[str, Any]:
+def path_json(pack: Pack, result: Result, budget: PageBudget = BUDGET) -> dict[str, Any]:
     """The path and its charts as a document.
 
     Args:
         pack: where arrays go.
         result: the verdict.
+        budget: how much of it.
 
     Returns:
         See ``web/charts.js`` for the charts; ``pairs`` are the nearest geoms' names, ``pair`` the number of each
         step's among them (-1: none within reach); ``note`` what the charts do not show, empty where that is nothing.
     """
-    path = path_of(result)
+    path = path_of(result, budget)
     clear = _clearances(result, path)
     names, index = _pairs(result, clear)
     charts = [*_angles(result, path), *_speeds(result, path), _clearance(result, path, clear)]

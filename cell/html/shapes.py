@@ -45,11 +45,11 @@ class DrawnTriangles:
     faces: Ints
 
 
-def geom_triangles(model: mujoco.MjModel, geom: int) -> DrawnTriangles | None:
+def geom_triangles(model: mujoco.MjModel, geom: int, most_faces: int = MOST_FACES) -> DrawnTriangles | None:
     """The surface of a geom in its own frame; None for planes and what has no surface."""
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
-        return _mesh(model, int(model.geom_dataid[geom]))
+        return _mesh(model, int(model.geom_dataid[geom]), most_faces)
     make = _MAKERS.get(kind)
     return None if make is None else make(size)
 
@@ -67,11 +67,11 @@ def geom_json(pack: Pack, shape: DrawnTriangles) -> dict[str, Any]:
     }
 
 
-def _mesh(model: mujoco.MjModel, mesh: int) -> DrawnTriangles:
+def _mesh(model: mujoco.MjModel, mesh: int, most_faces: int) -> DrawnTriangles:
     vertices = _rows(model.mesh_vert, model.mesh_vertadr, model.mesh_vertnum, mesh).astype(np.float64)
     faces = _rows(model.mesh_face, model.mesh_faceadr, model.mesh_facenum, mesh).astype(np.int64)
-    if len(faces) > MOST_FACES:
-        vertices, faces = _coarsened(vertices, faces)
+    if len(faces) > most_faces:
+        vertices, faces = _coarsened(vertices, faces, most_faces)
     return _creased(vertices, faces)
 
 
@@ -79,7 +79,7 @@ def _rows(values: NDArray[Any], start: NDArray[Any], count: NDArray[Any], i: int
     return values[start[i] : start[i] + count[i]]
 
 
-def _coarsened(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+def _coarsened(vertices: Floats, faces: Ints, most: int) -> tuple[Floats, Ints]:
     """A mesh whose vertices are gathered on a grid that is coarse enough."""
     low = vertices.min(axis=0)
     cell = float(np.ptp(vertices, axis=0).max()) / 256
@@ -89,7 +89,7 @@ def _coarsened(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
         index = index.ravel()
         f = index[faces]
         f = f[(f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])]
-        if len(f) <= MOST_FACES:
+        if len(f) <= most:
             break
         cell *= 1.3
     count = np.bincount(index)

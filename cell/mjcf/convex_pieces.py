@@ -102,14 +102,15 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST_PIECES) -> ConvexPiece
 
 def _hold(hulls: tuple[Floats, ...], mesh: trimesh.Trimesh) -> bool:
     """Whether corners and middles of a mesh's faces are in one of the hulls; of large meshes some of them."""
-    if len(hulls) == 1:
-        return True  # of all corners
+    slack = HELD * float(np.ptp(mesh.vertices, axis=0).max())
+    if len(hulls) == 1:  # of all corners, but for a shell that was lost for having no volume
+        hull, whole = (np.stack([points.min(axis=0), points.max(axis=0)]) for points in (hulls[0], mesh.vertices))
+        return bool(np.abs(hull - whole).max() <= slack)
     from scipy.spatial import ConvexHull  # heavy: only where there is a fixture of a concave mesh
 
     planes = [ConvexHull(hull).equations for hull in hulls]
     left = np.concatenate([mesh.vertices, mesh.triangles_center])
     left = left[:: -(-len(left) * sum(map(len, planes)) // MOST_TESTS)]
-    slack = HELD * float(np.ptp(mesh.vertices, axis=0).max())
     for hull, faces in zip(hulls, planes, strict=True):
         near = np.flatnonzero(((left >= hull.min(axis=0) - slack) & (left <= hull.max(axis=0) + slack)).all(axis=1))
         held = np.ones(len(near), dtype=bool)

@@ -107,24 +107,25 @@ def write_motion(path: str | Path, motion: Motion) -> None:
     write_bytes(path, content.getvalue())
 
 
-def read_motion(path: str | Path, job: Job) -> ReadMotion:
+def read_motion(path: str | Path, job: Job, most_bytes: int = MOST_BYTES) -> ReadMotion:
     """Read a motion and refuse what cannot be one.
 
     Args:
         path: ends in .csv or .npz.
         job: names the joints and has the targets.
+        most_bytes: of the file, unpacked.
 
     Returns:
         The motion.
 
     Raises:
-        InputError: a column is missing, a value is no number, rows are out of order or too far apart, or a number of
-            a bead or target does not exist; one line with the file and the row.
+        InputError: it is larger than that, a column is missing, a value is no number, rows are out of order or too far
+            apart, or a number of a bead or target does not exist; one line with the file and the row.
     """
     check_suffix(path)
     names = job.scene.chain.names
     wanted = ["t_s", *(f"{name}_deg" for name in (*names, "E1", "E2")), *WHOLE_COLUMNS]
-    table = _csv(path) if Path(path).suffix.lower() == ".csv" else _npz(path)
+    table = (_csv if Path(path).suffix.lower() == ".csv" else _npz)(path, most_bytes)
     missing = [name for name in wanted if name not in table]
     if missing:
         raise InputError(f"{path}: has no column {missing[0]}; a motion has {', '.join(wanted)}")
@@ -156,22 +157,22 @@ def _rounded_to(values: Floats) -> float:
     return 0.0
 
 
-def _check_size(path: str | Path) -> None:
+def _check_size(path: str | Path, most: int) -> None:
     try:
-        _check_bytes(path, Path(path).stat().st_size)
+        _check_bytes(path, Path(path).stat().st_size, most)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error})") from None
 
 
-def _check_bytes(path: str | Path, size: int) -> None:
-    if size > MOST_BYTES:
-        raise InputError(f"{path}: holds {size / 2**20:.0f} MiB; a motion is at most {MOST_BYTES // 2**20} MiB")
+def _check_bytes(path: str | Path, size: int, most: int) -> None:
+    if size > most:
+        raise InputError(f"{path}: holds {size / 2**20:.0f} MiB; a motion is at most {most // 2**20} MiB")
 
 
-def _csv(path: str | Path) -> dict[str, list[str]]:
-    _check_size(path)
+def _csv(path: str | Path, most: int) -> dict[str, list[str]]:
+    _check_size(path, most)
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -225,13 +226,13 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _npz(path: str | Path) -> dict[str, Floats]:
-    _check_size(path)
+def _npz(path: str | Path, most: int) -> dict[str, Floats]:
+    _check_size(path, most)
     try:
         # np.load takes other files as well, by what they begin with
         with zipfile.ZipFile(path) as archive:
             entries = archive.infolist()
-            _check_bytes(path, sum(entry.file_size for entry in entries))
+            _check_bytes(path, sum(entry.file_size for entry in entries), most)
             for entry in entries:
                 _check_array(path, archive, entry)
         with np.load(path, allow_pickle=False) as file:

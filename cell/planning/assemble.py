@@ -158,7 +158,7 @@ def assemble(job: Job, table: tuple[float, float], parts: Sequence[TimedBeads], 
     rows, n = np.concatenate([part.q for part in parts]), job.scene.chain.n
     dt = np.concatenate([part.dt for part in parts])
     return Motion(
-        t_s=np.cumsum(np.concatenate([[0.0], np.maximum(dt[1:], TICK)])) + dt[0],
+        t_s=_times(dt),
         q=rows[:, :n],
         table=rows[:, n:] if rows.shape[1] > n else np.tile(table, (len(rows), 1)),
         arc=np.concatenate([part.arc for part in parts]),
@@ -170,6 +170,11 @@ def assemble(job: Job, table: tuple[float, float], parts: Sequence[TimedBeads], 
         home_s=sum(part.home_s for part in parts) if from_home else None,
         order=job.order,
     )
+
+
+def _times(dt: Floats) -> Floats:
+    """When each row is passed, (m,), s, from how long each takes; the time rises at every row."""
+    return np.asarray(np.cumsum(np.concatenate([[0.0], np.maximum(dt[1:], TICK)])) + dt[0])
 
 
 def with_ways(job: Job, motion: Motion, out: Floats | None, back: Floats | None) -> Motion:
@@ -203,7 +208,7 @@ def with_ways(job: Job, motion: Motion, out: Floats | None, back: Floats | None)
     dt, where = (np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("dt", "target"))
     return replace(
         motion,
-        t_s=np.cumsum(np.concatenate([[0.0], np.maximum(dt[1:], TICK)])) + dt[0],
+        t_s=_times(dt),
         q=np.concatenate([piece.q[:, :n] for piece in pieces]),
         table=np.tile(motion.table[0], (len(where), 1)),
         arc=np.concatenate(arcs),

@@ -37,12 +37,12 @@ def bead_path(stretch: Stretch, blend: float) -> BlendedPath:
     return BlendedPath(stretch.axes, np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))]), blend)
 
 
-def travel_path(q: Floats) -> tuple[BlendedPath, Ints]:
+def travel_path(q: Floats, zone: float = TRAVEL_ZONE) -> tuple[BlendedPath, Ints]:
     """A travel's rows with the length of the joints' way to each, rad; and which rows these are: none that repeats."""
     moves = np.abs(np.diff(q, axis=0)).max(axis=1) > STANDING
     rows = np.flatnonzero(np.concatenate([[True], moves]))
     way = np.linalg.norm(np.diff(q[rows], axis=0), axis=1)
-    return BlendedPath(q[rows], np.concatenate([[0.0], np.cumsum(way)]), TRAVEL_ZONE), rows
+    return BlendedPath(q[rows], np.concatenate([[0.0], np.cumsum(way)]), zone), rows
 
 
 def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -> dict[int, Failure]:
@@ -72,7 +72,12 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
 
 
 def travel_corners(
-    context: Context, q: Floats, found: Clearances, stage: int, stops: Sequence[int] = ()
+    context: Context,
+    q: Floats,
+    found: Clearances,
+    stage: int,
+    stops: Sequence[int] = (),
+    zone: float = TRAVEL_ZONE,
 ) -> Failure | None:
     """What a travel comes too near to when its corners are rounded, if anything.
 
@@ -82,13 +87,14 @@ def travel_corners(
         found: their clearances.
         stage: deposits laid by then.
         stops: rows in which the arm stops on the way.
+        zone: joint travel each way over which corners are rounded, rad.
 
     Returns:
         Why it is not free, or None.
     """
     for first, last in zip([0, *stops], [*stops, len(q) - 1], strict=True):
         mine = slice(first, last + 1)
-        path, rows = travel_path(q[mine])
+        path, rows = travel_path(q[mine], zone)
         hit = _met(context.checker, context, path, found.rows(first + rows), stage, context.settings.kept)
         if hit is not None:
             return hit

@@ -3,14 +3,14 @@
     dense, failures = densified(context, stretches)
 
 What replays or runs a motion moves the joints on straight lines from row to row. Where that leaves the bead by more
-than ``MOST_BEAD_DISTANCE`` or the wire by more than ``MOST_WIRE_ANGLE`` half-way, a row is put in between: exactly on
-the bead, checked like any other. Metres and radians.
+than ``Closeness`` allows half-way, a row is put in between: exactly on the bead, checked like any other.
+Metres and radians.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,17 +27,34 @@ from ..rigid import frames, great_circle
 from .context import Context
 from .edge_check import Stretch, between
 
-MOST_BEAD_DISTANCE = 0.03e-3
-MOST_WIRE_ANGLE = np.deg2rad(0.03)
-MOST_HALVINGS = 6  # each halves the steps and quarters the error
+
+@dataclass(frozen=True)
+class Closeness:
+    """How close to the bead straight joint motion is to run.
+
+    Attributes:
+        bead_distance: of the TCP from the bead at most, m.
+        wire_angle: of the wire from the deposition direction at most, rad.
+        halvings: of steps at most; each quarters what they are off.
+    """
+
+    bead_distance: float = 0.03e-3
+    wire_angle: float = np.deg2rad(0.03)
+    halvings: int = 6
 
 
-def densified(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stretch], dict[int, Failure]]:
+CLOSE = Closeness()
+
+
+def densified(
+    context: Context, stretches: Sequence[Stretch], close: Closeness = CLOSE
+) -> tuple[list[Stretch], dict[int, Failure]]:
     """Put rows between the samples of beads where they are needed.
 
     Args:
         context: what the search used.
         stretches: beads that were found free.
+        close: how close to them.
 
     Returns:
         The beads with more samples, and targets on the way to which a new sample does not hold what the others do,
@@ -46,7 +63,7 @@ def densified(context: Context, stretches: Sequence[Stretch]) -> tuple[list[Stre
     out: list[Stretch] = []
     failures: dict[int, Failure] = {}
     for stretch in stretches:
-        dense, found = _densified(context, stretch)
+        dense, found = _densified(context, stretch, close)
         out.append(dense)
         failures.update(found)
     return out, failures
@@ -68,11 +85,11 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
     return position, great_circle(n[edge], n[edge + 1], fraction)
 
 
-def _densified(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, Failure]]:
+def _densified(context: Context, stretch: Stretch, close: Closeness) -> tuple[Stretch, dict[int, Failure]]:
     failures: dict[int, Failure] = {}
     new = np.zeros(len(stretch.q), dtype=bool)
-    for _ in range(MOST_HALVINGS):
-        step = _open(context, stretch) if len(stretch.q) > 1 else np.zeros(0, dtype=np.int64)
+    for _ in range(close.halvings):
+        step = _open(context, stretch, close) if len(stretch.q) > 1 else np.zeros(0, dtype=np.int64)
         if not len(step):
             break
         more, lost = _between(context, stretch, step)
@@ -83,7 +100,7 @@ def _densified(context: Context, stretch: Stretch) -> tuple[Stretch, dict[int, F
             break
     else:
         # what is still off the bead after the last halving is not run along it
-        for k in _open(context, stretch):
+        for k in _open(context, stretch, close):
             edge = int(stretch.edge[k])
             failures[edge + 1] = Failure(Kind.JUMP, place=_on_edge(edge))
     if new.any():
@@ -96,7 +113,7 @@ def _on_edge(edge: int) -> Place:
     return Place(Where.BEAD, from_target=edge)
 
 
-def _open(context: Context, stretch: Stretch) -> Ints:
+def _open(context: Context, stretch: Stretch, close: Closeness) -> Ints:
     """Steps whose middle is off the bead."""
     edge, _, _ = _ends(stretch)
     placed = context.placed.bead
@@ -108,7 +125,7 @@ def _open(context: Context, stretch: Stretch) -> Ints:
     off = np.linalg.norm(T[:, :3, 3] - position, axis=1)
     # half the chord, since an angle as small as this is lost in its cosine
     wire_angle = 2 * np.arcsin(np.clip(np.linalg.norm(T[:, :3, 2] + normal, axis=1) / 2, 0.0, 1.0))
-    return np.flatnonzero((off > MOST_BEAD_DISTANCE) | (wire_angle > MOST_WIRE_ANGLE))
+    return np.flatnonzero((off > close.bead_distance) | (wire_angle > close.wire_angle))
 
 
 def _seen(context: Context, q: Floats, table: Floats) -> Floats:

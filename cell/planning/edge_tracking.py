@@ -1,6 +1,6 @@
 """Between two targets: the arm followed densely along the bead, so that nothing hides between them.
 
-    track = follow(solver, placed, first, rolls, q, steps)
+    track = track_edges(solver, placed, start, roll, q, limits, steps)
     track.q                          # (m, j) samples of all edges, ends included
     track.broken                     # {edge: Failure} of those that cannot be followed
 

@@ -2,10 +2,10 @@
 
     stretch = StationSearch(bead, roll_step, ends).run()      # None: search in full
 
-Stations stand at most STATION apart along the bead. Every roll and branch is looked at there; between them only rolls
-near the way through the stations, in its branch. Where the way collides at a station, rolls around are looked at, and
-it goes elsewhere; where it collides between two, another station is put there. Nothing is taken on trust: a way counts
-when all of it has been followed and checked. What is not found here may still be there.
+Stations stand at most a ``Spacing`` apart along the bead. Every roll and branch is looked at there; between them only
+rolls near the way through the stations, in its branch. Where the way collides at a station, rolls around are looked at,
+and it goes elsewhere; where it collides between two, another station is put there. Nothing is taken on trust: a way
+counts when all of it has been followed and checked. What is not found here may still be there.
 
 Metres, radians, seconds.
 """
@@ -31,7 +31,6 @@ from ..scene.placement import Placed
 from .configurations import NEAR_COST, near_cost, standing_cost
 from .edge_check import SearchedBead, Stretch, check_edges
 
-STATION, STATION_TURN = 0.04, np.deg2rad(12.0)  # m along the bead, rad of the wire between stations
 LEAST_STATIONS = 4
 ROUNDS, LOOKS = 8, 24  # ways followed, and ways through the stations before each, until it is left to the full search
 MAX_TRIES = 4  # ways that are free, but near something, before the clearest of them is taken
@@ -42,6 +41,19 @@ MORE = 3  # stations put in at a time
 ELSEWHERE = np.deg2rad(40.0)  # an end is another one where some joint is further away
 COLLISION_PENALTY = 2.0  # s that a node is worth avoiding where nodes beside it collide
 UNKNOWN, FREE, HIT = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Spacing:
+    """How far apart stations are at most.
+
+    Attributes:
+        length: along the bead, m.
+        turn: of the wire, rad.
+    """
+
+    length: float = 0.04
+    turn: float = np.deg2rad(12.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +74,14 @@ class Ends:
 class StationSearch:
     """One bead's search. Targets count from the bead's first."""
 
-    def __init__(self, bead: SearchedBead, roll_step: float, ends: Ends) -> None:
+    def __init__(self, bead: SearchedBead, roll_step: float, ends: Ends, spacing: Spacing = Spacing()) -> None:
         """Look at every node of the stations.
 
         Args:
             bead: what to search a way along; see :meth:`suits`.
             roll_step: distance of the roll's samples, rad.
             ends: of the way.
+            spacing: of the stations.
         """
         self.bead, self.context, self.roll_step, self.ends = bead, bead.context, roll_step, ends
         self.chain = bead.context.solver.chain
@@ -81,7 +94,7 @@ class StationSearch:
         )
         self.Ts = bead.placed.Ts_base_target
         self.rolls = bead.context.window.samples(roll_step)
-        self.at = stations(bead.placed)
+        self.at = stations(bead.placed, spacing)
         self.q, self.cost = self._standing(self.at, np.broadcast_to(self.rolls, (len(self.at), len(self.rolls))))
         self.known = np.full(self.cost.shape, UNKNOWN)
         self.expected_cost = np.zeros(self.cost.shape)
@@ -279,19 +292,19 @@ class StationSearch:
         return np.nan_to_num((np.abs(move) / self.bounds.speed[:, None, None]).max(axis=0), nan=np.inf)
 
 
-def stations(placed: Placed) -> Ints:
-    """Targets at most STATION and STATION_TURN apart, the first and the last among them."""
-    measure = _apart(placed.bead)
+def stations(placed: Placed, spacing: Spacing) -> Ints:
+    """Targets at most a spacing apart, the first and the last among them."""
+    measure = _apart(placed.bead, spacing)
     if placed.moving is not None:  # what the arm has to do is another way
-        measure = np.maximum(measure, _apart(placed))
+        measure = np.maximum(measure, _apart(placed, spacing))
     along = np.concatenate([[0.0], np.cumsum(measure)])
     wanted = max(int(np.ceil(along[-1])) + 1, LEAST_STATIONS)
     some = np.searchsorted(along, np.linspace(0.0, along[-1], wanted) - 1e-9)
     return np.unique(np.append(some, len(along) - 1))
 
 
-def _apart(placed: Placed) -> Floats:
+def _apart(placed: Placed, spacing: Spacing) -> Floats:
     """How far each target is from the one before, (t - 1,), as a share of what stations are apart."""
     length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
     cosine = np.einsum("ti,ti->t", placed.normal[1:], placed.normal[:-1])
-    return np.maximum(length / STATION, np.arccos(np.clip(cosine, -1.0, 1.0)) / STATION_TURN)
+    return np.maximum(length / spacing.length, np.arccos(np.clip(cosine, -1.0, 1.0)) / spacing.turn)

@@ -84,7 +84,7 @@ def write_krl(program: Program, controller: Controller) -> dict[str, str]:
     names = _Names(controller.program)
     main = _Writer(program, controller)
     main.add(*INI, f"$ADVANCE = {controller.advance}", "$IPO_MODE = #BASE", "$ORI_TYPE = #VAR")
-    if np.isfinite(program.moves.external).any():
+    if program.moves.table_axes.any():
         main.add("$ASYNC_AXIS = $ASYNC_AXIS B_AND 'B111100'")
     files = {f"{names.main}.src": ""}
     in_main = 0  # moves of the main module, whose pieces lie between layers
@@ -215,7 +215,7 @@ class _Writer:
         self.state = state or _State()
         self.lines: list[str] = []
         self._rows = _Rows(program)
-        given = np.flatnonzero(np.isfinite(program.moves.external).any(axis=0))
+        given = np.flatnonzero(program.moves.table_axes)
         self._external_axes = int(given[-1]) + 1 if len(given) else 0
 
     def add(self, *lines: str) -> None:

@@ -19,6 +19,7 @@ from enum import IntEnum, StrEnum
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 
@@ -191,6 +192,11 @@ class Moves:
         columns |= {name: np.zeros(n) for name in ("blend", "blend_share")}
         kind = np.full(n, int(MoveKind.LINEAR), dtype=np.int64)
         return cls(kind=kind, line=np.zeros(n, dtype=np.int64), **columns)
+
+    @property
+    def table_axes(self) -> NDArray[np.bool_]:
+        """Which of the table's axes the program moves, (2,)."""
+        return np.asarray(np.isfinite(self.external).any(axis=0))
 
     def __len__(self) -> int:
         return len(self.kind)

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -43,37 +42,22 @@ WIDER = 1e-9  # beyond a limit: rounding alone
 
 
 @dataclass(frozen=True)
-class ProgramFinding:
-    """Something that is wrong with a program.
+class ProgramFinding(Finding):
+    """Something that is wrong with a program: with the motion that it makes, or with what it says.
+
+    Its reason is one of ``cell.verification.bead_order.REASONS`` or ``PROGRAM_REASONS``; rows count from 1.
 
     Attributes:
-        failure: the worst of it; its reason is one of ``cell.verification.bead_order.REASONS`` or
-            ``PROGRAM_REASONS``.
         move: first move concerned.
         to_move: last.
-        row: first row of the motion concerned, from 1.
-        to_row: last.
         line: where the first move stands, None where the program is not read from text.
         to_line: where the last stands.
     """
 
-    failure: Failure
     move: int
     to_move: int
-    row: int
-    to_row: int
     line: SourceLine | None
     to_line: SourceLine | None
-
-    @property
-    def reason(self) -> str:
-        """Of the failure."""
-        return self.failure.reason
-
-    @property
-    def detail(self) -> dict[str, Any]:
-        """The failure as reports have it."""
-        return self.failure.document()
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,14 +120,14 @@ def _of_rows(run: SimulatedProgram, f: Finding) -> ProgramFinding:
     at = np.minimum(np.array([f.row, f.to_row]) - 1 + step, len(run.move) - 1)
     moves = int(run.move[at[0]]), int(run.move[at[1]])
     lines = run.program.line_of(moves[0]), run.program.line_of(moves[1])
-    return ProgramFinding(f.failure, *moves, f.row, f.to_row, *lines)
+    return ProgramFinding(f.failure, f.row, f.to_row, *moves, *lines)
 
 
 def _of_moves(run: SimulatedProgram, failure: Failure, first: int, last: int) -> ProgramFinding:
     begins, ends = np.searchsorted(run.move, [first, last + 1]).tolist()
     a = min(begins + 1, len(run.move))
     lines = run.program.line_of(first), run.program.line_of(last)
-    return ProgramFinding(failure, first, last, a, max(ends, a), *lines)
+    return ProgramFinding(failure, a, max(ends, a), first, last, *lines)
 
 
 Found = tuple[Failure, int, int]

@@ -131,7 +131,7 @@ def robodk_script(program: Program, name: str, table: str = "Table", joint_speed
 def _steps(program: Program) -> Iterator[tuple[object, ...]]:
     """Moves and events in their order."""
     moves, events, n = program.moves, list(program.events), 0
-    there = np.isfinite(moves.external).any(axis=0)  # the table's axes that the program moves
+    there = moves.table_axes
     for k in range(len(moves) + 1):
         while n < len(events) and events[n].before <= k:
             yield _event(events[n])

@@ -48,7 +48,9 @@ SHOWN = 3  # remedies for the part as a whole
 TRIED_FIRST = 3  # beads that are tried before the whole part
 
 
-def remedies(result: Result, progress: Progress | None = None, seconds: float = np.inf) -> Iterator[Remedy]:
+def remedies(
+    result: Result, progress: Progress | None = None, seconds: float = np.inf, shown: int = SHOWN
+) -> Iterator[Remedy]:
     """Search what would help.
 
     Args:
@@ -56,6 +58,7 @@ def remedies(result: Result, progress: Progress | None = None, seconds: float = 
         progress: told how far it is.
         seconds: of the processor's time, after which nothing further is tried (a busy machine changes no answer);
             infinite: more is tried before it is given up.
+        shown: how many for the part as a whole.
 
     Yields:
         First what helps the part as a whole, then each group's smallest change; each as soon as it is known.
@@ -74,7 +77,7 @@ def remedies(result: Result, progress: Progress | None = None, seconds: float = 
         search = _RemedySearch(result, parts, count, time.process_time() + seconds)
         reasons = {group.reason for group in found}
         reason = found[0].reason if len(found) == 1 or (result.not_looked_at and len(reasons) == 1) else None
-        best = search.run(whole, reason, SHOWN, CHECKS_WHOLE)
+        best = search.run(whole, reason, shown, CHECKS_WHOLE)
         if not any(remedy.checked == "part" for remedy in best):
             moving = other_mode(result, None, search.deadline)
             best = best if moving is None else [moving, *(remedy for remedy in best if remedy.change)]

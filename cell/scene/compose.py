@@ -34,7 +34,7 @@ from .equipment import add_positioner, add_robot, leave_out_table
 from .scene import Scene
 from .standing import standing, sunk
 from .table_axes import table_axes
-from .workpiece import add_fixture, add_part
+from .workpiece import MANY_PIECES, add_fixture, add_part
 from .world import surroundings
 
 WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
@@ -42,12 +42,13 @@ WIRE_AHEAD = 0.1  # share of its length by which a wire's middle may lie ahead o
 
 
 @phase("composing the cell")
-def compose(case: Case, part: PartShape) -> Scene:
+def compose(case: Case, part: PartShape, together: int = MANY_PIECES) -> Scene:
     """Build the cell.
 
     Args:
         case: the case.
         part: shapes of the part, part frame, mm.
+        together: shapes of the part in one body of the model.
 
     Returns:
         The compiled scene.
@@ -61,7 +62,7 @@ def compose(case: Case, part: PartShape) -> Scene:
     check_count(case.robot.joints)
     pair_tool_with_arm(pieces)
     table = add_positioner(pieces)
-    add_part(pieces, part)
+    add_part(pieces, part, together)
     for fixture in case.fixtures:
         add_fixture(pieces, fixture)
     leave_out_table(pieces)

@@ -48,7 +48,7 @@ def _table_body(pieces: Pieces) -> mujoco.MjsBody:
     return pieces.world.site(pieces.name(Piece.POSITIONER, "sites", told.table)).parent
 
 
-def add_part(pieces: Pieces, part: PartShape) -> None:
+def add_part(pieces: Pieces, part: PartShape, together: int = MANY_PIECES) -> None:
     """Put support and part onto the positioner's table, with a site ``part`` at the part's frame."""
     case, world = pieces.case, pieces.world
     pos, quat = pieces.table
@@ -99,12 +99,12 @@ def add_part(pieces: Pieces, part: PartShape) -> None:
             conaffinity=0,
         )
     pieces.warnings += _filled_body(case, part)
-    several = len(part.hulls) > MANY_PIECES
+    several = len(part.hulls) > together
     holder = body
     for i, (name, vertices) in enumerate(part.hulls.items()):
-        if several and i % MANY_PIECES == 0:
+        if several and i % together == 0:
             # MuJoCo goes through every geom of a body that may be hit: what lies far off is left out body by body
-            holder = body.add_body(name=f"pieces_{i // MANY_PIECES}")
+            holder = body.add_body(name=f"pieces_{i // together}")
             pieces.piece[holder.name] = Piece.PART
         world.add_mesh(name=name, uservert=(vertices * METRES_PER_MM).ravel())
         holder.add_geom(

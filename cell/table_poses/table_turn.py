@@ -1,6 +1,6 @@
 """The table turning from one pose to another while the arm stands still: its way, proved free, and its time.
 
-    turn = turned_table(job, q, (E1, E2), (E1, E2), stage)
+    turn = TurnSearch(job).search(q, (E1, E2), (E1, E2), stage)
     turn.table, turn.dt_s                     # or a Failure: why there is no way
 
 Both axes move together on a straight line, or one after the other where that is not free, or by way of the table

@@ -68,7 +68,7 @@ def rows_of(job: Job, motion: Motion) -> Way:
     return _posed(job, np.arange(len(motion.t_s)), np.concatenate([motion.q, motion.table], axis=1))
 
 
-def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.bool_]) -> Way:
+def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.bool_], most: int = MOST_SAMPLES) -> Way:
     """Samples on some of a motion's steps, ends included.
 
     Args:
@@ -77,6 +77,7 @@ def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.b
         rows: from :func:`rows_of`.
         grain: how far apart at most.
         which: steps wanted, (rows - 1,).
+        most: samples.
 
     Returns:
         The samples; a step's end is there once, as the start of the next where that is wanted.
@@ -89,8 +90,8 @@ def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.b
     turn = np.abs(np.diff(rows.q, axis=0)).max(axis=1) / grain.angle
     count = np.maximum(np.ceil(np.maximum(away, turn) - 1e-9), 1).astype(np.int64)
     step = np.flatnonzero(which)
-    if count[step].sum() > MOST_SAMPLES:
-        raise InputError(f"the motion is too long: it takes {count[step].sum()} samples, {MOST_SAMPLES} are looked at")
+    if count[step].sum() > most:
+        raise InputError(f"the motion is too long: it takes {count[step].sum()} samples, {most} are looked at")
     last = step[~np.isin(step + 1, step)]
     row = np.repeat(step, count[step])
     k = np.arange(len(row)) - np.repeat(np.cumsum(count[step]) - count[step], count[step])

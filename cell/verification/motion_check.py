@@ -205,16 +205,16 @@ def _speed_use(job: Job, motion: Motion) -> Floats:
     return np.concatenate([speed, np.zeros((1, speed.shape[1]))])
 
 
-def _acceleration_use(job: Job, read: ReadMotion, rows: Way) -> Floats:
+def _acceleration_use(job: Job, read: ReadMotion, rows: Way, windows: Sequence[float] = WINDOWS) -> Floats:
     """Share of its acceleration that each axis needs about each row, (m, j + 2).
 
     Of the motion with its corners rounded: second differences, which are means of the accelerations in them. From row
     to row they hide no spike, but the rounding of a file's digits can be all they show: what it can be at most is taken
     off, which over longer ones is little. Before its first row and after its last the motion is at rest.
     """
-    smooth = _second_differences(blended_rows(job, read, rows), read, WINDOWS)
+    smooth = _second_differences(blended_rows(job, read, rows), read, windows)
     # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
-    plain = _second_differences(_axes(read.motion), read, WINDOWS)
+    plain = _second_differences(_axes(read.motion), read, windows)
     plain[-1] = np.inf
     shares: Floats = np.minimum(smooth, plain).max(axis=0) / job.drives.acceleration
     return shares

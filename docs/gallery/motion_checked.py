@@ -35,7 +35,7 @@ with open("shifted.csv", "w", newline="") as file:
 
 for name in ("ours.csv", "shifted.csv"):
     found = cell.check_motion(job, cell.read_motion(name, job))
-    distance, row = found.off
+    distance, row = found.bead_distance
     print(f"{name}: feasible {found.feasible}, TCP at most {1000 * distance:.3f} mm off the bead (row {row})")
     for finding in found.findings[:3]:
         print("  ", finding.reason, finding.detail)

@@ -2,7 +2,7 @@
 
 Use:
 
-    fine = looked_at(sliced, bead)
+    fine = fine_thickness(sliced, bead)
     point, gained = interpolate(sliced, bead, 7.25)     # a quarter of the way from point 7 to point 8
 """
 

@@ -1,6 +1,6 @@
 """Layers that close over the end of a body, laid flat: round the pole as its map shows it, farther down right round.
 
-    for view in views_over_ends(layer, under): view.chart, view.region, view.support      # clipped to where it is true
+    views, whole = views_over_ends(layer, below, under)    # clipped to where each is true
 
 `under` are the borders of the layer below, put onto the layer's surface, with their turns about the axis. In the map of
 a pole (`slicing.surfaces.charts.PoleChart`) every border is a closed loop, those that go round the axis round the pole;

@@ -23,11 +23,11 @@ from .loops import Curve
 from .revolved import stacked_curves
 
 NUDGE_MM = 1e-7  # zero counts as inside
-BATCH = 100_000  # triangles that are cut in one go: bounds the memory
+BATCH = 100_000
 STEEPEST = 0.01  # of cones whose offsets are moved along the axis; steeper ones would be moved too far
 
 
-def cone_curves(mesh: Mesh, base: Cone, heights: Floats, tolerance_mm: float) -> list[list[Curve]]:
+def cone_curves(mesh: Mesh, base: Cone, heights: Floats, tolerance_mm: float, batch: int = BATCH) -> list[list[Curve]]:
     """Curves in which a mesh meets offsets of a cone.
 
     Args:
@@ -35,6 +35,7 @@ def cone_curves(mesh: Mesh, base: Cone, heights: Floats, tolerance_mm: float) ->
         base: what is offset; its slope at least STEEPEST either way.
         heights: (l,) offsets, mm, ascending.
         tolerance_mm: greatest distance between the exact curve and the chord of two successive points.
+        batch: triangles that are cut in one go: bounds the memory.
 
     Returns:
         For every offset its closed curves, as `slicing.curves.intersect.intersect` gives them.
@@ -43,7 +44,7 @@ def cone_curves(mesh: Mesh, base: Cone, heights: Floats, tolerance_mm: float) ->
     height = base.distance(mesh.vertices)
     cut_at = _cuts(height, heights, mesh.noise_mm)
     sine = base.slope / np.hypot(1.0, base.slope)
-    for rows, level, low, high in _batches(mesh, base, height, cut_at):
+    for rows, level, low, high in _batches(mesh, base, height, cut_at, batch):
         if len(rows) == 0:
             found += [[] for _ in range(low, high)]
             continue
@@ -67,7 +68,9 @@ def _cuts(height: Floats, heights: Floats, noise_mm: float) -> Floats:
     return heights + lift
 
 
-def _batches(mesh: Mesh, base: Cone, height: Floats, cut_at: Floats) -> Iterator[tuple[Ints, Ints, int, int]]:
+def _batches(
+    mesh: Mesh, base: Cone, height: Floats, cut_at: Floats, batch: int
+) -> Iterator[tuple[Ints, Ints, int, int]]:
     """Ranges of levels: numbers of triangles (k,) with the levels (k,) that they meet, and the range's ends."""
     corners = [height[mesh.faces[:, k]] for k in range(3)]
     centres, radii = mesh.bounding_spheres
@@ -82,7 +85,7 @@ def _batches(mesh: Mesh, base: Cone, height: Floats, cut_at: Floats) -> Iterator
     count = np.cumsum(np.bincount(first, minlength=levels + 1) - np.bincount(after, minlength=levels + 1))[:levels]
     begin = 0
     while begin < levels:
-        end = begin + max(int(np.searchsorted(np.cumsum(count[begin:]), BATCH, side="right")), 1)
+        end = begin + max(int(np.searchsorted(np.cumsum(count[begin:]), batch, side="right")), 1)
         start = np.maximum(first, begin)
         many = np.maximum(np.minimum(after, end) - start, 0)
         row = np.repeat(np.arange(len(met)), many)

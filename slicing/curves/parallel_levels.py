@@ -31,7 +31,7 @@ from .pairing import pair
 
 Ranks = npt.NDArray[np.int32]  # small: they are gathered by every edge
 NUDGE_MM = 1e-7  # zero counts as inside
-BATCH = 300_000  # crossings of triangles and levels that are solved in one go: bounds the memory
+BATCH = 300_000
 # by which corners lie outside (1 + 2 + 4): the side along which the boundary leaves, and that where it comes back
 LEAVES = np.array([0, 2, 0, 2, 1, 1, 0, 0])
 RETURNS = np.array([0, 0, 1, 1, 2, 0, 2, 0])
@@ -83,6 +83,7 @@ def level_curves(
     tolerance_mm: float,
     nudge_mm: float = NUDGE_MM,
     faces: Ints | None = None,
+    batch: int = BATCH,
 ) -> list[list[Curve]]:
     """Curves in which a mesh meets offsets of a plane or a cylinder.
 
@@ -93,6 +94,7 @@ def level_curves(
         tolerance_mm: greatest distance between the exact curve and the chord of two successive points.
         nudge_mm: how far outside a level the cut is really made.
         faces: (k,) numbers of the triangles to look at, ascending; all when not given.
+        batch: crossings of triangles and levels that are solved in one go: bounds the memory.
 
     Returns:
         For every level its closed curves, as `slicing.curves.intersect.intersect` gives them.
@@ -101,7 +103,7 @@ def level_curves(
         return []
     net = _net(mesh, base, np.asarray(heights, dtype=np.float64), nudge_mm, faces)
     found: list[list[Curve]] = []
-    for low, high in _batches(net):
+    for low, high in _batches(net, batch):
         found += _batch(mesh, net, low, high, tolerance_mm)
     return found
 
@@ -213,17 +215,17 @@ def _dips(base: Cylinder, vertices: Floats, edges: Ints, low: Ranks, cut_at: Flo
     return above[rows], np.searchsorted(cut_at, foot[rows], side="right")
 
 
-def _batches(net: _Net) -> Iterator[tuple[int, int]]:
+def _batches(net: _Net, batch: int) -> Iterator[tuple[int, int]]:
     """Ranges of levels with a bounded number of crossings each."""
     levels = len(net.cut_at)
-    if len(net.faces) <= BATCH // levels:
+    if len(net.faces) <= batch // levels:
         yield 0, levels
         return
     begin = np.bincount(net.face_low, minlength=levels + 1)
     active = np.cumsum(begin - np.bincount(net.face_high, minlength=levels + 1))[:levels]
     low, total = 0, 0
     for level, count in enumerate(active.tolist()):
-        if total and total + count > BATCH:
+        if total and total + count > batch:
             yield low, level
             low, total = level, 0
         total += count

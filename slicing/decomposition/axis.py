@@ -45,6 +45,7 @@ SEARCHED = 12  # bands looked at on the way
 MEASURED, MEASURED_SHARE = 24, 0.01  # bands that tell one axis from another; of the largest round one
 BANDS, FITTED_SHARE = 4, 0.1  # of which so many are fitted together; of the largest round one
 LEAST_CORNERS = 6
+FEW_SIDES_TURN = 0.75  # of the directions: a box with its edges cut off has four sides alike, in two thirds of them
 FEW_SIDES_WIN = 3.0  # times the area of what has many sides about one axis
 RIVAL = 0.5  # of the area: another axis with as much is told of
 SAME_AXIS_RAD, SAME_AXIS = np.deg2rad(6.0), 0.05  # of the part's reach: axes closer than this are one
@@ -109,15 +110,16 @@ def find_axis(
         The axis, fitted to the mesh (near what was given), or None if nothing is turned about any.
     """
     few = replace(skin, half_facet_rad=FEW_SIDES_RAD)
+    few_turn = max(least_turn, FEW_SIDES_TURN) if least_turn >= LEAST_TURN else least_turn
     if point is not None and direction is not None:
         axis = _refined(skin, Axis(point, direction), least_turn)
-        axis = axis if axis.area_mm2 > 0 else _refined(few, Axis(point, direction), least_turn)
+        axis = axis if axis.area_mm2 > 0 else _refined(few, Axis(point, direction), few_turn)
         # nothing near: the one that is there says how far off the point is
         return axis if axis.area_mm2 > 0 else find_axis(skin, None, direction, least_turn)
     found = _axes(skin, (point, direction), least_turn, MANY_SIDES)
     most = max((axis.area_mm2 for axis in found), default=0.0)
     if _few_sided_mm2(skin) > RIVAL * most:
-        found = _joined(found, _axes(few, (point, direction), least_turn, FEW_SIDES), skin.extent)
+        found = _joined(found, _axes(few, (point, direction), few_turn, FEW_SIDES), skin.extent)
     if not found:
         return None if point is None else find_axis(skin, None, direction, least_turn)
     most = max(axis.area_mm2 for axis in found)

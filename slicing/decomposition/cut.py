@@ -21,7 +21,7 @@ from ..mesh.closest_point import least_over_triangles
 from ..mesh.shells import winding_numbers
 from ..mesh.solid import Bools, Floats, Ints, PartError
 from .outline import Outline
-from .turned_steps import is_turned_step
+from .turned_steps import is_turned, is_turned_step
 
 CUTTER_SIDES = 1024  # sides of the cutter: its corners are 5e-6 of the radius outside
 SLIVER_MM, SLIVER_SIZE = 0.05, 2e-3  # a piece that stands out less (and less than that share of the radius) is none
@@ -226,13 +226,10 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float, steps_to_mm: float = 
             slivers.append(sliver)
             continue
         piece = _on_outline(vertices, faces, cut, outline)
-        if len(piece.root) and _thin_on_cones(piece, height, outline):
+        skin = np.delete(faces, cut, axis=0)
+        if len(piece.root) and _thin_on_cones(piece, height, outline) and is_turned(vertices, skin):
             slivers.append(sliver)
-        elif (
-            len(piece.root)
-            and _radius(vertices) <= steps_to_mm
-            and is_turned_step(part, vertices, np.delete(faces, cut, axis=0), outline)
-        ):
+        elif len(piece.root) and _radius(vertices) <= steps_to_mm and is_turned_step(part, vertices, skin, outline):
             kept += part
             steps.append(sliver)
         elif len(piece.root):
@@ -287,7 +284,7 @@ def _standing_out(vertices: Floats, outline: Outline) -> float:
 
 
 def _thin_on_cones(piece: CutPiece, height: float, outline: Outline) -> bool:
-    """What a dome or a fillet bulges out of the cones that stand for it is none of the sub-volumes."""
+    """As low on cones as what a dome or a fillet bulges out of those that stand for it, which is no sub-volume."""
     section = outline.section_at(piece.vertices[piece.faces[piece.root], 2].mean(axis=1))
     cones = not any(outline.sections[k].is_cylinder for k in np.unique(section))
     return cones and height < BULGE * outline.widest

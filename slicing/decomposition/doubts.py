@@ -2,7 +2,7 @@
 
 Use:
 
-    lines = doubts(mesh, solid_volume, evidence, pieces)     # () where nothing is
+    lines = missing_volume("propeller", whole_mm3, cut)      # [] where nothing is
     evidence.line                                            # "body: cylinder of radius 20 mm; 41.2 % of .."
 """
 

@@ -42,7 +42,17 @@ def is_turned_step(piece: Any, vertices: Floats, skin: Ints, outline: Outline) -
     twelfths = np.floor(azimuth * (0.5 * DIRECTIONS / np.pi)).astype(np.int64)
     if len(np.unique(twelfths.clip(-DIRECTIONS // 2, DIRECTIONS // 2 - 1))) < DIRECTIONS:
         return False
-    return _turned_share(vertices, skin) >= TURNED_SHARE and _low_all_round(piece, outline)
+    return is_turned(vertices, skin) and _low_all_round(piece, outline)
+
+
+def is_turned(vertices: Floats, skin: Ints) -> bool:
+    """Whether a skin looks along planes through the axis, as what is turned does.
+
+    Args:
+        vertices: (n, 3) mm, z the axis.
+        skin: (m, 3) faces, outward.
+    """
+    return _turned_share(vertices, skin) >= TURNED_SHARE
 
 
 def _turned_share(vertices: Floats, skin: Ints) -> float:

@@ -21,7 +21,7 @@ from .chord_error import error
 SLACK, ROUNDING = 1e-9, 1e-14  # of the squared tolerance, of the squared size: nearer than this `error` decides
 SAME_DISTANCE = 1e-9  # relative: distances that rounding may change
 LOOKS = 4  # points of a long segment that are looked at before all of them are
-MANY_POINTS = 200_000  # points that are looked at in one go: bounds the memory
+MANY_POINTS = 200_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,7 @@ class Stretches:
         end: (s,) its last point.
         tolerance_mm: (s,) how far its line may stray from a segment.
         size2: (s,) squared size of its line, mm².
+        at_once: points that are looked at in one go: bounds the memory.
     """
 
     columns: Floats
@@ -41,6 +42,7 @@ class Stretches:
     end: Ints
     tolerance_mm: Floats
     size2: Floats
+    at_once: int = MANY_POINTS
 
 
 def greedy_points(stretches: Stretches, min_segment_mm: float) -> list[list[int]]:
@@ -112,7 +114,7 @@ def _within(stretches: Stretches, rows: Ints, i: Ints, j: Ints) -> Bools:
         out[many] = few.reshape(-1, LOOKS).max(axis=1) <= tolerance2[many] + slack2[many]
     left = np.flatnonzero(out & (j - i > 1))
     ends = np.cumsum((j - i - 1)[left])
-    for low, high in _chunks(ends):
+    for low, high in _chunks(ends, stretches.at_once):
         some = left[low:high]
         count = (j - i - 1)[some]
         first = np.cumsum(count) - count
@@ -128,11 +130,11 @@ def _within(stretches: Stretches, rows: Ints, i: Ints, j: Ints) -> Bools:
     return out
 
 
-def _chunks(ends: Ints) -> list[tuple[int, int]]:
-    """Ranges of rows that hold about MANY_POINTS points each, from how many the rows up to each hold."""
+def _chunks(ends: Ints, at_once: int) -> list[tuple[int, int]]:
+    """Ranges of rows that hold about ``at_once`` points each, from how many the rows up to each hold."""
     if len(ends) == 0:
         return []
-    cuts = np.unique(np.searchsorted(ends, np.arange(MANY_POINTS, int(ends[-1]), MANY_POINTS)) + 1)
+    cuts = np.unique(np.searchsorted(ends, np.arange(at_once, int(ends[-1]), at_once)) + 1)
     bounds = [0, *cuts[cuts < len(ends)].tolist(), len(ends)]
     return list(pairwise(bounds))
 

@@ -26,7 +26,6 @@ from cell.failure import Kind
 from cell.job.job import prepare
 from cell.motion.motion import STANDING, Motion
 from cell.motion.motion_file import ReadMotion
-from cell.planning import blended_check as as_run
 from cell.planning.blended_check import travel_corners, travel_path
 from cell.planning.context import Context, settings_of
 from cell.remedy_search import search as remedies_module
@@ -201,10 +200,9 @@ def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypat
         (found.distance.min() - 1e-4, 1e-4, True),
         (closely - 1e-4, zone, True),
     ):
-        monkeypatch.setattr(as_run, "TRAVEL_ZONE", turn)
         settings = replace(settings_of(job), clearance=float(least))
         context = Context.of(job, result.table, settings)
-        failure = travel_corners(context, q, found, stage)
+        failure = travel_corners(context, q, found, stage, zone=turn)
         assert (failure is None) is free
         if failure is not None:
             assert (failure.kind, failure.rounded) == (Kind.COLLISION, True)

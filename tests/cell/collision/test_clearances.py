@@ -1,5 +1,6 @@
 """Clearances against MuJoCo's distance of every pair, one by one: nothing within reach is missed."""
 
+from dataclasses import replace
 from itertools import product
 
 import mujoco
@@ -8,7 +9,7 @@ import pytest
 from support.boss_motion import boss_case, job_of
 
 from cell.collision.checker import Checker
-from cell.scene import workpiece
+from cell.scene.compose import compose
 from cell.scene.placement import place
 from ik.roll import apply_roll
 
@@ -56,9 +57,9 @@ def one_by_one(scene, q, stage, reach):
 
 @pytest.mark.parametrize("few", [256, 3], ids=["in one body", "in many bodies"])
 @pytest.mark.parametrize("reach", [0.05, 0.01])
-def test_nothing_within_reach_is_missed(tmp_path, monkeypatch, few, reach):
-    monkeypatch.setattr(workpiece, "MANY_PIECES", few)
+def test_nothing_within_reach_is_missed(tmp_path, few, reach):
     job = job_of(boss_case(tmp_path, roll="free"))
+    job = replace(job, scene=compose(job.case, job.shape, few))
     scene = job.scene
     names = [scene.model.body(b).name for b in range(scene.model.nbody)]
     assert any(name.startswith("pieces_") for name in names) == (few == 3)

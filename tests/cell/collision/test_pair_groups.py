@@ -152,9 +152,8 @@ def test_many_samples_are_bounded_in_blocks_as_step_by_step(scenes):
         np.testing.assert_allclose(way[few], group.travel_bound(group.radius, q[few], q[few + 1]), rtol=1e-12)
 
 
-def test_the_least_is_what_dense_samples_have(scenes, monkeypatch):
+def test_the_least_is_what_dense_samples_have(scenes):
     """Of motions that are free: nearer than any of many samples but for what is promised."""
-    monkeypatch.setattr(between_samples, "MANY_STEPS", 0)
     rng = np.random.default_rng(4)
     met = 0
     for checker in checkers(scenes, rng):
@@ -166,7 +165,7 @@ def test_the_least_is_what_dense_samples_have(scenes, monkeypatch):
             way = start + np.array([-3.0, -1.0, 1.0, 3.0])[:, None] * rng.normal(size=chain.n) * 0.03
             stage = np.zeros(len(way), dtype=np.int64)
             found = checker.clearances(way, stage)
-            _, nearest = least_on_the_way(checker, np.full(chain.n, 4.0), way, stage, found)
+            _, nearest = least_on_the_way(checker, np.full(chain.n, 4.0), way, stage, found, many=0)
             t = np.linspace(0, 1, 15)[:, None]
             dense = np.concatenate([a + t * (b - a) for a, b in pairwise(way)])
             true = checker.clearances(dense, np.zeros(len(dense), dtype=np.int64)).distance.min()
@@ -203,13 +202,12 @@ def test_what_a_later_group_comes_nearer_to_between_samples_is_found(monkeypatch
         posts = q[rng.integers(9, size=3)] + rng.normal(size=(3, 2)) * 0.3
         groups = [Posts(post) for post in posts]
         found = Posts(posts).clearances(q, np.zeros(9))
-        monkeypatch.setattr(between_samples, "MANY_STEPS", 0)
         monkeypatch.setattr(between_samples, "groups_of", lambda checker, found, groups=groups: groups)
         monkeypatch.setattr(
             between_samples, "travel_bounds", lambda groups, q: [g.travel_bound(None, q[:-1], q[1:]) for g in groups]
         )
         stage = np.zeros(9, dtype=np.int64)
-        _, nearest = least_on_the_way(Posts(posts), np.ones(2), q, stage, found)
+        _, nearest = least_on_the_way(Posts(posts), np.ones(2), q, stage, found, many=0)
         dense = np.concatenate([a + np.linspace(0, 1, 400)[:, None] * (b - a) for a, b in pairwise(q)])
         each = [group.clearances(dense, None).distance.min() for group in groups]
         true = min(each)

@@ -22,10 +22,11 @@ from support.browser import Browser, wait_for
 from cell.case.read import load_case, with_changes
 from cell.case.sections import REASONS
 from cell.failure import AT_TARGET, ON_BEAD, Contact, Failure, Kind
-from cell.html import check_page, drawn_path
+from cell.html import check_page
 from cell.html import series as html_series
 from cell.html import shapes as html_shapes
 from cell.html.check_page import html_report, packed
+from cell.html.drawn_path import PageBudget
 from cell.html.pack import Pack, unpack
 from cell.html.words import in_plain_words, what_went_wrong, worst
 from cell.job.job import prepare
@@ -222,11 +223,10 @@ def test_a_collision_is_said_in_words(hit: Result) -> None:
     assert what_went_wrong(hit, hit.rows[40]) == "torch nozzle and layer 3 of SV1: -2.0 mm, needs 5"
 
 
-def test_gathered_samples_keep_the_peaks_and_every_target(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_gathered_samples_keep_the_peaks_and_every_target(good: Result) -> None:
     fine = unpack(packed(good))["path"]
     assert fine["note"] == ""
-    monkeypatch.setattr(drawn_path, "MOST_SAMPLES", 300)
-    coarse = unpack(packed(good))["path"]
+    coarse = unpack(packed(good, PageBudget(samples=300)))["path"]
     assert len(coarse["x"]) < 0.4 * len(fine["x"])
     assert coarse["note"].startswith(f"{len(coarse['x']):,} steps stand for the {len(fine['x']):,} samples")
     assert set(coarse["target"][coarse["arc"] == 1]) == set(range(len(good.rows)))
@@ -235,12 +235,11 @@ def test_gathered_samples_keep_the_peaks_and_every_target(good: Result, monkeypa
             assert peak(a["y"]) == pytest.approx(peak(b["y"]), abs=0.00501)
 
 
-def test_the_least_clearance_is_drawn_where_it_occurs(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drawn_path, "MOST_SAMPLES", 300)
+def test_the_least_clearance_is_drawn_where_it_occurs(good: Result) -> None:
     assert good.clearance is not None
     # nearer than at any sample sent: between two of them
     least = replace(good.clearance, value=0.0061, target=77, what=("torch_nozzle", "faceplate"))
-    path = unpack(packed(replace(good, clearance=least)))["path"]
+    path = unpack(packed(replace(good, clearance=least), PageBudget(samples=300)))["path"]
     shown = lines_of(path, "Nearest")[0]["y"]
     at = int(np.argmin(shown))
     assert shown[at] == pytest.approx(6.1, abs=0.0051)
@@ -250,22 +249,20 @@ def test_the_least_clearance_is_drawn_where_it_occurs(good: Result, monkeypatch:
 
 
 def test_of_many_infeasible_targets_the_worst_of_each_reason_are_listed(
-    bad: Result, monkeypatch: pytest.MonkeyPatch
+    bad: Result,
 ) -> None:
     rows = list(bad.rows)
-    monkeypatch.setattr(check_page, "MOST_LISTED", 20)
-    listed = check_page.listed_targets(bad)
+    listed = check_page.listed_targets(bad, 20)
     assert len(listed) == 20 < bad.infeasible
     for reason in {row.reason for row in rows} - {None}:
         own = [i for i in worst_first(bad) if rows[i].reason == reason]
         mine = [i for i in listed if rows[i].reason == reason]
         assert len(mine) >= min(len(own), 5)
         assert set(mine) == set(own[: len(mine)])
-    document = unpack(packed(bad))
+    document = unpack(packed(bad, PageBudget(listed=20)))
     assert document["unlisted"] == bad.infeasible - 20
     assert [r["target"] for r in document["infeasible"]] == listed
-    monkeypatch.setattr(check_page, "MOST_LISTED", 10_000)
-    assert unpack(packed(bad))["unlisted"] == 0
+    assert unpack(packed(bad, PageBudget(listed=10_000)))["unlisted"] == 0
 
 
 def many(good: Result, n: int) -> Result:
@@ -357,13 +354,12 @@ def name_of_mesh(model: mujoco.MjModel, geom: int) -> str:
     return "" if mesh < 0 else model.mesh(mesh).name
 
 
-def test_a_plane_has_no_surface_and_a_fine_mesh_is_coarsened(monkeypatch: pytest.MonkeyPatch, good: Result) -> None:
+def test_a_plane_has_no_surface_and_a_fine_mesh_is_coarsened(good: Result) -> None:
     model = good.job.scene.model
     assert html_shapes.geom_triangles(model, model.geom("floor").id) is None
     geom = next(g for g in range(model.ngeom) if name_of_mesh(model, g) == "robot/link_2_orange")
     fine = html_shapes.geom_triangles(model, geom)
-    monkeypatch.setattr(html_shapes, "MOST_FACES", 1000)
-    coarse = html_shapes.geom_triangles(model, geom)
+    coarse = html_shapes.geom_triangles(model, geom, 1000)
     assert fine is not None
     assert coarse is not None
     assert len(coarse.faces) <= 1000 < len(fine.faces)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cell.html import drawn_path
-from cell.html.drawn_path import DrawnPath, worst_of_steps
+from cell.html.drawn_path import DrawnPath, PageBudget, worst_of_steps
 from cell.motion.motion import Motion
 
 
@@ -26,11 +26,10 @@ def path_with(starts: np.ndarray, m: int) -> DrawnPath:
 
 
 @pytest.mark.parametrize("most_steps", [75_000, 3_000, 100])
-def test_every_target_and_both_ends_of_every_way_are_kept(monkeypatch: pytest.MonkeyPatch, most_steps: int) -> None:
-    monkeypatch.setattr(drawn_path, "MOST_SAMPLES", 500)
-    monkeypatch.setattr(drawn_path, "MOST_STEPS", most_steps)
+def test_every_target_and_both_ends_of_every_way_are_kept(most_steps: int) -> None:
+    budget = PageBudget(samples=500, steps=most_steps)
     motion = motion_of(1000, 20)
-    starts = drawn_path._starts(motion)
+    starts = drawn_path._starts(motion, budget)
     assert (np.diff(starts) > 0).all()
     assert {0, len(motion.t_s) - 1} <= set(starts.tolist())
     welded = starts[motion.arc[starts] == 1]
@@ -41,25 +40,24 @@ def test_every_target_and_both_ends_of_every_way_are_kept(monkeypatch: pytest.Mo
     # no long way without a sample, whatever the budget
     assert np.diff(starts).max() <= len(motion.t_s) / (500 - 2)
     assert len(starts) <= max(min(most_steps, 500 + 2 * 1100), 500 + len(firsts) + 2 * len(switched)) + 2
-    assert len(drawn_path._starts(motion_of(20, 20))) == 400  # few are all sent
+    assert len(drawn_path._starts(motion_of(20, 20), budget)) == 400  # few are all sent
 
 
 @pytest.mark.parametrize("at_once", [1, 7, 100, 10_000])
-def test_the_worst_of_a_step_is_the_worst_of_all_its_samples(monkeypatch: pytest.MonkeyPatch, at_once: int) -> None:
+def test_the_worst_of_a_step_is_the_worst_of_all_its_samples(at_once: int) -> None:
     rng = np.random.default_rng(3)
     values = rng.normal(size=(1000, 2))
     values[rng.random(values.shape) < 0.2] = np.nan
     starts = np.unique(np.append(0, rng.integers(0, 1000, 90)))
     values[starts[4] : starts[5]] = np.nan
-    monkeypatch.setattr(drawn_path, "SAMPLES_AT_ONCE", at_once)
     asked = []
 
     def some(first: int, stop: int) -> np.ndarray:
         asked.append(stop - first)
         return values[first:stop]
 
-    least = worst_of_steps(path_with(starts, 1000), some)
-    most = worst_of_steps(path_with(starts, 1000), some, np.fmax.reduceat)
+    least = worst_of_steps(path_with(starts, 1000), some, at_once=at_once)
+    most = worst_of_steps(path_with(starts, 1000), some, np.fmax.reduceat, at_once)
     for k, (a, b) in enumerate(zip(starts, np.append(starts[1:], 1000), strict=True)):
         known = [column[np.isfinite(column)] for column in values[a:b].T]
         np.testing.assert_array_equal(least[k], [c.min() if len(c) else np.nan for c in known])

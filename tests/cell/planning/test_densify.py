@@ -11,7 +11,7 @@ from cell.case.read import load_case
 from cell.failure import Kind
 from cell.job.job import prepare
 from cell.planning.context import Context
-from cell.planning.densify import densified
+from cell.planning.densify import Closeness, densified
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_bead
 from cell.scene.scene import table_angles
@@ -82,10 +82,8 @@ def test_a_new_row_that_is_near_a_singularity_is_refused(context: Context, bead:
     assert {f.kind for f in densified(strict, [bead])[1].values()} == {Kind.SINGULAR}
 
 
-def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cell.planning.densify.MOST_HALVINGS", 1)
-    monkeypatch.setattr("cell.planning.densify.MOST_WIRE_ANGLE", np.deg2rad(0.001))
-    _, failures = densified(context, [bead])
+def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch) -> None:
+    _, failures = densified(context, [bead], Closeness(wire_angle=np.deg2rad(0.001), halvings=1))
     assert failures
     assert {failure.kind for failure in failures.values()} == {Kind.JUMP}
     assert all(failure.from_target == i - 1 for i, failure in failures.items())

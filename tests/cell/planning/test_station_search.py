@@ -9,12 +9,11 @@ import trimesh
 from support.boss_motion import boss_case
 from support.searches import setup_of
 
-from cell.planning import station_search as quick
 from cell.planning.bead_search import BeadSearch
 from cell.planning.configurations import evaluate
 from cell.planning.edge_check import SearchedBead
 from cell.planning.part_plan import plan_bead
-from cell.planning.station_search import Ends, StationSearch, stations
+from cell.planning.station_search import Ends, Spacing, StationSearch, stations
 from ik.bead_path import ROLL_COST, move_price
 from ik.roll import wrap
 
@@ -84,14 +83,14 @@ def test_stations_are_near_each_other_and_hold_both_ends(boss):
     rng = np.random.default_rng(3)
     position = np.cumsum(rng.uniform(0, 0.01, (200, 3)), axis=0)
     placed = replace(context.placed, position=position, normal=np.tile([0.0, 0.0, 1.0], (200, 1)))
-    at = stations(placed)
+    at = stations(placed, Spacing())
     assert (at[0], at[-1]) == (0, 199)
     length = np.linalg.norm(np.diff(position, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(length)])[at]
     assert np.diff(along).max() <= 0.04 + 2 * length.max()
     angle = np.linspace(0, np.pi, 200)
     placed = replace(placed, normal=np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), position=0 * position)
-    assert np.diff(angle[stations(placed)]).max() <= np.deg2rad(12) + 2 * np.pi / 199
+    assert np.diff(angle[stations(placed, Spacing())]).max() <= np.deg2rad(12) + 2 * np.pi / 199
 
 
 def test_what_moves_with_the_tcp_collides_alike_in_every_branch(boss):
@@ -156,10 +155,9 @@ def test_a_way_with_more_room_is_preferred(beside, search):
 
 
 @pytest.mark.slow
-def test_a_post_between_stations_is_gone_round(tmp_path, monkeypatch):
+def test_a_post_between_stations_is_gone_round(tmp_path):
     # a bead most of the way round the body and back, stations far from each other
-    monkeypatch.setattr(quick, "STATION", 1.0)
-    monkeypatch.setattr(quick, "STATION_TURN", np.deg2rad(150))
+    far = Spacing(1.0, np.deg2rad(150))
     wall = trimesh.creation.box((30.0, 300.0, 3.0))
     wall.apply_translation([-20.0, 0, 60])
     wall.export(tmp_path / "wall.stl")
@@ -167,8 +165,10 @@ def test_a_post_between_stations_is_gone_round(tmp_path, monkeypatch):
     job, context = setup_of(boss_case(tmp_path, "open", **case))
     bounds = beads_of(job)[0]
     bead = SearchedBead.of(context, *bounds)
-    straight = StationSearch(bead, context.settings.roll_step, Ends()).run()
-    off = np.linalg.norm(straight.position[:, None] - bead.placed.position[stations(bead.placed)], axis=2).min(axis=1)
+    straight = StationSearch(bead, context.settings.roll_step, Ends(), far).run()
+    off = np.linalg.norm(straight.position[:, None] - bead.placed.position[stations(bead.placed, far)], axis=2).min(
+        axis=1
+    )
     here = int(np.argmax(off))
     at = neck(job, context, straight, here)
     post = {"name": "post", "box": {"size_mm": [8, 8, 8]}, "position_mm": (1e3 * at).tolist()}
@@ -176,7 +176,7 @@ def test_a_post_between_stations_is_gone_round(tmp_path, monkeypatch):
     hit = context.checker.clearances(straight.q, np.full(len(straight.q), context.deposits_before[bounds[0]]))
     assert hit.distance.min() < 0
     assert hit.distance[[0, -1]].min() > context.settings.clearance
-    search = StationSearch(SearchedBead.of(context, *bounds), context.settings.roll_step, Ends())
+    search = StationSearch(SearchedBead.of(context, *bounds), context.settings.roll_step, Ends(), far)
     stations_before = len(search.at)
     round_it = search.run()
     assert round_it is not None

@@ -16,13 +16,12 @@ from support.boss_motion import boss_case
 from support.boss_program import boss_program
 
 import cell.programs.export as export_module
-import cell.programs.from_motion as from_motion_module
 from cell.case.read import with_changes
 from cell.cli.main import main
 from cell.motion.motion_file import write_motion
 from cell.programs.cell_controller import cell_controller, frames_of
 from cell.programs.export import export_program
-from cell.programs.from_motion import PointThinning, _farthest, program_of_motion
+from cell.programs.from_motion import PointThinning, _farthest, _told, program_of_motion
 from cell.programs.orientation import frame_of
 from cell.programs.pose_table import pose_table
 from cell.programs.program import Happens, MoveKind
@@ -88,16 +87,15 @@ def test_thinning_is_at_most_half_of_what_the_checks_allow() -> None:
     assert PointThinning.of(with_changes(case, controller=loose)).chord == pytest.approx(0.025e-3)
 
 
-def test_dense_points_and_small_memories_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dense_points_and_small_memories_are_told() -> None:
     boss = boss_program()
     tight = boss.job.case.controller.model_copy(update={"points_a_second": 0.2, "memory_mb": 0.1})
     job = replace(boss.job, case=with_changes(boss.job.case, controller=tight))
     frames = frames_of(job, cell_controller(job))
-    # 29 points of 100 bytes are far from any memory, of 4000 bytes they are not
+    # 29 points of 100 bytes are far from any memory, more than a thousand are not
     assert [line.code for line in program_of_motion(job, boss.motion, frames).warnings] == ["program_dense"]
-    monkeypatch.setattr(from_motion_module, "LINE_BYTES", 4000)
-    told = program_of_motion(job, boss.motion, frames).warnings
-    assert [line.code for line in told] == ["program_dense", "program_memory"]
+    assert [line.code for line in _told(job.case, 1100, 0.1)] == ["program_memory"]
+    assert not _told(job.case, 1000, 0.1)
     assert not boss.made.written.warnings
 
 

@@ -15,7 +15,6 @@ from cell.errors import InputError
 from cell.failure import Failure, Kind, Where
 from cell.failure import Place as FailurePlace
 from cell.job.job import prepare
-from cell.remedy_search import search as remedies_module
 from cell.remedy_search.seam_changes import reseamed, seam_places
 from cell.remedy_search.search import remedies
 from cell.shipped import MODELS_DIR
@@ -104,14 +103,13 @@ def ring_case(folder, turns_deg):
 
 
 @pytest.mark.slow
-def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path, monkeypatch):
+def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path):
     path = ring_case(tmp_path, 200.0)
     job = prepare(load_case(path))
     found = check(job, 0, 0)
     assert {row.reason for row in found.rows} == {None, "no_path"}
     assert all(row.reason is None or row.detail["on_the_way"] == "configuration change" for row in found.rows)
-    monkeypatch.setattr(remedies_module, "SHOWN", 1)
-    best = next(iter(remedies(found)))
+    best = next(iter(remedies(found, shown=1)))
     assert best.checked == "part"
     assert best.change["key"] == "beads.seams"
     assert best.change["from"] == []

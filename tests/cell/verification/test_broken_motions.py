@@ -300,7 +300,7 @@ def test_columns_are_known_by_their_names(good: Result, tmp_path: Path) -> None:
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
 
 
-def test_archives_that_hold_no_numbers(good: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_archives_that_hold_no_numbers(good: Result, tmp_path: Path) -> None:
     path = tmp_path / "m.npz"
 
     def refused(said: str) -> None:
@@ -345,13 +345,11 @@ def test_archives_that_hold_no_numbers(good: Result, tmp_path: Path, monkeypatch
     path.write_bytes(whole[:60] + bytes(40) + whole[100:])  # damaged inside a column
     refused("not an npz of arrays")
     path.write_bytes(whole)
-    monkeypatch.setattr("cell.motion.motion_file.MOST_BYTES", 1000)
-    refused("a motion is at most")
+    with pytest.raises(InputError, match="a motion is at most"):
+        read_motion(path, good.job, most_bytes=1000)
 
 
-def test_a_motion_that_is_too_long_is_refused_before_it_fills_the_memory(
-    good: Result, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("cell.verification.bead_samples.MOST_SAMPLES", 500)
+def test_a_motion_that_is_too_long_is_refused_before_it_fills_the_memory(good: Result) -> None:
+    rows = way_of(good.job, good.motion)
     with pytest.raises(InputError, match="the motion is too long: it takes"):
-        look(good.job, good.motion)
+        dense(good.job, good.motion, rows, FINE, np.ones(len(rows.q) - 1, dtype=bool), most=500)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import http.client
 import io
 import logging
 import os
@@ -159,8 +160,31 @@ def test_it_plays_in_a_browser_and_stops_on_ctrl_c(
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
-def test_ctrl_c_stops_it_when_nobody_watches(served: tuple[subprocess.Popen[bytes], str, Path]) -> None:
-    process, _, said = served
+def test_nobody_from_elsewhere_is_let_in_and_ctrl_c_stops_it(
+    served: tuple[subprocess.Popen[bytes], str, Path],
+) -> None:
+    process, address, said = served
+    where = urlsplit(address)
+
+    def asked(path: str, **headers: str) -> int:
+        """The server's answer to a browser that would open a socket."""
+        upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"}
+        key = {"Sec-WebSocket-Key": base64.b64encode(bytes(16)).decode()}
+        connection = http.client.HTTPConnection("127.0.0.1", where.port or 0, timeout=20)
+        connection.request("GET", path, headers={**upgrade, **key, **headers})
+        status = connection.getresponse().status
+        connection.close()
+        return status
+
+    own = {"Cookie": f"rbam-{where.port}={where.query.removeprefix('token=')}"}
+    for path in ("/state?sid=a", "/ui?sid=a"):
+        assert asked(path, **own) == 101
+        assert asked(path, **own, Origin=f"http://127.0.0.1:{where.port}") == 101
+        assert asked(path) == 403
+        for origin in ("http://evil.example", "null"):
+            assert asked(path, **own, Origin=origin) == 403
+        assert asked(path, **own, Host="evil.example") == 403
+    assert asked("/drop?sid=a", **own) == 403  # 60 MB a time stayed in its memory
     stopped(process, said)
 
 

@@ -76,9 +76,9 @@ def wedge(half: float, radius: float, height: float) -> float:
 
 
 # 30004: 14 sides far from the origin; 40241: a cone of 14 sides; 710019: a tiny cylinder below a filleted collar;
-# 3007, 3044: 9 and 11 sides; 3092: a rounded end and a collar's root fillet have facets of one slope
+# 3007, 3044, 4090: 9, 11 and 8 sides; 3092: a rounded end and a collar's root fillet have facets of one slope
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [*range(300, 312), 30004, 40241, 710019, 3007, 3044, 3092])
+@pytest.mark.parametrize("seed", [*range(300, 312), 30004, 40241, 710019, 3007, 3044, 3092, 4090])
 def test_parts_of_known_truth_are_found(seed, tmp_path):
     part = cad_part(seed)
     found = judged(part, load_mesh(part.save(tmp_path, FORMATS[seed % len(FORMATS)])))
@@ -94,6 +94,13 @@ def test_a_hub_of_few_sides_is_the_body_and_not_its_round_boss(sides):
     assert Code.BODY_SMALL not in codes(parts)
 
 
+def test_a_low_rib_on_a_cone_is_no_bulge_of_it():
+    """As low as what a dome bulges out of the cones that stand for it, but its sides are not turned."""
+    rib = cylinder(43.8, 0, 60, 100, top=26.8) ^ box((20, -3, 10), (60, 3, 50))
+    parts = decompose(mesh_of(cylinder(42, 0, 60, 100, top=25) + rib))
+    assert volumes(parts) == pytest.approx([(rib - cylinder(42, 0, 60, 2048, top=25)).volume()], rel=1e-3)
+
+
 def test_two_hubs_side_by_side_are_told_of():
     """Either may be meant: their axes are parallel, and as much is turned about the one as about the other."""
     arm = box((0, -4, 20), (80, 4, 30))
@@ -101,6 +108,13 @@ def test_two_hubs_side_by_side_are_told_of():
     assert Code.BODY_RIVAL in codes(decompose(mesh_of(two, turned(40, (1, 2, 0)))))
     small = cylinder(15, 0, 50) + cylinder(6, 0, 50).translate((80, 0, 0)) + arm
     assert Code.BODY_RIVAL not in codes(decompose(mesh_of(small)))
+
+
+def test_a_box_with_its_edges_cut_off_is_no_round_body():
+    """Four of its eight sides lie as far from the axis as an octagon's, the others do not."""
+    bar = box((-20, -20, 0), (20, 20, 60)) ^ Manifold.cylinder(60, 26, 26, 4)
+    with pytest.raises(PartError, match="no round body"):
+        decompose(mesh_of(bar + radial_cylinder(5, 5, 40, 48).translate((0, 0, 30))))
 
 
 def test_a_turned_bar_with_an_octagonal_flange_is_a_bar():

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slicing.targets import greedy_walk as walking
 from slicing.targets.break_points import BeadLine, break_points, chosen_points, open_break_points
 from slicing.targets.chord_error import error, errors_through
 from slicing.targets.greedy_walk import Stretches, greedy_points
@@ -85,11 +86,11 @@ def test_distances_that_rounding_decides_are_those_of_error():
         assert own == alone(line, tolerance, 0.5)
 
 
-def test_looking_at_few_points_at_a_time_changes_nothing(monkeypatch):
+def test_looking_at_few_points_at_a_time_changes_nothing():
     lines = [wobbly(seed, 60 + 37 * seed) for seed in range(12)]
     whole = greedy_points(stretches(lines, [0.2] * 12), 2.0)
-    monkeypatch.setattr(walking, "MANY_POINTS", 50)
-    assert greedy_points(stretches(lines, [0.2] * 12), 2.0) == whole
+    few = replace(stretches(lines, [0.2] * 12), at_once=50)
+    assert greedy_points(few, 2.0) == whole
 
 
 def test_beads_chosen_together_are_those_chosen_alone():

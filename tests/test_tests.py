@@ -1,0 +1,74 @@
+"""Rules of the tests: what they share is in support/, what they vary comes as an argument, and long ones are marked."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+from support.paths import ROOT
+
+TESTS = ROOT / "tests"
+
+# tuning constants that tests replace, and why they are no arguments; all others come as arguments
+REPLACED = {
+    "ASSETS": "no tuning: the folder that a builder of models writes into",
+    "CHUNK": "of all measures of faces: an argument of each would be in the way of all that call them",
+    "CONNECT_S": "of a command: how long it waits for a scheduler that is not there",
+    "FLOOR": "of a whole check: a part that is large enough would take a minute",
+    "LARGE": "of a whole check: groups that are large enough would take a minute",
+    "MANY_GEOMS": "of every checker: a cell that is large enough takes seconds to compile",
+    "MOST_FACES": "of every reader of meshes: a mesh that is large enough takes a gigabyte",
+}
+
+
+@cache
+def modules() -> tuple[tuple[Path, ast.Module], ...]:
+    return tuple((path, ast.parse(path.read_text(encoding="utf-8"))) for path in sorted(TESTS.rglob("*.py")))
+
+
+def imported(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module or ''}.{alias.name}" for alias in node.names)
+
+
+def replaced(tree: ast.Module) -> Iterator[str]:
+    """Names of constants that `monkeypatch.setattr` replaces: by themselves, or at the end of a dotted name."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "setattr":
+            for given in node.args[:2]:
+                if isinstance(given, ast.Constant) and isinstance(given.value, str):
+                    name = given.value.rpartition(".")[2]
+                    if name.isupper():
+                        yield name
+
+
+def test_no_test_imports_another_test() -> None:
+    wrong = [
+        f"{path.relative_to(ROOT)} imports {name}"
+        for path, tree in modules()
+        for name in imported(tree)
+        if any(part.startswith("test_") or part in ("tests", "conftest") for part in name.split("."))
+    ]
+    assert not wrong
+
+
+def test_support_holds_no_tests() -> None:
+    for path, tree in modules():
+        if "support" in path.parts and not path.name.startswith("test_"):
+            names = [node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+            assert not [name for name in names if name.lower().startswith("test_")], path
+
+
+def test_tuning_constants_come_as_arguments_or_say_why_not() -> None:
+    assert {name for _, tree in modules() for name in replaced(tree)} == set(REPLACED)
+
+
+@pytest.mark.parametrize("text", ["monkeypatch.setattr(part, 'MOST', 1)", "monkeypatch.setattr('a.b.MOST', 1)"])
+def test_a_constant_that_is_replaced_is_seen(text: str) -> None:
+    assert list(replaced(ast.parse(text))) == ["MOST"]
