@@ -162,7 +162,7 @@ def refused(context: Context, first: int, q: Floats) -> tuple[int, int]:
     )
     stage = context.deposits_before[targets[:-1][track.edge]]
     clear = context.checker.clearances(track.q, stage)
-    bad = set(np.flatnonzero(track.broken != "").tolist())
+    bad = set(track.broken)
     bad.update(track.edge[clear.distance < context.settings.clearance - TOUCH].tolist())
     step, _ = unproven_steps(context.checker, context.radius, track.q, stage, clear, track.edge)
     bad.update(track.edge[step].tolist())
