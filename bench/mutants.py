@@ -37,6 +37,7 @@ AT_ITS_END = (
     "clearances at a step's ends differ by the way between them at most: where one is below the limit they cannot add up"
     " to more than the way beyond it, so that the step stays unproved and is reported; only its pair is told more exactly"
 )
+NEAR = "acceptance/test_near_misses.py"
 HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/test_coupled_bounds.py"
 
 
@@ -123,7 +124,7 @@ MUTANTS = (
     Mutant("cell/verification/collisions.py", "stretches_of(clear.distance < least,", "stretches_of(clear.distance < 0,", (HITS, "cell/verification/test_motion_check.py")),
     Mutant("cell/verification/arm_looks.py", "steps = [piece.first + seen", "steps = [0 * piece.first + seen", ("cell/verification/test_long_motions.py",)),
     Mutant("cell/verification/arm_looks.py", "if a <= run.low < run.high <= b)", "if a <= run.low < run.high < b)", ("cell/verification/test_long_motions.py",)),
-    Mutant("cell/verification/arm_looks.py", "unproven_steps(checker, radius, q, stage, clear, least=least)", "unproven_steps(checker, radius, q, stage, clear)", (HITS, OWN)),
+    Mutant("cell/verification/arm_looks.py", "unproven_steps(checker, radius, q, stage, clear, least=least)", "unproven_steps(checker, radius, q, stage, clear)", (NEAR,)),
     Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, way, stage), ", "", (HITS,)),
     Mutant("cell/verification/motion_check.py", "SPEED_SLACK = 1.001", "SPEED_SLACK = 1.2", ("cell/verification/test_motion_check.py", HITS)),
     Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if False:", ("cell/verification/test_motion_check.py", HITS)),
@@ -137,7 +138,7 @@ MUTANTS = (
     # planning
     Mutant("cell/planning/densify.py", "        failures.update(found)\n    return stretch", "    return stretch", ("cell/planning/test_densify.py",)),
     Mutant("cell/planning/edge_check.py", "        elif least[e] < context.settings.clearance:\n", "        elif least[e] < 0:\n", ("cell/verdict/test_check.py", "cell/planning/test_station_search.py"), AT_ITS_END),
-    Mutant("cell/planning/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (OWN, "cell/planning/test_home.py")),
+    Mutant("cell/planning/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (NEAR,)),
     # slicing
     Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("slicing/volume/test_solid_flux.py", "slicing/volume/test_layer_areas.py")),
     Mutant("slicing/volume/layer_areas.py", "4.0 * ends[1]", "3.9 * ends[1]", ("slicing/volume/test_layer_areas.py",)),
