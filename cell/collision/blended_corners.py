@@ -26,6 +26,7 @@ from .clearances import Clearances, Sees
 from .motion_bounds import curvature, joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
+FINE_CHORD = 1e-6  # m: likewise where that is too much; less than what is proved beyond a clearance that is asked for
 HALVED = 6  # times that a step is halved before it is looked at by chords
 APART = 5e-3  # m: paths no further apart are taken for one where a smaller clearance is asked for
 DENSER = 3.0  # see _between
@@ -398,18 +399,34 @@ def _not_proved(
     Returns:
         Those that are not proved, and the nearest pair on each.
     """
+    left, nearest = _by_chords(checker, radius, run, steps, least, CHORD)
+    # what fails for the thickness alone is looked at once more with less of it
+    close = np.flatnonzero(nearest.distance >= least - 2 * CHORD)
+    if not len(close):
+        return left, nearest
+    again, found = _by_chords(checker, radius, run, left[close], least, FINE_CHORD)
+    far = np.setdiff1d(np.arange(len(left)), close)
+    both = np.concatenate([left[far], again])
+    order = np.argsort(both, kind="stable")
+    return both[order], Clearances.joined([nearest.rows(far), found]).rows(order)
+
+
+def _by_chords(
+    checker: Sees, radius: Floats, run: _BlendedSteps, steps: Ints, least: float, off: float
+) -> tuple[Ints, Clearances]:
+    """As :func:`_not_proved`, by chords that no point of the arm is further off than so much, m."""
     path, p, sagitta, low, stage = run.path, run.pieces, run.sagitta, run.low, run.stage
     if not len(steps):
         return steps, Clearances.none(0)
     first = np.searchsorted(p.row, np.arange(len(path.s)))
-    s = [_chords(p, int(first[k]), int(first[k + 1]), float(sagitta[k])) for k in steps]
+    s = [_chords(p, int(first[k]), int(first[k + 1]), float(sagitta[k]), off) for k in steps]
     at, of = np.concatenate(s), np.repeat(steps, [len(some) for some in s])
     q, laid = blended(path.q, path.s, path.zone, at), np.maximum(stage[of], stage[of + 1])
     begins = np.diff(of, prepend=-1) != 0
     ends_ = np.append(begins[1:], True)
-    thick = _Nearer(checker, CHORD)
+    thick = _Nearer(checker, off)
     found = Clearances.none(len(at))
-    found.distance[begins], found.distance[ends_] = low[steps] - CHORD, low[steps + 1] - CHORD
+    found.distance[begins], found.distance[ends_] = low[steps] - off, low[steps + 1] - off
     inner = np.flatnonzero(~begins & ~ends_)
     seen = thick.clearances(q[inner], laid[inner])
     found.distance[inner], found.pair[inner], found.position[inner] = seen.distance, seen.pair, seen.position
@@ -423,11 +440,11 @@ def _not_proved(
     return left, nearest.rows(index)
 
 
-def _chords(p: Parabolas, first: int, last: int, sagitta: float) -> Floats:
-    """Path lengths on a step, its ends among them, between which its parabolas are within ``CHORD`` of straight."""
-    if sagitta <= CHORD:
+def _chords(p: Parabolas, first: int, last: int, sagitta: float, off: float) -> Floats:
+    """Path lengths on a step, its ends among them, between which its parabolas are within ``off`` of straight."""
+    if sagitta <= off:
         return p.s[[first, last]]
     sagittas = np.diff(p.s[first : last + 1]) ** 2 / 8 * p.bend[first:last]
-    count = np.maximum(np.ceil(np.sqrt(sagittas / CHORD)), 1).astype(np.int64)
+    count = np.maximum(np.ceil(np.sqrt(sagittas / off)), 1).astype(np.int64)
     some = [np.linspace(p.s[first + i], p.s[first + i + 1], n + 1)[:-1] for i, n in enumerate(count.tolist())]
     return np.concatenate([*some, p.s[last : last + 1]])

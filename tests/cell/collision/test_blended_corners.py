@@ -377,3 +377,22 @@ def test_whatever_rounds_less_is_near_a_path_that_is_looked_at():
     assert tried > 20
     assert np.max(worst) < 0.7
     assert np.mean(np.array(worst) < 0.5) > 0.99
+
+
+@pytest.mark.parametrize(("beyond", "open_"), [(5e-6, False), (-5e-6, True)])
+def test_a_corner_that_just_keeps_its_clearance_is_not_refused_for_the_thickness_of_its_proof(
+    beyond: float, open_: bool
+) -> None:
+    s = np.linspace(0, 0.4, 81)
+    q = np.stack([np.maximum(s - 0.2, 0.0), np.minimum(s, 0.2)], axis=1)
+    zone, least, radius = 0.02, 5e-3, 1e-3
+    at = np.linspace(0.15, 0.25, 200_001)
+    apex = blended(q, s, zone, at)
+    apex = apex[np.argmax(apex @ (1, -1) - np.abs(at - 0.2))]  # where it is furthest from the corner, on its bisector
+    away = np.array([1.0, -1.0]) / np.sqrt(2)
+    rod = Rod(tuple(apex + away * (least + radius + beyond)), radius)
+    dense = np.linalg.norm(blended(q, s, zone, at) - rod.at, axis=1).min() - radius
+    assert dense == pytest.approx(least + beyond, abs=1e-7)
+    found = rod.clearances(q, np.zeros(len(q)))
+    step, _ = cut_corners(rod, np.ones(2), Rows(q, s, zone), np.zeros(len(q), dtype=int), found, least)
+    assert bool(len(step)) is open_
