@@ -15,6 +15,7 @@ from cell.failure import Seen
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
 from cell.verdict.check import Result, check
+from cell.verification import arm_looks
 from cell.verification.bead_samples import COARSE, dense, rows_of
 from cell.verification.motion_check import check_motion
 
@@ -71,25 +72,43 @@ def test_a_travel_that_is_too_near_between_two_rows_is_not_planned(good: Result,
     assert nearest_mm(good, job, closely(other.motion.q[: first + 1])) >= 5.0
 
 
-def test_a_motion_that_is_too_near_between_two_samples_is_not_passed(good: Result, folder: Path) -> None:
+def missed(good: Result, folder: Path, step: int, *clearances_mm: float) -> list[Job]:
+    """The job with a grain beside the wire where it passes amid two samples of a step; with clearances asked for."""
     motion, chain = good.motion, good.job.scene.chain
     assert motion is not None
-    step = np.arange(len(motion.t_s) - 1) == STEP
-    q = dense(good.job, motion, rows_of(good.job, motion), COARSE, step).q[:, : chain.n]
+    which = np.arange(len(motion.t_s) - 1) == step
+    q = dense(good.job, motion, rows_of(good.job, motion), COARSE, which).q[:, : chain.n]
     assert len(q) > 20
-    # beside the wire, 2 mm behind its tip, where it passes amid two samples
     k = len(q) // 2
     a, T, b = chain.forward(np.stack([q[k], (q[k] + q[k + 1]) / 2, q[k + 1]]))
     beside = np.cross(T[:3, 2], b[:3, 3] - a[:3, 3])
     place = T[:3, 3] - 2e-3 * T[:3, 2] + 0.78e-3 * beside / np.linalg.norm(beside)
-    job = grained(folder, place, 0.1, checks={"clearance_mm": 0.2})
-    assert nearest_mm(good, job, q) > 0.23
-    assert 0.05 < nearest_mm(good, job, closely(q)) < 0.15
+    jobs = [grained(folder, place, 0.1, checks={"clearance_mm": c}) for c in clearances_mm]
+    assert nearest_mm(good, jobs[0], q) > 0.23
+    assert 0.05 < nearest_mm(good, jobs[0], closely(q)) < 0.15
+    return jobs
+
+
+def test_a_motion_that_is_too_near_between_two_samples_is_not_passed(good: Result, folder: Path) -> None:
+    motion = good.motion
+    assert motion is not None
+    asked, free = missed(good, folder, STEP, 0.2, 0.0)
     read = ReadMotion(motion, np.arange(len(motion.t_s)) + 1, ())
-    (found,) = check_motion(job, read).findings
+    (found,) = check_motion(asked, read).findings
     assert (found.row, found.to_row, found.reason) == (STEP + 1, STEP + 1, "collision")
     assert found.failure is not None
     assert found.failure.contact is not None
     assert (set(found.failure.contact.pair), found.failure.contact.seen) == ({"grain", "torch_wire"}, Seen.BETWEEN_ROWS)
     # where nothing is asked for it is passed, as it touches nothing
-    assert check_motion(grained(folder, place, 0.1, checks={"clearance_mm": 0}), read).feasible
+    assert check_motion(free, read).feasible
+
+
+def test_of_a_long_motion_too(good: Result, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = good.motion
+    assert motion is not None
+    back = len(motion.t_s) - 2 - STEP  # on the way home
+    (job,) = missed(good, folder, back, 0.2)
+    read = ReadMotion(motion, np.arange(len(motion.t_s)) + 1, ())
+    monkeypatch.setattr(arm_looks, "LEAST_PIECE", 500)
+    found = check_motion(job, read).findings
+    assert [(f.row, f.to_row, f.reason) for f in found] == [(back + 1, back + 1, "collision")]

@@ -297,6 +297,30 @@ def test_a_rounded_path_that_bows_into_something_beside_its_chord_is_not_proved_
     assert nearest.distance[step == bows] < 0
 
 
+@pytest.mark.parametrize(
+    ("y", "zone", "place", "step"),
+    [
+        # one parabola from end to end, lowest amid the first half of the step from 1 to 2
+        ([1.0, 0.0, 0.6], 1.0, (0.125, 0.375), 1),
+        # straight up to 0.75, then bent: lowest at 0.8125, in the second half of the step from 0 to 1
+        ([1.0, 0.0, 7.0], 0.25, (0.08125, 0.21875), 0),
+    ],
+)
+def test_half_a_step_is_not_proved_free_by_its_chord(
+    y: list[float], zone: float, place: tuple[float, float], step: int
+) -> None:
+    """By ways along the axes: at its lowest a path across is off its chord by all that its bend allows."""
+    small = 5e-3  # so that what rounds less is not looked at
+    q, s = small * np.stack([0.1 * np.arange(3), y], axis=1), np.arange(3.0)
+    path, point, stage = Rows(q, s, zone), OfAPoint(small * np.array(place), 1e-3 * small, 1), np.zeros(3, dtype=int)
+    along = np.concatenate([a + (b - a) * np.linspace(0, 1, 4000)[:, None] for a, b in pairwise(q)])
+    assert point.clearances(along, None).distance.min() > 0
+    run = blended(q, s, zone, np.linspace(step, step + 1, 4001))
+    assert point.clearances(run, None).distance.min() < 0
+    found = cut_corners(point, np.ones(2), path, stage, point.clearances(q, stage), 0.0)[0]
+    assert step in found
+
+
 class Rod:
     """A point that two axes move in a plane, and a round rod in it."""
 
