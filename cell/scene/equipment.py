@@ -84,6 +84,7 @@ def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
             spec.delete(element)
     for pair in pairs:
         spec.delete(pair)
+    _let_collide(spec)
     _with_the_cells_options(spec, pieces.world)
     for body in spec.bodies:
         body.mocap = False  # what a user drags in a viewer stays where it is drawn
@@ -92,6 +93,17 @@ def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
             eye.targetbody, eye.mode = "", mujoco.mjtCamLight.mjCAMLIGHT_FIXED
     name_all(spec, what)
     return spec
+
+
+def _let_collide(spec: mujoco.MjSpec) -> None:
+    """Let shapes that contact pairs name collide like any other: MuJoCo asks no contact bits of these.
+
+    How far an axis carries something, and what moves with which link, is asked of shapes with contact bits alone.
+    """
+    named = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
+    for geom in spec.geoms:
+        if geom.name in named and not (geom.contype or geom.conaffinity):
+            geom.contype = geom.conaffinity = 1
 
 
 def _with_the_cells_options(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> None:

@@ -154,9 +154,11 @@ class Bystander:
         """What the wire is drawn through on the way across, further than the retraction off both its ends."""
         model, data = self.rigid, mujoco.MjData(self.rigid)
         found = []
-        starts = np.flatnonzero(np.diff((~welding).astype(int), prepend=0) == 1)
+        # of a bead that is not among the samples nothing is known: the way after it begins where its rows go on
+        jumps = np.diff(row, prepend=-2) > 1
+        starts = np.flatnonzero(~welding & (np.append(True, welding[:-1]) | jumps))
         for start in starts:
-            stop = start + int(np.argmax(np.append(welding[start:], True)))
+            stop = start + 1 + int(np.argmax(np.append((welding | jumps)[start + 1 :], True)))
             ends = place[[start, min(stop, len(q) - 1)]]
             off = np.linalg.norm(place[start:stop, None] - ends, axis=2).min(axis=1)
             for i in start + np.flatnonzero(off > self.out_mm + 0.01):

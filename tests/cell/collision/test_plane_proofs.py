@@ -3,9 +3,10 @@
 import mujoco
 import numpy as np
 import pytest
-from support.random_cells import random_cell, write_meshes
+from support.random_cells import ARM, random_cell, text, write_meshes
 
 from cell import prepare
+from cell.case.read import parse_case
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.convex_shapes import convex_shape
@@ -260,3 +261,45 @@ def test_of_a_part_that_is_too_near_nothing_is_said_to_be_kept_that_is_not():
             assert found.kept[i] <= true + 1e-9
             near += true < 0.03
     assert near > 100
+
+
+def arm_of_named_pairs():
+    """An arm of which most shapes collide by what a contact pair names alone, as in MJCF they may."""
+    inner = close = ""
+    for i, (axis, at, turn, about) in enumerate(ARM):
+        bits = "" if i == 1 else 'contype="0" conaffinity="0"'
+        inner += (
+            f'<body name="link_{i + 1}" pos="{text(at)}"><joint name="A{i + 1}" axis="{axis}" range="-{turn} {turn}"/>'
+            f'<geom name="g{i + 1}" type="sphere" size="0.3" pos="{text(about)}" {bits}/>'
+        )
+        close += "</body>"
+    return (
+        f'<mujoco><compiler angle="degree"/><worldbody><body name="base_link">{inner}<site name="flange" '
+        f'pos="0.185 0 0"/>{close}</body></worldbody><contact><pair geom1="g2" geom2="g6"/></contact></mujoco>'
+    )
+
+
+def test_what_a_contact_pair_alone_lets_collide_moves_with_its_link(tmp_path):
+    write_meshes(tmp_path)
+    (tmp_path / "robot.xml").write_text(arm_of_named_pairs(), encoding="utf-8")
+    content = {
+        "part": {"sub_volumes": ["boss.stl"], "body": {"radius_mm": 9, "z_mm": [0, 40]}},
+        "robot": {"model": "robot.xml", "max_speed_deg_s": [100.0] * 6},
+        "positioner": {"position_mm": [4500, 0, 0]},
+        "floor": False,
+    }
+    case = parse_case(content, tmp_path / "cell.case.yaml")
+    scene = compose(case, prepare(case).shape)
+    checker, rng = Checker(scene, (0.0, 0.0), REACH), np.random.default_rng(1)
+    starts = rng.uniform(scene.chain.lower, scene.chain.upper, (400, 6))
+    near = checker.clearances(starts, np.zeros(400, dtype=np.int64))
+    two = {scene.geom_name(g): g for g in range(scene.model.ngeom)}
+    named = np.isin(near.pair, [two["g2"], two["g6"]]).all(axis=1)
+    mine = named & (near.distance > 0.02) & (near.distance < 0.2)
+    assert mine.sum() > 4
+    for q in np.repeat(starts[mine], 2, axis=0):
+        way = q + np.linspace(-1, 1, 30)[:, None] * rng.normal(size=6)
+        laid = np.zeros(30, dtype=np.int64)
+        proved = PlaneProofs(Checker(scene, (0.0, 0.0), REACH)).along(way, np.arange(29), laid[:29], 0.02, 1e-3)
+        true = np.minimum(checker.clearances(way, laid).distance, REACH)
+        assert (np.minimum(proved.kept, REACH) <= np.minimum(true[:-1], true[1:]) + 1e-7).all()

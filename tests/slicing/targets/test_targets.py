@@ -20,13 +20,14 @@ from slicing.document import TARGETS_HEADER, slices_document, targets_rows
 from slicing.mesh.closest_point import closest_on_triangles
 from slicing.mesh.solid import PartError
 from slicing.paper.indices import Indices, indices, top_angle
-from slicing.parameters import SlicingParameters
+from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.targets.break_points import break_points
 from slicing.targets.targets import sample_targets
 
 STRATEGIES = ("planar", "cylindrical", "nonuniform")
 H = 1.73
+BORDERS = BeadParameters(thin_walls="border")  # beads are the layers' curves, however thin the walls
 
 
 @pytest.fixture(scope="module", params=STRATEGIES)
@@ -36,7 +37,7 @@ def sliced(request):
 
 @pytest.fixture(scope="module")
 def targets(sliced):
-    return sample_targets(sliced)
+    return sample_targets(sliced, beads=BORDERS)
 
 
 def beads(targets):
@@ -93,7 +94,7 @@ def test_least_segment_holds_wherever_the_bead_allows_it(targets):
 
 
 def test_chords_keep_to_the_curve_unless_the_least_segment_forbids(sliced):
-    free = sample_targets(sliced, chord_tolerance_mm=0.3, min_segment_mm=0.01)
+    free = sample_targets(sliced, chord_tolerance_mm=0.3, min_segment_mm=0.01, beads=BORDERS)
     path = 0
     for one in sliced:
         for layer in one.layers:
@@ -126,7 +127,7 @@ def test_seams_follow_one_another(targets):
 def test_outer_beads_run_counter_clockwise_and_holes_clockwise():
     tube = from_manifold(box_solid((10, -9, -9), (40, 9, 9)) - box_solid((0, -5, -5), (50, 5, 5)))
     one = slice_sub_volume(tube, BODY, SlicingParameters("cylindrical"))
-    targets = sample_targets([one])
+    targets = sample_targets([one], beads=BORDERS)
     holes = [curve.hole for layer in one.layers for curve in layer.curves]
     assert any(holes)
     for path, rows in beads(targets):
