@@ -117,7 +117,7 @@ def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas,
     """How far anything is off where the rows have it on some steps, by where the arm's links are, (k,), m.
 
     Where the parabolas end that is measured; between, the difference of both ways bends by so much at most: by the
-    joints' bend times their radii, and each way by what its joints' turning bends it.
+    joints' bend times their radii, and each way by what its joints' turning bends it, of two parts of the arm each.
     """
     piece = np.flatnonzero(np.isin(p.row, steps))
     ends, at = np.unique(np.stack([p.s[piece], p.s[piece + 1]], axis=1), return_inverse=True)
@@ -129,7 +129,7 @@ def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas,
     slope = np.abs(_linear(far, t, off + zone) - _linear(far, t, off - zone)) / (2 * zone)
     straight = np.abs(np.diff(path.q, axis=0)) / np.diff(path.s)[:, None]
     steepest = np.maximum.reduce([slope[at[:, 0]], slope[at[:, 1]], straight[p.row[piece]]])
-    bends = p.bend[piece] + 2 * curvature(radius, steepest)
+    bends = p.bend[piece] + 4 * curvature(radius, steepest)
     here = away[at].max(axis=1) + np.diff(ends[at], axis=1)[:, 0] ** 2 / 8 * bends
     out = np.zeros(len(path.s))
     np.maximum.at(out, p.row[piece], here)
