@@ -26,7 +26,6 @@ from ..layers.outside_body import body_section
 from ..layers.poles import poles
 from ..mesh.solid import Bools, Floats, PartError
 from ..surfaces.charts import Chart, FlatChart, PoleChart, RoundChart, lengths_along
-from ..surfaces.offset_families import family_of
 from ..surfaces.surfaces import Cylinder, Plane
 from ..warning import Code, Warning
 from .over_ends import View, area_about_pole, views_over_ends
@@ -162,7 +161,7 @@ def _told(found: Overhang, views: Sequence[View], whole: View, allowed_mm: float
 def _put_onto(layer: Layer, below: Layer) -> list[tuple[Floats, int]]:
     """The borders of the layer below on this layer's surface, along its normals, with their turns about the axis."""
     surface, out = layer.surface, []
-    offsets = family_of(surface) == family_of(below.surface)  # lines between points stay lines
+    offsets = surface.is_offset_of(below.surface)  # lines between points stay lines
     for curve in below.curves:
         points = curve.points if offsets else _dense(curve.points)
         points = points - surface.distance(points)[:, None] * surface.normals(points)
