@@ -102,7 +102,7 @@ def overhangs(sliced: SlicedSubVolume, allowed_mm: float) -> tuple[Overhang, ...
     """
     found = []
     for k, layer in enumerate(sliced.layers):
-        if k == 0 and (sliced.stands_on_plate or not isinstance(layer.surface, Plane)):
+        if k == 0 and (sliced.stands_on_plate or layer.on_body):
             found.append(Overhang(0))  # on the plate, or on the body, and no further than it goes
             continue
         below = sliced.layers[k - 1] if k else None

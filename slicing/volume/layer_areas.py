@@ -89,14 +89,14 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
     mesh = sliced.mesh
     flux = SolidFlux.of(mesh)
     over_ends, ends_count = 0.0, sliced.body_z_mm != NO_ENDS
-    if ends_count and isinstance(layers[0].surface, Plane):
+    if ends_count and not layers[0].on_body:
         mesh = without_body(mesh, body, sliced.body_z_mm)
         flux = SolidFlux.of(mesh)
     elif flux.deepest(body.surface, -REACH_MM) < -REACH_MM:
         over_ends = over_ends_mm3(mesh, body, sliced.body_z_mm) if ends_count else 0.0
         mesh = _outside(mesh, body)
         flux = SolidFlux.of(mesh)
-    if ends_count and not isinstance(layers[0].surface, Plane):
+    if ends_count and layers[0].on_body:
         # the first layer ends with the body
         root = SolidFlux.of(between(mesh, sliced.body_z_mm))
         first, rest_of = _held(sliced.name, root, layers[:1]), _held(sliced.name, flux, layers[1:])
@@ -107,7 +107,7 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
     last = layers[-1]
     rest = flux.volume_beyond(last.surface)
     top = max(float(last.surface.distance(flux.mesh.vertices).max()), 0.0)
-    on_body = not isinstance(layers[0].surface, Plane)  # then every bead lies above its curves
+    on_body = layers[0].on_body  # then every bead lies above its curves
     end, end_mm = (last.area_mm2 * h - rest, h - top) if on_body else (-rest, -top)
     held = HeldVolume(mesh.volume + over_ends, float(sum(laid)), end, end_mm, area, lines)
     missing = held.laid_mm3 - end - held.volume_mm3
@@ -137,7 +137,7 @@ def _evened(layers: tuple[Layer, ...], laid: list[float]) -> float:
         volume / layer.area_mm2 if layer.area_mm2 > 0 else 0.0 for volume, layer in zip(laid[1:], upper, strict=True)
     ]
     half = [0.5 * t * (b.area_mm2 - a.area_mm2) for t, a, b in zip(mean, upper, lower, strict=True)]
-    if not isinstance(layers[0].surface, Plane):
+    if layers[0].on_body:
         # the first bead was counted at the root, the last one as what stands out above the top
         thick = laid[0] / layers[0].area_mm2
         return sum(half) - thick * (layers[0].area_mm2 - layers[-1].area_mm2)
