@@ -57,24 +57,6 @@ class Solutions:
     angle_error: Floats
 
 
-def task_error(Ts_target: Floats, Ts_tcp: Floats, window: RollWindow) -> Floats:
-    """Twist from the TCP to its target, in the TCP's frame.
-
-    Args:
-        Ts_target: targets at roll 0, (m, 4, 4).
-        Ts_tcp: (m, 4, 4).
-        window: allowed roll; inside it the roll is no error.
-
-    Returns:
-        (m, 6): translation (m), then rotation vector (rad) whose z part is the roll's excess.
-    """
-    e = _error(Tool(*Ts_tcp[:, :3].transpose(2, 1, 0)), Ts_target[:, :3].transpose(2, 1, 0), window, 0.0)
-    out = np.zeros((len(Ts_tcp), 6))
-    out[:, :3] = np.einsum("mij,im->mj", Ts_tcp[:, :3, :3], e[:3])
-    out[:, 3 : len(e)] = e[3:].T
-    return out
-
-
 def _error(tool: Tool, target: Floats, window: RollWindow, tool_roll: float) -> Floats:
     """Error of TCP frames against targets (x, y, z, p as (4, 3, m)), (5 or 6, m), for ``jacobian``'s rows."""
     tx, ty, tz, tp = target

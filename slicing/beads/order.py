@@ -47,13 +47,6 @@ def ordered(layers: Sequence[Sequence[Bead]], parameters: BeadParameters) -> lis
     return out
 
 
-def travel_mm(beads: Sequence[Bead], start: Floats | None = None) -> float:
-    """Length of the straight ways from bead to bead, mm."""
-    ends = ([] if start is None else [start]) + [bead.end for bead in beads]
-    starts = [bead.points[0] for bead in beads][1 if start is None else 0 :]
-    return float(sum(np.linalg.norm(b - a) for a, b in zip(ends, starts, strict=False)))
-
-
 def shortest(beads: Sequence[Bead], start: Floats | None, may_turn: bool) -> list[tuple[int, bool]]:
     """An order of short travel.
 

@@ -26,7 +26,6 @@ from ..layers.outside_body import body_section
 from ..layers.poles import poles
 from ..mesh.solid import Bools, Floats, PartError
 from ..surfaces.charts import Chart, FlatChart, PoleChart, RoundChart, lengths_along
-from ..surfaces.offset_families import family_of
 from ..surfaces.surfaces import Cylinder, Plane
 from ..warning import Code, Warning
 from .over_ends import View, area_about_pole, views_over_ends
@@ -103,7 +102,7 @@ def overhangs(sliced: SlicedSubVolume, allowed_mm: float) -> tuple[Overhang, ...
     """
     found = []
     for k, layer in enumerate(sliced.layers):
-        if k == 0 and (sliced.stands_on_plate or not isinstance(layer.surface, Plane)):
+        if k == 0 and (sliced.stands_on_plate or layer.on_body):
             found.append(Overhang(0))  # on the plate, or on the body, and no further than it goes
             continue
         below = sliced.layers[k - 1] if k else None
@@ -162,7 +161,7 @@ def _told(found: Overhang, views: Sequence[View], whole: View, allowed_mm: float
 def _put_onto(layer: Layer, below: Layer) -> list[tuple[Floats, int]]:
     """The borders of the layer below on this layer's surface, along its normals, with their turns about the axis."""
     surface, out = layer.surface, []
-    offsets = family_of(surface) == family_of(below.surface)  # lines between points stay lines
+    offsets = surface.is_offset_of(below.surface)  # lines between points stay lines
     for curve in below.curves:
         points = curve.points if offsets else _dense(curve.points)
         points = points - surface.distance(points)[:, None] * surface.normals(points)

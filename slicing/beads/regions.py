@@ -24,7 +24,7 @@ import numpy as np
 from ..curves.loops import Curve
 from ..layers.layer import Layer
 from ..layers.outside_body import region_of
-from ..layers.poles import has_ends, round_about
+from ..layers.poles import round_about
 from ..mesh.solid import Floats, PartError
 from ..surfaces.charts import Chart, FlatChart, PoleChart, RoundChart
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved
@@ -134,7 +134,7 @@ def _chart_beside(surface: Cylinder | Cone | Revolved, points: Floats) -> RoundC
     doubtful = bool((np.minimum(turn, 2 * math.pi - turn) > DOUBTFUL_RAD).any())
     if isinstance(surface, Cylinder) or (best.stretch[1] < 1.0 + 1e-6 and not doubtful):
         return best
-    for end, side in zip(has_ends(surface), (-1, 1), strict=True):
+    for end, side in zip(surface.ends, (-1, 1), strict=True):
         if end:
             other = PoleChart.around(surface, [points], side, whole=False)
             if doubtful or other.stretch[1] < BETTER * best.stretch[1]:
@@ -223,7 +223,7 @@ def _rings(surface: Cylinder | Cone | Revolved, rings: Sequence[tuple[Floats, in
 
     points = [border for border, _ in rings]
     chart = RoundChart.around(surface, points, ring=True)
-    for end, side in zip(has_ends(surface), (-1, 1), strict=True):
+    for end, side in zip(surface.ends, (-1, 1), strict=True):
         if end and not isinstance(surface, Cylinder):
             over = PoleChart.around(surface, points, side, whole=False)
             if over.stretch[1] < BETTER * chart.stretch[1]:

@@ -14,7 +14,7 @@ bead, that bead stands out of its layer by half its width (``beyond_borders``).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -152,7 +152,7 @@ def beyond_borders(laid: LaidSubVolume, parameters: BeadParameters) -> Floats:
     half, layers = 0.5 * parameters.width_mm, laid.sliced.layers
     if parameters.first_mm < half:
         return np.full(len(layers), half - parameters.first_mm)
-    beyond = np.array([0.0 if isinstance(layer.surface, Cylinder | Plane) else half for layer in layers])
+    beyond = np.array([0.0 if layer.surface.is_straight else half for layer in layers])
     beyond[[bead.layer for bead in laid.beads if bead.thin]] = half
     return beyond
 
@@ -184,13 +184,12 @@ def _pieces(layer: Layer, beyond: float) -> Iterator[Floats]:
         if rings or not isinstance(surface, Cylinder):
             yield from (_carried_on(surface, piece, beyond) for piece in sectors(layer, SIMPLIFY_MM))
             return
-    rolled_back = _way_back(surface)
     for polygon in _polygons(layer, surface, beyond):
         for piece in _cut(polygon):
             if isinstance(surface, Cylinder):
                 # straight in the unrolled plane is bowed in space: corners alone would cut the crown off
                 piece = piece.segmentize(2 * np.sqrt(SIMPLIFY_MM * surface.radius))
-            yield rolled_back(np.asarray(piece.exterior.coords)[:-1])
+            yield surface.lifted(np.asarray(piece.exterior.coords)[:-1])
 
 
 def _winds(axis_point: tuple[float, float], points: Floats) -> bool:
@@ -230,21 +229,10 @@ def _polygons(layer: Layer, surface: Cylinder | Plane, beyond: float) -> Iterato
 
 def _same_turn(surface: Cylinder | Plane, points: Floats, like: Floats) -> Floats:
     """Unrolled points on the same turn as another curve's."""
-    flat = surface.unrolled(points)
-    if isinstance(surface, Cylinder):
-        turn = 2 * np.pi * surface.radius
+    flat, turn = surface.unrolled(points), surface.turn_mm
+    if turn:
         flat[:, 0] += turn * np.round((like[:, 0].mean() - flat[:, 0].mean()) / turn)
     return flat
-
-
-def _way_back(surface: Cylinder | Plane) -> Callable[[Floats], Floats]:
-    """From unrolled points (k, 2) to space (k, 3)."""
-    if isinstance(surface, Plane):
-        u, v = surface.axes()
-        return lambda flat: np.asarray(surface.point) + flat[:, :1] * u + flat[:, 1:] * v
-    x, y = surface.axis_point
-    r = surface.radius
-    return lambda flat: np.stack([x + r * np.cos(flat[:, 0] / r), y + r * np.sin(flat[:, 0] / r), flat[:, 1]], axis=1)
 
 
 def _cut(region: Polygon) -> Iterator[Polygon]:

@@ -19,7 +19,6 @@ import numpy as np
 
 from ..mesh.solid import Mesh
 from ..surfaces.bodies import Body, RevolvedBody, RoundBody
-from ..surfaces.offset_families import radius_at
 from ..surfaces.surfaces import Revolved
 
 NO_ENDS = (-math.inf, math.inf)
@@ -137,7 +136,7 @@ def _turned(body: RoundBody, low: float, high: float):  # type: ignore[no-untype
     if isinstance(surface, Revolved):
         inner = surface.chain(1e-3).z
         z = np.concatenate([[low], inner[(inner > low) & (inner < high)], [high]])
-    radius = radius_at(surface, z)
+    radius = surface.radius_at(z)
     polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
     solid = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), BODY_SIDES)
     return solid.translate((float(body.axis_xy_mm[0]), float(body.axis_xy_mm[1]), 0.0))

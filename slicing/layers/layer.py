@@ -16,7 +16,7 @@ from ..curves.intersect import Curve
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
 from ..surfaces.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody
-from ..surfaces.surfaces import Surface
+from ..surfaces.surfaces import Plane, Surface
 from .thickness import bead_thickness, thickness_range
 
 __all__ = [
@@ -53,6 +53,11 @@ class Layer:
     curves: tuple[Curve, ...]
     area_mm2: float
     thickness_mm: tuple[float, float]
+
+    @property
+    def on_body(self) -> bool:
+        """Whether it lies right on the body, as first layers do but for planes."""
+        return self.index == 0 and not isinstance(self.surface, Plane)
 
 
 @dataclass(frozen=True, eq=False)

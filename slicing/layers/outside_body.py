@@ -95,7 +95,6 @@ def _outside_section(
     region = region_of(loops)
     if not body.intersection(region).area > LEAST_AREA_MM2:
         return curves
-    u_axis, v_axis = plane.axes()
     kept: list[Curve] = []
     for polygon in shapely.get_parts(region.difference(body)):
         if polygon.geom_type != "Polygon" or polygon.area <= LEAST_AREA_MM2:
@@ -105,7 +104,7 @@ def _outside_section(
             area = sign * abs(0.5 * _twice_area(flat))
             flat = flat if sign * _twice_area(flat) > 0 else flat[::-1]
             if abs(area) > LEAST_AREA_MM2:
-                points = np.asarray(plane.point) + flat[:, :1] * u_axis + flat[:, 1:] * v_axis
+                points = plane.lifted(flat)
                 kept.append(Curve(points, True, area < 0, area))
     return kept
 

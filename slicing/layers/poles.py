@@ -7,7 +7,6 @@ Use:
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -38,7 +37,7 @@ def round_about(layer: Layer) -> tuple[Curve | None, list[Curve], Curve | None]:
     upper = rings.pop() if rings and rings[-1].winding > 0 else None
     by_turns = all(curve.winding == (-1 if k % 2 else 1) for k, curve in enumerate(rings)) and len(rings) % 2 == 0
     once = all(abs(curve.winding) == 1 for curve in (lower, upper) if curve is not None)
-    ends = has_ends(layer.surface)
+    ends = layer.surface.ends
     there = (lower is None or ends[0]) and (upper is None or ends[1])
     if not (by_turns and once and there):
         raise PartError(
@@ -46,16 +45,6 @@ def round_about(layer: Layer) -> tuple[Curve | None, list[Curve], Curve | None]:
             " filled, only pattern contour can be laid there"
         )
     return lower, rings, upper
-
-
-def has_ends(surface: Cylinder | Cone | Revolved | Plane) -> tuple[bool, bool]:
-    """Whether a surface meets its axis at its lower end, and at its upper one."""
-    if isinstance(surface, Cone):
-        return surface.slope > 0, surface.slope < 0
-    if isinstance(surface, Revolved):
-        below, above = surface.chain(1.0).slope
-        return math.isnan(below), math.isnan(above)
-    return False, False
 
 
 def _upwards(surface: Cylinder | Cone | Revolved, rings: Sequence[Curve]) -> list[Curve]:

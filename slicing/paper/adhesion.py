@@ -131,8 +131,8 @@ def _area_in_bands(layer: Layer, curve_number: int, bands: list[tuple[float, flo
     curve, surface = layer.curves[curve_number], layer.surface
     flat = surface.unrolled(curve.points)
     last = flat[0].copy()
-    if isinstance(surface, Cylinder):
-        last[0] += 2 * math.pi * surface.radius * curve.winding
+    assert isinstance(surface, Plane | Cylinder)  # by `area_near_body`
+    last[0] += surface.turn_mm * curve.winding
     flat = np.concatenate([flat, last[None]])
     (s0, z0), (s1, z1) = flat[:-1].T, flat[1:].T
     run = s1 - s0

@@ -23,7 +23,6 @@ import numpy as np
 from ..layers.layer import SlicedSubVolume
 from ..mesh.closest_point import closest_on_triangles
 from ..mesh.solid import Floats, Ints, Mesh
-from ..surfaces.surfaces import Plane
 from ..targets.targets import Targets
 from .adhesion import area_near_body
 
@@ -75,7 +74,7 @@ def adhesion_area(sliced: SlicedSubVolume) -> float:
     Returns:
         mm².
     """
-    if sliced.stands_on_plate or not isinstance(sliced.layers[0].surface, Plane):
+    if sliced.stands_on_plate or sliced.layers[0].on_body:
         return float(sliced.layers[0].area_mm2)
     within = 0.5 * sliced.parameters.h_layer_mm
     return float(sum(area_near_body(layer, sliced.body, within, sliced.body_z_mm) for layer in sliced.layers))

@@ -51,8 +51,7 @@ class FlatChart:
 
     def lift(self, flat: Floats) -> Floats:
         """Points (n, 3) at coordinates (n, 2)."""
-        u, v = self.surface.axes()
-        return np.asarray(self.surface.point) + flat[:, :1] * u + flat[:, 1:] * v
+        return self.surface.lifted(flat)
 
     def spacing(self, tolerance_mm: float) -> float:
         """How far apart points of a straight line may lie."""
@@ -120,7 +119,7 @@ class RoundChart:
     @property
     def bends(self) -> bool:
         """Whether the surface may have corners."""
-        return isinstance(self.surface, Revolved)
+        return self.surface.bends
 
     def _along(self, points: Floats) -> Floats:
         """Arc length (n,) of the meridian's nearest points."""
@@ -149,11 +148,11 @@ class RoundChart:
         r, z = _at(self.meridian, s)
         x, y = self.surface.axis_point
         points = np.stack([x + r * np.cos(turn + self.angle), y + r * np.sin(turn + self.angle), z], axis=1)
-        return on_surface(self.surface, points) if isinstance(self.surface, Revolved) else points
+        return on_surface(self.surface, points) if self.surface.bends else points
 
     def spacing(self, tolerance_mm: float) -> float:
         """How far apart points of a straight line may lie for chords to stay within a tolerance."""
-        if isinstance(self.surface, Revolved):
+        if self.surface.bends:
             return min(0.1, 10 * tolerance_mm)  # its profile may have corners
         return 1.8 * math.sqrt(2 * tolerance_mm * max(float(self.meridian[:, 1].min()), 0.1))
 
@@ -262,16 +261,7 @@ def meridian_of(surface: Cylinder | Cone | Revolved, points: Floats, sagitta_mm:
         (k, 3) arc length, r and z, mm; of profiles that are closed on the axis up to there.
     """
     low, high = float(points[:, 2].min()), float(points[:, 2].max())
-    if isinstance(surface, Revolved):
-        chain = surface.chain(sagitta_mm)
-        r, z = chain.r, chain.z
-        if not math.isnan(chain.slope[0]):
-            r, z = np.append(r[0] - chain.slope[0], r), np.append(z[0] - 1.0, z)
-        if not math.isnan(chain.slope[1]):
-            r, z = np.append(r, r[-1] + chain.slope[1]), np.append(z, z[-1] + 1.0)
-    else:
-        z = np.array([low, high if high > low + 1e-6 else low + 1.0])
-        r = surface.radius + (surface.slope * z if isinstance(surface, Cone) else 0.0 * z)
+    r, z = surface.profile_between(low, high if high > low + 1e-6 else low + 1.0, sagitta_mm)
     s = np.append(0.0, np.cumsum(np.hypot(np.diff(r), np.diff(z))))
     kept = np.append(True, np.diff(s) > 1e-9)
     return np.stack([s, r, z], axis=1)[kept]

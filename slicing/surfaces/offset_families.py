@@ -1,6 +1,5 @@
 """Offsets of one surface taken together, and what flux through the faces beyond them says of the areas on them.
 
-    family_of(Cylinder((0.0, 0.0), 20.0)) == family_of(Cylinder((0.0, 0.0), 21.73))
     family = Family.of([Cylinder((0.0, 0.0), 20.0), Cylinder((0.0, 0.0), 21.73)])
     family.whole(below, flux, z) + family.parts(by, flux, z)
 
@@ -22,43 +21,6 @@ from .profile import ProfileChain
 from .surfaces import Cone, Cylinder, Plane, Revolved, Surface
 
 
-def radius_at(surface: Surface, z: Floats) -> Floats:
-    """Radius (n,) of a surface of revolution at heights; 0 where there is nothing."""
-    if isinstance(surface, Cylinder):
-        return np.full(len(z), surface.radius)
-    assert not isinstance(surface, Plane)
-    return _along(surface.chain(1e-3), z)
-
-
-def _along(chain: ProfileChain, z: Floats) -> Floats:
-    radius = np.interp(z, chain.z, chain.r)
-    for end, slope, out in ((0, chain.slope[0], z < chain.z[0]), (-1, chain.slope[1], z > chain.z[-1])):
-        radius[out] = chain.r[end] + slope * (z[out] - chain.z[end])
-    return np.fmax(radius, 0.0)  # 0 for NaN
-
-
-def family_of(surface: Surface) -> object:
-    """What the offsets of a surface have in common."""
-    if isinstance(surface, Plane):
-        return surface.normal
-    if isinstance(surface, Cylinder):
-        return surface.axis_point
-    if isinstance(surface, Cone):
-        return surface.axis_point, surface.half_angle_deg
-    return surface.axis_point, surface.profile
-
-
-def level_of(surface: Surface) -> float:
-    """How far out a surface lies among its family."""
-    if isinstance(surface, Plane):
-        return float(np.dot(surface.point, surface.normal))
-    if isinstance(surface, Cylinder):
-        return surface.radius
-    if isinstance(surface, Cone):
-        return surface.radius * math.cos(math.radians(surface.half_angle_deg))
-    return surface.offset_mm
-
-
 @dataclass(frozen=True, eq=False)
 class Family:
     """Offsets of one surface, k of them, and what flux says of the areas on them.
@@ -77,12 +39,12 @@ class Family:
     def of(cls, surfaces: Sequence[Surface]) -> Family:
         """A family of its members, ascending."""
         chains = [surface.chain(1e-3) for surface in surfaces if isinstance(surface, Revolved)]
-        return cls(surfaces, np.array([level_of(surface) for surface in surfaces]), chains)
+        return cls(surfaces, np.array([surface.level for surface in surfaces]), chains)
 
     @property
     def is_turned(self) -> bool:
         """Whether it matters at what height along the axis flux passes."""
-        return isinstance(self.surfaces[0], Cone | Revolved)
+        return not self.surfaces[0].is_straight
 
     def whole(self, below: Ints, flux: Floats, z: Floats) -> Floats:
         """What faces add to the areas (k,).
@@ -128,8 +90,8 @@ class Family:
         step, areas = 1e-4, np.zeros(len(self.chains))
         for k, (chain, own) in enumerate(zip(self.chains, rows, strict=True)):
             at = z[own]
-            slope = (_along(chain, at + step) - _along(chain, at - step)) / (2.0 * step)
-            areas[k] = (_along(chain, at) * np.hypot(1.0, slope)) @ flux[own]
+            slope = (chain.radius_at(at + step) - chain.radius_at(at - step)) / (2.0 * step)
+            areas[k] = (chain.radius_at(at) * np.hypot(1.0, slope)) @ flux[own]
         return areas
 
 

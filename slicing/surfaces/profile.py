@@ -45,6 +45,13 @@ class ProfileChain:
     z: Floats
     slope: tuple[float, float]
 
+    def radius_at(self, z: Floats) -> Floats:
+        """Radius (n,) at heights; 0 where there is nothing."""
+        radius = np.interp(z, self.z, self.r)
+        for end, slope, out in ((0, self.slope[0], z < self.z[0]), (-1, self.slope[1], z > self.z[-1])):
+            radius[out] = self.r[end] + slope * (z[out] - self.z[end])
+        return np.fmax(radius, 0.0)  # 0 for NaN
+
 
 @dataclass(frozen=True, eq=False)
 class Profile:

@@ -12,6 +12,7 @@ material is laid from the inside outward.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,12 +20,47 @@ import numpy as np
 
 from ..mesh.solid import Floats
 from .profile import Profile, ProfileChain
+from .rays import across_axis, marched
 
 FAR_MM = 1e5  # an apex farther away than this from z = 0 is none
+STEP_MM = 1e-9  # to either side of a height, so that a step there is seen
+
+
+class Offsets(ABC):
+    """What planes, cylinders, cones and profiles answer alike: which surfaces are offsets of one another.
+
+    Attributes:
+        is_straight: whether it is the same at every height of its axis, as planes and cylinders are.
+        bends: whether it may have corners, as profiles have.
+    """
+
+    is_straight = True
+    bends = False
+
+    @property
+    def ends(self) -> tuple[bool, bool]:
+        """Whether it meets its axis at its lower end, and at its upper one."""
+        return False, False
+
+    @property
+    @abstractmethod
+    def family(self) -> object:
+        """What the surface and its offsets have in common."""
+
+    def is_offset_of(self, other: Offsets) -> bool:
+        """Whether the other surface is this one, so far inward or outward."""
+        return self.family == other.family
+
+    def facing(self, axis_point: tuple[float, float]) -> tuple[Floats, Floats] | None:
+        """The straight line of the surface that faces an axis: a point (2,) of the plane through both, and its normal.
+
+        None where thickness over an axis is the same along the whole surface.
+        """
+        return None
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Offsets):
     """A cylinder whose axis is parallel to z.
 
     Attributes:
@@ -66,6 +102,47 @@ class Cylinder:
         angle = np.arctan2(points[:, 1] - self.axis_point[1], points[:, 0] - self.axis_point[0])
         return np.stack([self.radius * np.unwrap(angle), points[:, 2]], axis=1)
 
+    @property
+    def family(self) -> object:
+        """What its offsets have in common with it."""
+        return self.axis_point
+
+    @property
+    def level(self) -> float:
+        """How far out it lies among its offsets, mm."""
+        return self.radius
+
+    def radius_at(self, z: Floats) -> Floats:
+        """Radius (n,) at heights (n,), mm."""
+        return np.full(len(z), self.radius)
+
+    def ray_distance(self, points: Floats, normals: Floats) -> Floats:
+        """Distance (n,) from points (n, 3), going against unit normals (n, 3), to the outermost crossing, mm.
+
+        It is inf where the ray passes by.
+        """
+        return across_axis(points, normals, self.axis_point, np.full(len(points), self.radius))
+
+    def facing(self, axis_point: tuple[float, float]) -> tuple[Floats, Floats]:
+        """The ruling that faces an axis: a point (2,) of the plane through both, and its normal."""
+        origin = np.asarray(self.axis_point)
+        return origin, np.asarray(axis_point) - origin
+
+    def profile_between(self, low: float, high: float, sagitta_mm: float) -> tuple[Floats, Floats]:
+        """Radii and heights (2,) of its profile between two heights; `sagitta_mm` does not matter: it is straight."""
+        z = np.array([low, high])
+        return self.radius_at(z), z
+
+    def lifted(self, flat: Floats) -> Floats:
+        """Points (n, 3) at unrolled coordinates (n, 2)."""
+        (x, y), r = self.axis_point, self.radius
+        return np.stack([x + r * np.cos(flat[:, 0] / r), y + r * np.sin(flat[:, 0] / r), flat[:, 1]], axis=1)
+
+    @property
+    def turn_mm(self) -> float:
+        """Length of a whole turn in unrolled coordinates."""
+        return 2 * math.pi * self.radius
+
     def to_dict(self) -> dict[str, Any]:
         """As the contract rbam-slices/1 writes it."""
         return {
@@ -76,7 +153,7 @@ class Cylinder:
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Offsets):
     """A plane with an outward side.
 
     Attributes:
@@ -114,6 +191,36 @@ class Plane:
         relative = points - np.asarray(self.point)
         return np.stack([relative @ axis for axis in self.axes()], axis=1)
 
+    @property
+    def family(self) -> object:
+        """What its offsets have in common with it."""
+        return self.normal
+
+    @property
+    def level(self) -> float:
+        """How far out it lies among its offsets, mm."""
+        return float(np.dot(self.point, self.normal))
+
+    def ray_distance(self, points: Floats, normals: Floats) -> Floats:
+        """Distance (n,) from points (n, 3), going against unit normals (n, 3), mm; inf along the plane."""
+        towards = normals @ np.asarray(self.normal)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(np.abs(towards) > 1e-12, self.distance(points) / towards, np.inf)
+
+    def facing(self, axis_point: tuple[float, float]) -> tuple[Floats, Floats]:
+        """The line that faces an axis: a point (2,) of the plane through both, and its normal."""
+        return np.asarray(axis_point), np.asarray(self.normal[:2])
+
+    def lifted(self, flat: Floats) -> Floats:
+        """Points (n, 3) at unrolled coordinates (n, 2)."""
+        u, v = self.axes()
+        return np.asarray(self.point) + flat[:, :1] * u + flat[:, 1:] * v
+
+    @property
+    def turn_mm(self) -> float:
+        """Length of a whole turn in unrolled coordinates: there is none."""
+        return 0.0
+
     def to_dict(self) -> dict[str, Any]:
         """As the contract rbam-slices/1 writes it."""
         return {
@@ -124,7 +231,7 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Cone:
+class Cone(Offsets):
     """A cone about an axis parallel to z: the nappe on which the radius is positive.
 
     Attributes:
@@ -138,6 +245,7 @@ class Cone:
     radius: float
     half_angle_deg: float
     kind = "cone"
+    is_straight = False
 
     @property
     def slope(self) -> float:
@@ -185,6 +293,36 @@ class Cone:
         ends = (math.nan, slope) if slope > 0 else (slope, math.nan)
         return ProfileChain(np.zeros(1), np.array([-self.radius / slope]), ends)
 
+    @property
+    def family(self) -> object:
+        """What its offsets have in common with it."""
+        return self.axis_point, self.half_angle_deg
+
+    @property
+    def level(self) -> float:
+        """How far out it lies among its offsets, mm."""
+        return self.radius * math.cos(math.radians(self.half_angle_deg))
+
+    @property
+    def ends(self) -> tuple[bool, bool]:
+        """Whether its apex is its lower end, and its upper one."""
+        return self.slope > 0, self.slope < 0
+
+    def radius_at(self, z: Floats) -> Floats:
+        """Radius (n,) at heights (n,), mm; 0 beyond the apex."""
+        return self.chain(1e-3).radius_at(z)
+
+    def ray_distance(self, points: Floats, normals: Floats) -> Floats:
+        """Distance (n,) from points (n, 3), going against unit normals (n, 3), mm; inf where the ray passes by."""
+        if (normals[:, 2] == 0.0).all():
+            return across_axis(points, normals, self.axis_point, _widest_at(self, points[:, 2]))
+        return marched(points, normals, self)
+
+    def profile_between(self, low: float, high: float, sagitta_mm: float) -> tuple[Floats, Floats]:
+        """Radii and heights (2,) of its profile between two heights; `sagitta_mm` does not matter: it is straight."""
+        z = np.array([low, high])
+        return self.radius + self.slope * z, z
+
     def to_dict(self) -> dict[str, Any]:
         """As the contract rbam-slices/1 writes it; `radius` is that at z = 0."""
         return {
@@ -196,7 +334,7 @@ class Cone:
 
 
 @dataclass(frozen=True)
-class Revolved:
+class Revolved(Offsets):
     """The offset of a polyline profile rotated about an axis parallel to z (see `slicing.surfaces.profile`).
 
     Attributes:
@@ -209,6 +347,8 @@ class Revolved:
     profile: tuple[tuple[float, float], ...]
     offset_mm: float = 0.0
     kind = "revolved"
+    is_straight = False
+    bends = True
 
     def offset(self, by_mm: float) -> Revolved:
         """The surface by_mm further out."""
@@ -238,6 +378,42 @@ class Revolved:
         """Its profile; round corners as chords that stray inward by sagitta_mm at most."""
         return Profile.of(self.profile).offset_chain(self.offset_mm, sagitta_mm)
 
+    @property
+    def family(self) -> object:
+        """What its offsets have in common with it."""
+        return self.axis_point, self.profile
+
+    @property
+    def level(self) -> float:
+        """How far out it lies among its offsets, mm."""
+        return self.offset_mm
+
+    @property
+    def ends(self) -> tuple[bool, bool]:
+        """Whether its profile is closed on the axis at its lower end, and at its upper one."""
+        below, above = self.chain(1.0).slope
+        return math.isnan(below), math.isnan(above)
+
+    def radius_at(self, z: Floats) -> Floats:
+        """Radius (n,) at heights (n,), mm; 0 where there is nothing."""
+        return self.chain(1e-3).radius_at(z)
+
+    def ray_distance(self, points: Floats, normals: Floats) -> Floats:
+        """Distance (n,) from points (n, 3), going against unit normals (n, 3), mm; inf where the ray passes by."""
+        if (normals[:, 2] == 0.0).all() and self.offset_mm == 0.0:
+            return across_axis(points, normals, self.axis_point, _widest_at(self, points[:, 2]))
+        return marched(points, normals, self)
+
+    def profile_between(self, low: float, high: float, sagitta_mm: float) -> tuple[Floats, Floats]:
+        """Radii and heights (k,) of its whole profile, and a little beyond where it has no end."""
+        chain = self.chain(sagitta_mm)
+        r, z = chain.r, chain.z
+        if not math.isnan(chain.slope[0]):
+            r, z = np.append(r[0] - chain.slope[0], r), np.append(z[0] - 1.0, z)
+        if not math.isnan(chain.slope[1]):
+            r, z = np.append(r, r[-1] + chain.slope[1]), np.append(z, z[-1] + 1.0)
+        return r, z
+
     def to_dict(self) -> dict[str, Any]:
         """As the contract rbam-slices/1 writes it: profile points are [r, z]."""
         return {
@@ -246,6 +422,11 @@ class Revolved:
             "profile": [[float(r), float(z)] for r, z in self.profile],
             "offset": float(self.offset_mm),
         }
+
+
+def _widest_at(surface: Cone | Revolved, z: Floats) -> Floats:
+    """Radius (n,) of a surface of revolution at heights, at a step the greater of the two."""
+    return np.maximum(surface.radius_at(z - STEP_MM), surface.radius_at(z + STEP_MM))
 
 
 Round = Cylinder | Cone | Revolved

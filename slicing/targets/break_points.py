@@ -1,7 +1,6 @@
 """Which points of a finely sampled curve become robot targets: few, true to it, not too close together.
 
-    chosen = break_points(points, seam=0, chord_tolerance_mm=0.3, min_segment_mm=3.0)
-    chosen_points([Line(points, True, 0.3), ..], min_segment_mm=3.0)        # of many beads, several times faster
+    (chosen,) = chosen_points([BeadLine(points, closed=True, tolerance_mm=0.3)], min_segment_mm=3.0)
 
 Points are only ever chosen, never made up, so that targets lie on the exact curve. In this order of
 importance:
@@ -133,41 +132,6 @@ def _walked(runs: Sequence[tuple[_Run, float]], min_segment_mm: float) -> Iterat
         for _, last in some:
             places += _ended(run.line, [k - base for k in next(walked)], last, min_segment_mm)
         yield places
-
-
-def break_points(points: Floats, seam: int, chord_tolerance_mm: float, min_segment_mm: float) -> Ints:
-    """Choose the targets of one closed bead.
-
-    Args:
-        points: (n, 3) the fine curve, closed, the first point not repeated, mm.
-        seam: where to start.
-        chord_tolerance_mm: greatest distance of the fine curve from a segment.
-        min_segment_mm: least distance between successive targets.
-
-    Returns:
-        Numbers of the chosen points in the order of travel, the seam first and not repeated.
-    """
-    order = np.roll(np.arange(len(points)), -seam)
-    (chosen,) = chosen_points([BeadLine(points[order], True, chord_tolerance_mm)], min_segment_mm)
-    return order[chosen]
-
-
-def open_break_points(
-    points: Floats, chord_tolerance_mm: float, min_segment_mm: float, stops: Sequence[int] = ()
-) -> Ints:
-    """Choose the targets of one open bead.
-
-    Args:
-        points: (n, 3) the fine curve from end to end, mm.
-        chord_tolerance_mm: greatest distance of the fine curve from a segment.
-        min_segment_mm: least distance between successive targets; a shorter bead has its two ends.
-        stops: numbers of points that are targets whatever their distance.
-
-    Returns:
-        Numbers of the chosen points in the order of travel, both ends among them.
-    """
-    (chosen,) = chosen_points([BeadLine(points, False, chord_tolerance_mm, tuple(stops))], min_segment_mm)
-    return chosen
 
 
 def _thinned_open(points: Floats) -> Ints:

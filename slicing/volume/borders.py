@@ -172,8 +172,7 @@ def reaches(layer: Layer) -> tuple[float, ...]:
     Args:
         layer: the layer.
     """
-    outward = layer.index == 0 and not isinstance(layer.surface, Plane)
-    return (0.1, 1.0) if outward else (-0.1, 0.1, -1.0, 1.0)
+    return (0.1, 1.0) if layer.on_body else (-0.1, 0.1, -1.0, 1.0)
 
 
 def _against_solid(name: str, fine: _Fine, layer: Layer, cut_mm: float) -> list[Warning]:

@@ -39,7 +39,6 @@ from ..layers.poles import poles
 from ..layers.thickness import bead_thickness
 from ..mesh.solid import Floats, Mesh
 from ..surfaces.bodies import RoundBody
-from ..surfaces.offset_families import radius_at
 from ..surfaces.surfaces import Cylinder, Plane, Revolved, Surface
 from ..warning import WRONG_LAYER, Code, Warning
 from .borders import hold_borders, reaches
@@ -90,14 +89,14 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
     mesh = sliced.mesh
     flux = SolidFlux.of(mesh)
     over_ends, ends_count = 0.0, sliced.body_z_mm != NO_ENDS
-    if ends_count and isinstance(layers[0].surface, Plane):
+    if ends_count and not layers[0].on_body:
         mesh = without_body(mesh, body, sliced.body_z_mm)
         flux = SolidFlux.of(mesh)
     elif flux.deepest(body.surface, -REACH_MM) < -REACH_MM:
         over_ends = over_ends_mm3(mesh, body, sliced.body_z_mm) if ends_count else 0.0
         mesh = _outside(mesh, body)
         flux = SolidFlux.of(mesh)
-    if ends_count and not isinstance(layers[0].surface, Plane):
+    if ends_count and layers[0].on_body:
         # the first layer ends with the body
         root = SolidFlux.of(between(mesh, sliced.body_z_mm))
         first, rest_of = _held(sliced.name, root, layers[:1]), _held(sliced.name, flux, layers[1:])
@@ -108,7 +107,7 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
     last = layers[-1]
     rest = flux.volume_beyond(last.surface)
     top = max(float(last.surface.distance(flux.mesh.vertices).max()), 0.0)
-    on_body = not isinstance(layers[0].surface, Plane)  # then every bead lies above its curves
+    on_body = layers[0].on_body  # then every bead lies above its curves
     end, end_mm = (last.area_mm2 * h - rest, h - top) if on_body else (-rest, -top)
     held = HeldVolume(mesh.volume + over_ends, float(sum(laid)), end, end_mm, area, lines)
     missing = held.laid_mm3 - end - held.volume_mm3
@@ -138,7 +137,7 @@ def _evened(layers: tuple[Layer, ...], laid: list[float]) -> float:
         volume / layer.area_mm2 if layer.area_mm2 > 0 else 0.0 for volume, layer in zip(laid[1:], upper, strict=True)
     ]
     half = [0.5 * t * (b.area_mm2 - a.area_mm2) for t, a, b in zip(mean, upper, lower, strict=True)]
-    if not isinstance(layers[0].surface, Plane):
+    if layers[0].on_body:
         # the first bead was counted at the root, the last one as what stands out above the top
         thick = laid[0] / layers[0].area_mm2
         return sum(half) - thick * (layers[0].area_mm2 - layers[-1].area_mm2)
@@ -189,7 +188,7 @@ def _outside(mesh: Mesh, body: RoundBody) -> Mesh:
     if not isinstance(surface, Cylinder):
         heights += [z + by for z in surface.chain(1e-3).z.tolist() for by in (-1e-6, 1e-6) if low < z < high]
     z = np.sort(np.array(heights))
-    radius = radius_at(surface, z)
+    radius = surface.radius_at(z)
     polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
     turned = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), BODY_SIDES)
     cutter = turned.translate((float(surface.axis_point[0]), float(surface.axis_point[1]), 0.0))
@@ -264,7 +263,7 @@ def laid_volume(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm
     least, most = layer.thickness_mm
     if most - least <= 1e-6:
         return layer.area_mm2 * most
-    straight = isinstance(surface, Plane | Cylinder) and isinstance(below, Plane | Cylinder | None)
+    straight = surface.is_straight and (below is None or below.is_straight)
     if straight and isinstance(body.surface, Cylinder) and not any(curve.winding for curve in layer.curves):
         return _laid_along(layer, below, body, h_layer_mm)
     return layer.area_mm2 * _mean_thickness(layer, below, body, h_layer_mm)
@@ -275,13 +274,8 @@ def _laid_along(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm
     flat = [layer.surface.unrolled(curve.points) for curve in layer.curves]
     along = np.concatenate([loop[:, 0] for loop in flat])
     s = np.linspace(along.min(), along.max(), ALONG)
-    if isinstance(layer.surface, Plane):
-        u, _ = layer.surface.axes()
-        points = np.asarray(layer.surface.point) + s[:, None] * u
-    else:
-        assert isinstance(layer.surface, Cylinder)
-        r, (x, y) = layer.surface.radius, layer.surface.axis_point
-        points = np.stack([x + r * np.cos(s / r), y + r * np.sin(s / r), np.zeros(len(s))], axis=1)
+    assert isinstance(layer.surface, Plane | Cylinder)
+    points = layer.surface.lifted(np.stack([s, np.zeros(len(s))], axis=1))
     thickness = bead_thickness(points, layer.surface, below, body, h_layer_mm)
     total = np.append(0.0, np.cumsum(0.5 * (thickness[1:] + thickness[:-1]) * np.diff(s)))
     laid = plain = 0.0
@@ -306,8 +300,7 @@ def _mean_thickness(layer: Layer, below: Surface | None, body: RoundBody, h_laye
     step = (np.arange(GRID) + 0.5) / GRID
     u, v = np.meshgrid(low_u + step * (high_u - low_u), low_v + step * (high_v - low_v))
     inside = shapely.contains_xy(region, u.ravel(), v.ravel())
-    along_u, along_v = layer.surface.axes()
-    points = np.asarray(layer.surface.point) + u.ravel()[inside, None] * along_u + v.ravel()[inside, None] * along_v
+    points = layer.surface.lifted(np.stack([u.ravel()[inside], v.ravel()[inside]], axis=1))
     if len(points) == 0:
         points = border
     return float(bead_thickness(points, layer.surface, below, body, h_layer_mm).mean())

@@ -29,7 +29,7 @@ import numpy.typing as npt
 
 from ..mesh.face_measures import chunks, total_area
 from ..mesh.solid import Bools, Floats, Ints, Mesh
-from ..surfaces.offset_families import Family, ascending, family_of, level_of, mean_above, radius_at, share_above
+from ..surfaces.offset_families import Family, ascending, mean_above, share_above
 from ..surfaces.surfaces import Cylinder, Plane, Round, Surface
 
 SAG_MM = 0.02
@@ -200,7 +200,7 @@ class SolidFlux:
         return x
 
     def _heights(self, surface: Surface) -> Floats:
-        """Heights (n,) of the vertices among the offsets of a surface (see `level_of`)."""
+        """Heights (n,) of the vertices among the offsets of a surface (see `Plane.level`)."""
         if isinstance(surface, Plane):
             x, y, z = (n * place for n, place in zip(surface.normal, self._places, strict=True))
             x += y
@@ -208,13 +208,13 @@ class SolidFlux:
             return x
         if isinstance(surface, Cylinder):
             return np.sqrt(self._squares(surface.axis_point))
-        return surface.distance(self.mesh.vertices) + level_of(surface)
+        return surface.distance(self.mesh.vertices) + surface.level
 
     def volume_beyond(self, surface: Surface) -> float:
         """Volume of the solid on the outer side of a surface, mm³."""
         small = self.fit_for(surface)
         if isinstance(surface, Plane):
-            height = self._heights(surface) - level_of(surface)
+            height = self._heights(surface) - surface.level
             above = self._touching(height > 0)
             mean = mean_above(self._of_corners(height, above))
             return float(0.5 * mean @ (self.mesh.normals[above] @ np.asarray(surface.normal)))
@@ -223,7 +223,7 @@ class SolidFlux:
             radius = np.full(len(faces), surface.radius)
         else:
             faces = np.arange(len(small.mesh.faces))
-            radius = radius_at(surface, small._centre_z)
+            radius = surface.radius_at(small._centre_z)
         rho2, flux = small._about(surface.axis_point, faces)
         out = rho2 > radius**2
         return float((0.5 * (1.0 - radius[out] ** 2 / rho2[out]) * flux[out]).sum())
@@ -279,11 +279,11 @@ class SolidFlux:
         """The same of several surfaces (k,)."""
         rows: dict[object, list[int]] = {}
         for k, surface in enumerate(surfaces):
-            rows.setdefault(family_of(surface), []).append(k)
+            rows.setdefault(surface.family, []).append(k)
         areas = np.zeros(len(surfaces))
         together: dict[SolidFlux, list[list[int]]] = {}
         for own in rows.values():
-            own.sort(key=lambda k: level_of(surfaces[k]))
+            own.sort(key=lambda k: surfaces[k].level)
             for first in range(0, len(own), MOST_LEVELS):
                 part = own[first : first + MOST_LEVELS]
                 together.setdefault(self.fit_for(surfaces[part[0]], finer), []).append(part)

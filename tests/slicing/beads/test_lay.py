@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.beads import open_break_points, travel_mm
 from support.layers import circle, planar_layer
 from support.meshes import BODY, R, box, box_solid, from_manifold, ring
 
 from slicing.beads.bead import Bead
 from slicing.beads.lay import lay_beads
 from slicing.beads.leads import with_leads
-from slicing.beads.order import shortest, travel_mm
+from slicing.beads.order import shortest
 from slicing.document import targets_rows
 from slicing.layers.layer import SlicedSubVolume
 from slicing.mesh.solid import PartError
 from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Plane
-from slicing.targets.break_points import open_break_points
 from slicing.targets.speeds import BeadSpeed
 from slicing.targets.targets import Targets, sample_targets
 from slicing.targets.waypoints import travels

@@ -17,7 +17,6 @@ from support.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, 
 from slicing.curves.intersect import intersect
 from slicing.document import slices_document
 from slicing.layers.layer import Body, ConicalBody, RevolvedBody
-from slicing.layers.thickness import distance_back
 from slicing.mesh.closest_point import closest_on_triangles
 from slicing.mesh.solid import PartError, mesh_from_arrays
 from slicing.paper.adhesion import area_near_body
@@ -222,7 +221,7 @@ def test_layers_are_the_offsets_of_the_cone_h_layer_thick():
         points = np.concatenate([c.points for c in layer.curves])
         assert np.abs(layer.surface.distance(points)).max() < 1e-6
         if k:
-            back = distance_back(points, layer.surface.normals(points), sliced.layers[k - 1].surface)
+            back = sliced.layers[k - 1].surface.ray_distance(points, layer.surface.normals(points))
             assert np.abs(back - H).max() < 1e-6
         if layer.surface.radius + 8 * layer.surface.slope < 39:
             assert layer.area_mm2 == pytest.approx(box_on_cone(layer.surface), rel=1e-6)

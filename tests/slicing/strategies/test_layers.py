@@ -27,7 +27,7 @@ from support.meshes import (
 
 from slicing.decomposition.decompose import decompose
 from slicing.layers.layer import Body
-from slicing.layers.thickness import distance_back, resampled
+from slicing.layers.thickness import resampled
 from slicing.mesh.solid import PartError
 from slicing.paper.adhesion import area_near_body
 from slicing.parameters import SlicingParameters
@@ -148,7 +148,7 @@ def test_thickness_is_the_distance_down_to_the_layer_below():
 
 def test_ray_that_misses_a_cylinder_is_infinite():
     points, normals = np.array([[30.0, 25, 0], [30.0, 5, 0]]), np.array([[1.0, 0, 0], [1.0, 0, 0]])
-    away = distance_back(points, normals, Cylinder((0.0, 0.0), 20.0))
+    away = Cylinder((0.0, 0.0), 20.0).ray_distance(points, normals)
     assert away[0] == np.inf
     assert away[1] == pytest.approx(30 - math.sqrt(400 - 25))
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.beads import break_points
 from support.meshes import BODY, R, blade, box, box_section, box_solid, from_manifold, ring, rotated, sector
 
 import slicing
@@ -22,7 +23,6 @@ from slicing.mesh.solid import PartError
 from slicing.paper.indices import Indices, indices, top_angle
 from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
-from slicing.targets.break_points import break_points
 from slicing.targets.targets import sample_targets
 
 STRATEGIES = ("planar", "cylindrical", "nonuniform")

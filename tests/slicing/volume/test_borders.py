@@ -18,7 +18,6 @@ from slicing.curves.loops import Curve
 from slicing.deposits.part_shape import part_shape
 from slicing.layers.layer import Body, RevolvedBody, SlicedSubVolume
 from slicing.layers.outside_body import region_of
-from slicing.layers.thickness import distance_back
 from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved
@@ -183,7 +182,7 @@ def test_the_way_back_across_the_axis_meets_the_circle_at_that_height(surface):
     normals = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     out = surface.distance(points) > 1e-6
     points, normals = points[out], normals[out]
-    back = distance_back(points, normals, surface)
+    back = surface.ray_distance(points, normals)
     met = np.isfinite(back)
     assert 100 < met.sum() < 0.9 * len(points)
     assert np.abs(surface.distance(points[met] - back[met, None] * normals[met])).max() < 1e-9

@@ -15,7 +15,6 @@ from slicing.curves.intersect import intersect, intersect_offsets
 from slicing.mesh.face_measures import CHUNK, bounding_box, enclosed_volume, face_measures, face_normals, total_area
 from slicing.mesh.solid import Mesh, PartError, mesh_from_arrays
 from slicing.surfaces.bodies import Body, RevolvedBody
-from slicing.surfaces.offset_families import radius_at
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 from slicing.volume.solid_flux import SolidFlux
 
@@ -46,7 +45,7 @@ def stretch(surface, z: np.ndarray) -> np.ndarray:
         return np.full(len(z), surface.radius)
     if isinstance(surface, Cone):
         return (surface.radius + surface.slope * z) * math.sqrt(1.0 + surface.slope**2)
-    below, at, above = (radius_at(surface, z + by) for by in (-1e-4, 0.0, 1e-4))
+    below, at, above = (surface.radius_at(z + by) for by in (-1e-4, 0.0, 1e-4))
     return at * np.hypot(1.0, (above - below) / 2e-4)
 
 
