@@ -1,6 +1,7 @@
 """Shapes and settings with which MuJoCo's collision detection misses nothing.
 
     make_detectable(world, case)              # the last step before a scene is compiled
+    lean_cylinders(model)                     # the first one after
 
 Random pairs of all kinds of shapes were held against a second engine (``bench/collision_engines.py``). Unsafe in MuJoCo
 4.0 are: a capsule and a box, where the capsule runs through the box with both ends outside (no contact); two boxes
@@ -22,6 +23,7 @@ import numpy as np
 from ..case.sections import Case
 from ..errors import InputError
 
+LEAN = 1e-7  # rad
 ITERATIONS = 2000  # of GJK and EPA a pair; what takes fewer costs no more
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 WHOLE_HULL = -1  # of MuJoCo's maxhullvert
@@ -53,6 +55,24 @@ def make_detectable(world: mujoco.MjSpec, case: Case) -> None:
             _as_corners(world, geom)
     for pair in world.pairs:
         pair.margin = pair.gap = 0.0
+
+
+def lean_cylinders(model: mujoco.MjModel) -> None:
+    """Turn cylinders that move by next to nothing, so that none ever stands exactly upright.
+
+    Of a cylinder upright on a plane MuJoCo 4.0 finds the rim's lowest point by a direction that is all rounding: in a
+    fifth of the configurations its distance is too small by the radius.
+
+    Args:
+        model: compiled; changed.
+    """
+    moves = model.body_weldid[model.geom_bodyid] != 0
+    for geom in np.flatnonzero(moves & (model.geom_type == GEOM.mjGEOM_CYLINDER)).tolist():
+        turned = np.zeros(4)
+        mujoco.mju_mulQuat(turned, model.geom_quat[geom].copy(), np.array([1.0, LEAN / 2, 0.0, 0.0]))
+        model.geom_quat[geom] = turned
+        # MuJoCo leaves the turn of a shape that stands in its body's own frame unread
+        model.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
 
 
 def _set_options(option: mujoco.MjOption) -> None:

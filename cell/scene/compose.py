@@ -23,7 +23,7 @@ from slicing import Code, PartShape, Warning
 from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.chain_from_model import chain_of, check_base, check_count, check_names
-from ..mjcf.detection import make_detectable
+from ..mjcf.detection import lean_cylinders, make_detectable
 from ..mjcf.held_joints import Held
 from ..mjcf.model_names import require
 from ..progress import phase
@@ -72,6 +72,7 @@ def compose(case: Case, part: PartShape, together: int = MANY_PIECES) -> Scene:
         model = pieces.world.compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
+    lean_cylinders(model)
     scene = _bind(pieces, model, part, arm.home)
     told = (*arm.warnings, *table.warnings, *_without_home(case, scene, arm))
     return replace(scene, warnings=(*scene.warnings, *told, *standing(scene, part), *sunk(scene)))
