@@ -112,7 +112,7 @@ MUTANTS = (
     Mutant("cell/mjcf/detection.py", "int(disable.mjDSBL_MULTICCD)", "0", (DETECTION,)),
     Mutant("cell/mjcf/detection.py", "ITERATIONS = 200", "ITERATIONS = 35", (DETECTION,)),
     Mutant("cell/mjcf/detection.py", "        if geom.type == GEOM.mjGEOM_BOX:\n", "        if False:\n", (DETECTION,)),
-    Mutant("cell/collision/checker.py", "        self._far = -1.0  # somebody", "        # somebody", (GROUPS,)),
+    Mutant("cell/collision/checker.py", "        self._far = -1.0  # somebody", "        # somebody", ("cell/collision/test_model_copies.py",)),
     Mutant("cell/collision/checker.py", "np.multiply(self._hard, far / 2,", "np.multiply(self._hard, far / 4,", (DETECTION, "cell/collision/test_clearances.py")),
     Mutant("cell/collision/checker.py", "if far == self._far:", "if self._far >= 0:", ("cell/collision/test_clearances.py",)),
     Mutant("cell/collision/checker.py", "(scene.deposit_of_geom < stage)", "(scene.deposit_of_geom < stage - 1)", (DETECTION, "cell/collision/test_clearances.py")),

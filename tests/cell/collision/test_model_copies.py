@@ -85,3 +85,19 @@ def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_pat
         assert np.array_equal(found.pair, fresh.pair)
     for wire in [wire_checker(made()) for _ in range(MOST_SPARE + 1)]:
         assert np.array_equal(wire.clearances(q, stage).distance, wired.distance)
+
+
+def test_two_that_share_a_copy_each_look_as_far_as_they_are_to(tmp_path) -> None:
+    scene, table = prepare(load_case(little_case(tmp_path))).scene, (0.3, 1.0)
+    q = np.random.default_rng(3).uniform(scene.chain.lower, scene.chain.upper, (300, scene.chain.n))
+    away = Checker(scene, table, 0.05).clearances(q, np.zeros(300, dtype=np.int64)).distance
+    # some within reach first, then one beyond it: after that one the whole reach is what was looked out to last
+    q = q[np.argsort(away)][np.sort(away) > 1e-3]
+    reach, stage = min(float(np.sort(away)[-2:].mean()), 0.049), np.zeros(len(q), dtype=np.int64)
+    far = Checker(scene, table, reach)
+    near = Checker(scene, table, 1e-4, beside=far)
+    alone = far.clearances(q, stage).distance
+    assert np.isfinite(alone[0])
+    assert not np.isfinite(alone[-1])
+    near.clearances(q, stage)
+    assert np.array_equal(far.clearances(q, stage).distance, alone)
