@@ -529,7 +529,11 @@ def _along_middle(part: Any, island: Island, width_mm: float, kind: str) -> Iter
         thin = bool(shapely.distance(shapely.points(line), border).min() < 0.5 * width_mm - THIN_MM)
         if around and period is not None and not closed:
             ahead = line if line[-1, 0] > line[0, 0] else line[::-1]
-            yield replace(_one_turn(ahead, kind, period), thin=thin)
-            continue
+            low, high = ahead[:, 0].min(), ahead[:, 0].max()
+            if low < -0.5 * period and high >= 0.5 * period:
+                yield replace(_one_turn(ahead, kind, period), thin=thin)
+                continue
+            if not -0.5 * period <= low < 0.5 * period:  # a piece of the way round, in another period
+                continue
         back = not shapely.LinearRing(line).is_ccw if closed else tuple(line[-1]) < tuple(line[0])
         yield Stroke(line[::-1] if back else line, closed, False, kind, thin=thin)

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from support.meshes import box
+from manifold3d import CrossSection, Manifold
+from support.meshes import box, from_manifold
 
 from slicing.beads.deposition import LayerMetal, metal_lines
 from slicing.beads.lay import lay_beads
@@ -17,7 +18,7 @@ from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.bodies import Body
 from slicing.surfaces.surfaces import Cylinder, Plane
 from slicing.targets.speeds import BeadSpeed
-from slicing.targets.targets import sample_beads
+from slicing.targets.targets import sample_beads, sample_targets
 from slicing.warning import Code
 
 W, PITCH, H = 5.0, 3.75, 1.73
@@ -157,3 +158,19 @@ def test_metal_of_a_sliced_boss_is_area_times_thickness():
     assert [m.laid_mm3 for m in laid.metal] == pytest.approx(
         [1.73 * PITCH * sum(length_of(b) for b in laid.beads if b.layer == k) for k in range(len(sliced.layers))]
     )
+
+
+@pytest.mark.parametrize("pattern", ["zigzag", "contour_parallel"])
+def test_middle_lines_that_do_not_go_right_round_are_laid_once(pattern: str) -> None:
+    """A ring that leans about a body beside its axis: the last layers are sickles, thin at their ends."""
+    section = CrossSection([[(19, 0), (27, 0), (25, 12), (19, 12)]])
+    ring = from_manifold(Manifold.revolve(section, 160))
+    sliced = slice_sub_volume(ring, Body(20.0, (0.3, -0.2)), SlicingParameters("cylindrical"))
+    targets = sample_targets([sliced], beads=BeadParameters(pattern=pattern))
+    open_ = [targets.position[targets.path == k] for k in np.flatnonzero(~targets.closed)]
+    assert open_
+    middles = np.array([line.mean(axis=0) for line in open_])
+    apart = np.linalg.norm(middles[:, None] - middles, axis=2)[np.triu_indices(len(middles), 1)]
+    assert apart.min() > 0.5
+    layers = targets.layer[[np.flatnonzero(targets.path == k)[0] for k in range(len(targets.closed))]]
+    assert set(layers.tolist()) == set(range(len(sliced.layers)))
