@@ -1,7 +1,7 @@
 """The arm's clearances on all of a motion: at samples, between them, and where its corners are rounded.
 
     seen = arm_on_the_way(job, way, stage, runs)            # runs: stretches of samples without a stop
-    at, nearest = nearest_on_the_way(job, way, stage, seen.clear)
+    at, nearest = nearest_on_the_way(job, way, stage, seen.clear, runs)
 
 A long motion is cut into pieces where it stops, by its samples alone, and the pieces are looked at side by side where
 there are workers: what is found does not depend on how many there are. Radians and metres.

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cell.errors import InputError
-from cell.motion.motion_file import _csv, _npz
+from cell.motion.motion_file import MOST_BYTES, _csv, _npz
 from slicing.mesh.load import load_mesh
 from slicing.mesh.solid import PartError
 
@@ -34,7 +34,7 @@ def test_a_motion_of_another_locale_says_what_is_expected(text: str, says: str, 
     path = tmp_path / "m.csv"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        _csv(path)
+        _csv(path, MOST_BYTES)
     assert says in str(caught.value)
     assert "twice" in says or "columns are parted by commas, numbers have points" in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -50,7 +50,7 @@ def test_an_array_that_says_it_is_larger_than_it_is(version: int, tmp_path: Path
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("t_s.npy", head.getvalue() + bytes(16))
     with pytest.raises(InputError, match=r"says it has \(1000000000000,\) values, and holds 16 bytes"):
-        _npz(path)
+        _npz(path, MOST_BYTES)
 
 
 def bomb(path: Path) -> None:
