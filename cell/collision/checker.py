@@ -174,24 +174,18 @@ class Checker:
         Returns:
             Clearances.
         """
-        self.asked.count += len(q)
-        self._far = -1.0  # somebody else may have had the model meanwhile
         out = Clearances.none(len(q))
         far = self.reach  # what is near would be found by looking all the way, and everything behind it as well
-        for laid in np.unique(stage):
-            self._lay(int(laid), arm_alone=True)
-            rows = np.flatnonzero(stage == laid)
-            for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
-                if count := self._collide(far):
-                    self.asked.contacts += count
-                    contact = self._data.contact
-                    distance = contact.dist
-                    k = int(distance.argmin())
-                    out.distance[i], out.pair[i], out.position[i] = distance[k], contact.geom[k], contact.pos[k]
-                    far = FURTHER * max(float(distance[k]), 0.0) + LEAST_FAR  # the next one is often alike
-                else:
-                    far = self.reach
-        self._check_room()
+        for i in self._each(q, stage):
+            if count := self._collide(far):
+                self.asked.contacts += count
+                contact = self._data.contact
+                distance = contact.dist
+                k = int(distance.argmin())
+                out.distance[i], out.pair[i], out.position[i] = distance[k], contact.geom[k], contact.pos[k]
+                far = FURTHER * max(float(distance[k]), 0.0) + LEAST_FAR  # the next one is often alike
+            else:
+                far = self.reach
         return out
 
     def pairs_within(self, q: Floats, stage: Ints, far: float) -> NearPairs:
@@ -208,21 +202,23 @@ class Checker:
         Raises:
             InputError: there are more of them than MuJoCo has room for.
         """
-        self.asked.count += len(q)
-        self._far = -1.0  # as above
         found = []
+        for i in self._each(q, stage):
+            if count := self._look(far):
+                self.asked.contacts += count
+                c = self._data.contact
+                found.append((i, c.geom.copy(), c.dist.copy(), c.frame.reshape(-1, 9).copy(), c.pos.copy()))
+        return NearPairs.of(found)
+
+    def _each(self, q: Floats, stage: Ints) -> Iterator[int]:
+        """Bring the arm into one configuration after the other, with what is laid by then: the row of each."""
+        self.asked.count += len(q)
+        self._far = -1.0  # somebody else may have had the model meanwhile
         for laid in np.unique(stage):
             self._lay(int(laid), arm_alone=True)
             rows = np.flatnonzero(stage == laid)
             for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
-                if count := self._look(far):
-                    self.asked.contacts += count
-                    c = self._data.contact
-                    found.append((i, c.geom.copy(), c.dist.copy(), c.frame.reshape(-1, 9).copy(), c.pos.copy()))
-        self._check_room()
-        return NearPairs.of(found)
-
-    def _check_room(self) -> None:
+                yield i
         if self._data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
             # pairs were left out: the nearest may be among them
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")

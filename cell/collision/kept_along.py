@@ -29,7 +29,7 @@ BEND = 1e-4  # m that may be given for what is between samples
 
 @dataclass(frozen=True, eq=False)
 class MotionSamples:
-    """MotionSamples of motions, between which the joints move on straight lines.
+    """Samples of motions, between which the joints move on straight lines.
 
     Attributes:
         q: configurations, (m, n), rad.

@@ -90,9 +90,8 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
     search = _OrderSearch(job)
     best: Result | None = None
     tried: list[list[LayerRun]] = []
-    while (
-        len(tried) < ORDERS and search.runs() not in tried
-    ):  # what is learned may leave no order but one that is known
+    # what is learned may leave no order but one that is known
+    while len(tried) < ORDERS and search.runs() not in tried:
         tried.append(search.runs())
         result = _Build(in_order(job, tried[-1]), progress, search.suited).result()
         lost = result.infeasible + result.not_looked_at
