@@ -17,7 +17,7 @@ import numpy as np
 from ik.chain import Floats
 from ik.singularity import KINDS, margins, sides, smallest_singular_value
 
-from ..arrays import Ints
+from ..collision.clearances import Clearances
 from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
 from ..job.table_winding import upright_of
@@ -26,7 +26,7 @@ from ..motion.deposition_speed import HeldSpeed
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..units import MARGIN_UNITS, METRES_PER_MM
-from .arm_looks import ArmSeen, SampledRun, arm_on_the_way, nearest_on_the_way
+from .arm_looks import arm_on_the_way, nearest_on_the_way
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
 from .blended_motion import blend_collisions, blended_rows, sampled_runs, table_blend_collisions
@@ -98,12 +98,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
     on = against_beads(job, fine, motion.target[fine.row])
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
-    stage = stages(job, motion, coarse.row)
-    runs = list(sampled_runs(job, read, rows, coarse))
-    seen = arm_on_the_way(job, coarse, stage, runs)
-    hits = collisions(job, motion, coarse, stage, seen)
-    hits += blend_collisions(job, runs, seen)
-    hits += table_blend_collisions(job, runs, coarse, stage)
+    hits, clearance = _in_the_way(job, read, rows, coarse)
     order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
     findings = [
         *_limit_findings(job, motion, rows.q),
@@ -123,7 +118,7 @@ def check_motion(job: Job, read: ReadMotion) -> MotionResult:
         findings=tuple(replace(f, row=int(read.row[f.row]), to_row=int(read.row[f.to_row])) for f in findings),
         welded=order.welded,
         samples=len(fine.q) + len(coarse.q),
-        clearance=_nearest(job, read, coarse, stage, (seen, runs)),
+        clearance=clearance,
         singularity=_least_margin(job, read, fine, margin),
         sigma=_least_sigma(job, fine),
         bead_distance=_most(on.bead_distance, fine, read),
@@ -142,12 +137,7 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
     fine = dense(job, motion, rows, FINE, motion.welding)
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
-    stage = stages(job, motion, coarse.row)
-    runs = list(sampled_runs(job, read, rows, coarse))
-    seen = arm_on_the_way(job, coarse, stage, runs)
-    hits = collisions(job, motion, coarse, stage, seen)
-    hits += blend_collisions(job, runs, seen)
-    hits += table_blend_collisions(job, runs, coarse, stage)
+    hits, clearance = _in_the_way(job, read, rows, coarse)
     found = [
         *_limit_findings(job, motion, rows.q),
         *_drive_findings(job, use),
@@ -161,7 +151,7 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
         findings=tuple(replace(f, row=int(read.row[f.row]), to_row=int(read.row[f.to_row])) for f in found),
         welded=0,
         samples=len(fine.q) + len(coarse.q),
-        clearance=_nearest(job, read, coarse, stage, (seen, runs)),
+        clearance=clearance,
         singularity=_least_margin(job, read, fine, margin),
         sigma=_least_sigma(job, fine),
         bead_distance=(0.0, int(read.row[0])),
@@ -349,12 +339,23 @@ def _hanging_findings(job: Job, motion: Motion) -> list[Finding]:
     ]
 
 
+def _in_the_way(
+    job: Job, read: ReadMotion, rows: Way, way: Way
+) -> tuple[list[Finding], tuple[float, int, tuple[str, ...]] | None]:
+    """What a motion collides with, and the nearest the arm comes to anything, with the row and the pair."""
+    stage = stages(job, read.motion, way.row)
+    runs = list(sampled_runs(job, read, rows, way))
+    seen = arm_on_the_way(job, way, stage, runs)
+    hits = collisions(job, read.motion, way, stage, seen)
+    hits += blend_collisions(job, runs, seen)
+    hits += table_blend_collisions(job, runs, way, stage)
+    return hits, _nearest(job, read, way, nearest_on_the_way(job, way, stage, seen.clear, runs))
+
+
 def _nearest(
-    job: Job, read: ReadMotion, way: Way, stage: Ints, looked: tuple[ArmSeen, list[SampledRun]]
+    job: Job, read: ReadMotion, way: Way, found: tuple[int, Clearances]
 ) -> tuple[float, int, tuple[str, ...]] | None:
-    """The nearest anything comes, between samples too, with the row and the pair."""
-    seen, runs = looked
-    at, nearest = nearest_on_the_way(job, way, stage, seen.clear, runs)
+    at, nearest = found
     if not np.isfinite(nearest.distance[0]):
         return None
     pair = tuple(job.scene.geom_name(int(g)) for g in nearest.pair[0])
