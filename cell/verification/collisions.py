@@ -1,7 +1,7 @@
 """Collisions of a motion from outside: of the arm, its wire and the table, with the part growing as the rows say.
 
     stage = stages(job, motion, way.row)                  # deposits there are at every sample
-    findings = collisions(job, motion, way, stage, seen)  # seen: from cell.verification.arm_looks
+    findings = collisions(job, motion, way, stage, seen)  # seen: from arm_looks
 
 What lies between samples is proved free as in ``cell.collision.proofs.between_samples``, with E1 and E2 as axes like any
 other. Radians, metres.
