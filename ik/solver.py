@@ -59,7 +59,7 @@ class Candidates:
 
 @dataclass(frozen=True, eq=False)
 class Solver:
-    """An arm with the way its configurations are found.
+    """An arm and the method that finds its configurations.
 
     Attributes:
         chain: the arm with its tool.
@@ -79,7 +79,7 @@ class Solver:
 
         Args:
             chain: the arm with its tool.
-            kind: "auto" takes the closed form where the arm has one; "closed_form" insists; "dls" does without.
+            kind: "auto" takes the closed form if the arm has one, "closed_form" needs one, "dls" never uses it.
 
         Raises:
             ValueError: an unknown kind, or a closed form asked of an arm that has none.
@@ -95,7 +95,7 @@ class Solver:
 
     @property
     def name(self) -> str:
-        """What solves: "closed form" or "damped least squares"."""
+        """Name of the method: "closed form" or "damped least squares"."""
         return "damped least squares" if self.form is None else "closed form"
 
     @cached_property

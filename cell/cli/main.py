@@ -96,7 +96,7 @@ def _program_error(error: Exception, argv: Sequence[str]) -> int:
     if asked:
         sys.stderr.write("".join(traceback.format_exception(error)))
     if isinstance(error, MemoryError):
-        return _told(PROGRAM_ERROR, "out of memory: no verdict (a coarser case needs less)")
+        return _told(PROGRAM_ERROR, "out of memory: no verdict; a coarser case needs less memory")
     where = traceback.extract_tb(error.__traceback__)[-1]
     what = printable(f"{type(error).__name__}: {error}")[:300]
     place = f"{os.path.basename(os.path.dirname(where.filename))}/{os.path.basename(where.filename)}:{where.lineno}"
@@ -142,7 +142,7 @@ def _at_table(args: argparse.Namespace, case: Case) -> Case:
     mode = getattr(args, "table", None) or case.table.mode
     if given and mode in ("indexed", "best"):
         option = "--e1" if "E1_deg" in given else "--e2"
-        raise InputError(f"{option}: does not go with a table that is {mode}: its poses are its own (--table fixed)")
+        raise InputError(f"{option}: does not go with table mode {mode}, which has poses of its own; add --table fixed")
     if mode == case.table.mode and not given:
         return case
     kept = case.table.model_dump(exclude_unset=True) if mode == case.table.mode else {}
@@ -152,7 +152,7 @@ def _at_table(args: argparse.Namespace, case: Case) -> Case:
 
 def _finite(name: str, value: float) -> float:
     if not abs(value) < float("inf"):
-        raise InputError(f"{name}: {value} is not an angle")
+        raise InputError(f"{name}: {value} is not an angle; a finite number in degrees is needed")
     return value
 
 
@@ -239,7 +239,7 @@ def _what_would_help(result: Result, asked: bool | None, to: IO[str]) -> list[Re
         ):
             found.append(remedy)
     except KeyboardInterrupt:
-        sys.stderr.write("rbam: the search for what would help was interrupted\n")
+        sys.stderr.write("rbam: the search for a change that helps was interrupted\n")
     _say(remedy_lines(result, found), to)  # after the bar, which has the terminal until then
     return found
 
@@ -248,7 +248,7 @@ def _check_given(args: argparse.Namespace) -> int:
     """A motion or a program from outside against the cell."""
     if args.motion_in and args.program:
         raise InputError("--program: does not go with --motion-in; check one after the other")
-    kind = "--motion-in, which checks a motion" if args.motion_in else "--program, which checks a program"
+    kind = "--motion-in: the motion is checked" if args.motion_in else "--program: the program is checked"
     html = args.html if args.motion_in else None
     given = {
         "--all": args.all or None,
@@ -259,7 +259,7 @@ def _check_given(args: argparse.Namespace) -> int:
     }
     for name, value in given.items():
         if value is not None:
-            raise InputError(f"{name}: does not go with {kind} as it is")
+            raise InputError(f"{name}: does not go with {kind} as it stands in the file")
     jobs = jobs_of(args)
     case = _load(args)
     if args.program:
@@ -353,7 +353,7 @@ def _compare(args: argparse.Namespace) -> int:
     from ..report.comparison_lines import compare_lines
 
     if args.paper and args.case:
-        raise InputError("--paper compares the paper's own parts: give either it or a case")
+        raise InputError("--paper: compares the paper's own parts; leave the case out")
     if args.paper:
         _outputs(args, None, "json", "html")
         title, found = "the paper's parts", compare_paper()
@@ -387,9 +387,9 @@ def _sweep(args: argparse.Namespace) -> int:
         case = with_changes(case, sweep=case.sweep.model_copy(update={"roll": []}))
     poses = grid(case, args.e1, args.e2, rolls=rolls, placements=args.positioner or (), height=args.height)
     if args.workers is not None and args.workers < 1:
-        raise InputError(f"--workers: {args.workers} is not a number of processes")
+        raise InputError(f"--workers: {args.workers} is not a number of processes; 1 or more is needed")
     if args.dask is not None and args.workers is not None:
-        raise InputError("--workers: the Dask cluster has workers of its own; give either it or --dask")
+        raise InputError("--workers: the Dask cluster has workers of its own; give either --workers or --dask")
     with _executor(args.dask) as executor:
         found = sweep(case, poses, workers=args.workers, log=args.out, progress=Bars(sys.stderr), executor=executor)
     document = sweep_document(case, found)

@@ -47,10 +47,10 @@ def export(args: argparse.Namespace, case: Case) -> int:
         InputError: one line.
     """
     if not (args.krl or args.csv or args.robodk):
-        raise InputError("export: nothing asked for; give --krl DIR, --csv F.csv or --robodk F.py")
+        raise InputError("export: no output; give --krl DIR, --csv F.csv or --robodk F.py")
     jobs = jobs_of(args)
     if args.motion_in and args.jobs is not None:
-        raise InputError("--jobs: does not go with --motion-in, for which no motion is searched")
+        raise InputError("--jobs: leave it out with --motion-in: no motion is searched")
     folder = None if args.krl is None else _folder(args.krl)
     read = [*case_files(case), *([args.motion_in] if args.motion_in else [])]
     check_outputs({"--csv": args.csv, "--robodk": args.robodk}, read)
@@ -59,7 +59,7 @@ def export(args: argparse.Namespace, case: Case) -> int:
     job, motion = _checked_motion(args.motion_in, case, jobs)
     if motion is None:
         what, how = (args.motion_in, " --motion-in") if args.motion_in else (case.path, "")
-        sys.stderr.write(f"rbam: {what}: infeasible: no program of it; rbam check{how} says why\n")
+        sys.stderr.write(f"rbam: {what}: infeasible: no program is written; rbam check{how} says why\n")
         return NOT_DONE
     made = export_program(job, motion)
     if made.fault is not None:
@@ -100,7 +100,7 @@ def _left_over(made: Exported, folder: Path | None) -> list[str]:
 def _folder(name: str) -> Path:
     folder = Path(name)
     if folder.exists() and not folder.is_dir():
-        raise InputError(f"--krl: {name}: is no folder")
+        raise InputError(f"--krl: {name}: is not a folder")
     if not folder.exists() and not folder.absolute().parent.is_dir():
         raise InputError(f"--krl: {name}: the folder {folder.absolute().parent} does not exist")
     return folder

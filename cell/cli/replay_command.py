@@ -71,7 +71,7 @@ def _motion_alone(args: argparse.Namespace) -> None:
         if getattr(args, option.removeprefix("--")) is not None:
             raise InputError(f"{option}: does not go with {given}, which holds its own table angles")
     if args.jobs is not None:
-        raise InputError(f"--jobs: does not go with {given}, for which no motion is searched")
+        raise InputError(f"--jobs: does not go with {given}, with which no motion is searched")
     if args.motion is not None:
         check_suffix(args.motion)
 
@@ -104,7 +104,7 @@ def _needs(args: argparse.Namespace, *options: str) -> None:
     }
     for option in options:
         if getattr(args, option.removeprefix("--")) not in (None, False):
-            raise InputError(f"{option}: goes with {wants[option]}")
+            raise InputError(f"{option}: needs {wants[option]}")
 
 
 def _checked(args: argparse.Namespace, case: Case) -> Result:

@@ -51,17 +51,17 @@ TRIED_FIRST = 3  # beads that are tried before the whole part
 def remedies(
     result: Result, progress: Progress | None = None, seconds: float = np.inf, shown: int = SHOWN
 ) -> Iterator[Remedy]:
-    """Search what would help.
+    """Search changes of the case that make it feasible.
 
     Args:
-        result: an infeasible verdict; of a feasible one nothing comes.
+        result: an infeasible verdict; a feasible one yields nothing.
         progress: told how far it is.
-        seconds: of the processor's time, after which nothing further is tried (a busy machine changes no answer);
-            infinite: more is tried before it is given up.
-        shown: how many for the part as a whole.
+        seconds: processor time after which nothing further is tried (so a busy machine gives the same answer);
+            infinite: more changes are tried.
+        shown: largest number of changes for the whole part.
 
     Yields:
-        First what helps the part as a whole, then each group's smallest change; each as soon as it is known.
+        First changes that help the whole part, then the smallest change for each group; each as soon as it is known.
     """
     found = groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
     if not found:

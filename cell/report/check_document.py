@@ -50,7 +50,7 @@ def report_document(
 
     Args:
         result: the verdict.
-        remedies: what would help, from ``cell.remedy_search.search``.
+        remedies: from ``cell.remedies``.
         all_reasons: by target what excludes its candidates, from ``cell.verdict.all_reasons``; None leaves the key out.
 
     Returns:

@@ -39,7 +39,7 @@ class Excluded:
     failure: Failure | None
 
     def document(self) -> dict[str, Any]:
-        """As the report has it."""
+        """As reports write it."""
         measure = {} if self.failure is None else self.failure.document()
         return {"reason": self.reason, "candidates": self.candidates, **measure}
 

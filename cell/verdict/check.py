@@ -55,8 +55,8 @@ class TargetVerdict:
     Attributes:
         failure: what is wrong with it or on the way to it; None where it is feasible or was not looked at.
         q: the configuration it is welded in, (j,), rad; None where infeasible.
-        attempt: of an infeasible target the best attempt, (j,), rad, if there is one.
-        looked_at: False of a target of a part that was lost before it; then nothing is said of it.
+        attempt: the best attempt at an infeasible target, (j,), rad, if there is one.
+        looked_at: False if the target was not looked at, because the part cannot be built anyway.
     """
 
     failure: Failure | None
@@ -80,7 +80,7 @@ class TargetVerdict:
 
     @property
     def proved(self) -> bool:
-        """Of an infeasible target, whether every configuration was looked at."""
+        """Whether the target is infeasible and that is proved for every configuration."""
         return self.failure is not None and bool(self.failure.proved)
 
     @property
@@ -90,7 +90,7 @@ class TargetVerdict:
 
     @property
     def detail(self) -> dict[str, Any]:
-        """The failure as reports have it; empty where it is feasible."""
+        """The failure as in reports; empty where the target is feasible."""
         return {} if self.failure is None else self.failure.document()
 
 
@@ -129,20 +129,20 @@ class Result:
     """The verdict on a case, with the table at one pose or moving.
 
     Attributes:
-        job: what was checked.
-        asked: E1, E2 as asked for, deg.
-        table: E1, E2 as the positioner stands, rad.
+        job: the job that was checked.
+        asked: E1, E2 as given to `check`, deg.
+        table: E1, E2 of the positioner, rad.
         placed: the targets in the base frame.
-        rows: one a target.
-        clearance: least clearance along what was followed, between its samples too where there is a
+        rows: the verdict on each target.
+        clearance: least clearance along the stretches that were found, between samples too if there is a
             motion, m; None where nothing was nearer than 50 mm.
-        singularity: least margin as a multiple of its limit, with its kind; None where nothing was followed.
-        sigma: smallest singular value of the scaled Jacobian on the way.
+        singularity: least margin as a multiple of its limit, with its kind; None where no stretch was found.
+        sigma: smallest singular value of the scaled Jacobian on them.
         gravity: angle between the deposition direction and up of every target, (n,), rad.
         motion: the whole motion, None where infeasible.
-        seconds: processor time that the check took.
-        mode: as of the case's ``table.mode``: how the table was moved, or its pose found.
-        poses: what is built at which pose of the table, in order; empty where that is all at one.
+        seconds: processor time of the check.
+        mode: the table's mode, see the case's ``table.mode``.
+        poses: the table pose of each group of layers, in order; empty where there is one pose for all.
         moved: E1, E2 at every target, (n, 2), rad; None where the table stands still.
     """
 
@@ -193,7 +193,7 @@ class Result:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The job's, and what is to be said of this pose of the table."""
+        """Warnings of the job and of this pose of the table, one line each."""
         return (*self.job.warnings, *past_horizontal(self.job.case, self.gravity))
 
     @property
@@ -203,27 +203,27 @@ class Result:
 
     @property
     def failures(self) -> dict[int, Failure]:
-        """What is wrong, by target."""
+        """The failure of each infeasible target, by its number."""
         return {i: row.failure for i, row in enumerate(self.rows) if row.failure is not None}
 
     @property
     def infeasible(self) -> int:
-        """How many targets cannot be welded, of those that were looked at."""
+        """Number of targets that cannot be welded, of those that were looked at."""
         return sum(row.failure is not None for row in self.rows)
 
     @property
     def looked_at(self) -> int:
-        """How many targets were looked at; all of a part that is feasible."""
+        """Number of targets that were looked at; all of them if the part is feasible."""
         return sum(row.looked_at for row in self.rows)
 
     @property
     def not_looked_at(self) -> int:
-        """How many targets of a part that is lost were not looked at."""
+        """Number of targets that were not looked at; above 0 only for a part that cannot be built."""
         return len(self.rows) - self.looked_at
 
     @property
     def reasons(self) -> dict[str, int]:
-        """Infeasible targets by reason, of those that were looked at, every reason named."""
+        """Number of infeasible targets by reason, of those that were looked at; 0 for reasons that do not occur."""
         count = Counter(row.reason for row in self.rows)
         return {reason: count[reason] for reason in REASONS}
 
@@ -237,15 +237,15 @@ def check(
     *,
     jobs: int = 1,
 ) -> Result:
-    """Check every target, every bead and the way between them.
+    """Check every target, every bead and the travels between them.
 
     Args:
         job: from ``cell.job.job.prepare``.
         E1_deg: tilt of the table.
-        E2_deg: turn of the table; taken a whole turn on where only that is in the axis' range.
+        E2_deg: turn of the table; a whole turn is added or subtracted if only that lies in the axis' range.
         progress: told how far it is.
-        jobs: processes that a large part is shared out among; the verdict does not depend on it. With more than one
-            the script that calls this needs ``if __name__ == "__main__":``, as with ``multiprocessing``.
+        jobs: number of processes for a large part; the verdict does not depend on it. With more than one
+            the calling script needs ``if __name__ == "__main__":``, as with ``multiprocessing``.
 
     Returns:
         The verdict.
@@ -374,7 +374,7 @@ def _short_retracts(context: Context, plan: PartPlan, home: HomeWays | None) -> 
     least, target = min(short)
     text = (
         f"the torch is drawn back by less than process.retract_mm {asked / METRES_PER_MM:g} at {len(short)} ends of"
-        f" beads, where no more is free: least {least / METRES_PER_MM:.1f} mm, at target {target}"
+        f" beads, because no more is free: least {least / METRES_PER_MM:.1f} mm, at target {target}"
     )
     return [Warning(Code.SHORT_RETRACT, text)]
 
@@ -387,7 +387,7 @@ def _table_in_the_way(job: Job, table: tuple[float, float], stage: int) -> Failu
     contact = Contact(
         pair=tuple(job.scene.geom_name(int(g)) for g in found.pair[0]),
         world_xyz_mm=tuple(round(float(v) / METRES_PER_MM, 2) for v in found.position[0]),
-        note="the table and what stands on it, whatever the arm does",
+        note="the table and what stands on it, in any pose of the arm",
     )
     distance = round(float(found.distance[0]) / METRES_PER_MM, 3)
     return Failure(Kind.COLLISION, measure=distance, limit=0.0, contact=contact, proved=True)

@@ -38,7 +38,7 @@ FRAME_TIME = 1 / 60  # s
 CLOSING = 3.0  # s given to the window's thread
 ASPECT = 1.5  # that the camera is chosen for; the window is the user's to size
 INSTEAD = (
-    "without one there are rbam replay --web, --picture F.png and --video F.mp4, and rbam check --html F.html; "
+    "without a display use rbam replay --web, --picture F.png and --video F.mp4, and rbam check --html F.html; "
     "or run it under Xvfb (xvfb-run)"
 )
 

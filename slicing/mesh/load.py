@@ -69,7 +69,7 @@ def solid_from_arrays(
 def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> Mesh:
     """Read one solid from a file: STL, OBJ, PLY, OFF, GLB or 3MF.
 
-    The meshes of a scene (GLB, 3MF) are put where it says and taken together; together they must be closed.
+    The meshes of a scene (GLB, 3MF) are placed as the scene says and joined; together they must be closed.
 
     Args:
         path: the file.
@@ -103,7 +103,7 @@ def _require_unit(file: Path, stated: str | None, units: str) -> None:
         return
     said = STATED_UNITS.get(stated.removesuffix("s"))
     if said != units:
-        allowed = f"say units: {said}" if said else f"allowed: {', '.join(UNITS_MM)}"
+        allowed = f"set units: {said}" if said else f"allowed: {', '.join(UNITS_MM)}"
         raise PartError(f"{file}: the file's unit is {stated}, but units: {units} was given; {allowed}")
 
 

@@ -100,14 +100,14 @@ BAD = [
     ("a: " + "9" * 5000, "is no int"),
     ("a: !!python/object:os.system x", "constructor"),
     ("table: {E1_deg: 1}\ntable: {E1_deg: 2}", "stands twice"),
-    ('extends: "a\\0b"', "is the name of a case file"),
-    ("extends: " + "x" * 300, "is the name of a case file"),
+    ('extends: "a\\0b"', "must be the name of a case file"),
+    ("extends: " + "x" * 300, "must be the name of a case file"),
     ("a: \0", "not allowed"),
     ("# " + "x" * 2**22, "MiB"),
-    ("fixtures: 5", "fixtures: is a list"),
+    ("fixtures: 5", "fixtures: must be a list"),
     ("tool: {wire: ['']}", "at least one character"),
     ('fixtures: [{name: "a\\nb", mesh: x.stl}]', "without control characters"),
-    ("part: {mesh: '" + "x" * 300 + ".stl'}", "is the name of a file"),
+    ("part: {mesh: '" + "x" * 300 + ".stl'}", "must be the name of a file"),
 ]
 
 

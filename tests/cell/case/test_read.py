@@ -43,7 +43,10 @@ BAD = [
     ({**MINIMAL, "fixtures": [{"name": "x", "bax": {}}]}, "fixtures.0.bax: unknown key; did you mean box?"),
     ({"part": {"sub_volumes": ["a.stl"], "body": {"radius_mm": 0}}}, "radius_mm must be above 0"),
     ({"part": {"sub_volumes": ["a.stl"], "body": {"z_mm": [0, 1]}}}, "needs either radius_mm"),
-    ({"part": {"sub_volumes": ["a.stl"], "body": {"profile_mm": [[1, 0]], "half_angle_deg": 3}}}, "do not go with it"),
+    (
+        {"part": {"sub_volumes": ["a.stl"], "body": {"profile_mm": [[1, 0]], "half_angle_deg": 3}}},
+        "leave half_angle_deg and z_mm out",
+    ),
     ({"part": {"sub_volumes": ["a.stl"]}}, "part.body: needs radius_mm"),
     ({"part": {"body": {"radius_mm": 2}}}, "needs mesh (the whole part), or sub_volumes"),
     ({"part": {"mesh": "a.stl", "sub_volumes": ["b.stl"]}}, "not both"),
@@ -51,8 +54,8 @@ BAD = [
     ({**MINIMAL, "positioner": {"position_mm": [1, 2, 3, 4]}}, "positioner.position_mm: has too many values"),
     ({**MINIMAL, "positioner": {"position_mm": [1, "x", 3]}}, "positioner.position_mm.1: is a number (is 'x')"),
     ({**MINIMAL, "slicing": 5}, "slicing: is a section of keys and values (is 5)"),
-    ({**MINIMAL, "floor": "maybe"}, "floor: is true or false (is 'maybe')"),
-    ({"part": {"sub_volumes": 5, "body": {"radius_mm": 2}}}, "part.sub_volumes: is a list (is 5)"),
+    ({**MINIMAL, "floor": "maybe"}, "floor: must be true or false (is 'maybe')"),
+    ({"part": {"sub_volumes": 5, "body": {"radius_mm": 2}}}, "part.sub_volumes: must be a list (is 5)"),
     ({}, "part: missing"),
     ([1, 2], "mapping"),
 ]

@@ -272,7 +272,7 @@ BAD_SECTIONS = [
     ({"table": {"E1_deg": 200}}, "E1 = 200 deg is outside the positioner's range -135 .. 135"),
     ({"checks": {"wrist_deg": 95}}, "checks.wrist_deg: is 0 to 90 (is 95)"),
     ({"roll": {"range_deg": [90, -90]}}, "range_deg needs low <= high"),
-    ({"part": {"position_mm": [float("nan"), 0, 0]}}, "part.position_mm.0: is a finite number"),
+    ({"part": {"position_mm": [float("nan"), 0, 0]}}, "part.position_mm.0: must be a finite number"),
 ]
 
 

@@ -228,7 +228,7 @@ def test_gathered_samples_keep_the_peaks_and_every_target(good: Result) -> None:
     assert fine["note"] == ""
     coarse = unpack(packed(good, PageBudget(samples=300)))["path"]
     assert len(coarse["x"]) < 0.4 * len(fine["x"])
-    assert coarse["note"].startswith(f"{len(coarse['x']):,} steps stand for the {len(fine['x']):,} samples")
+    assert coarse["note"].startswith(f"The charts show {len(coarse['x']):,} steps for the {len(fine['x']):,} samples")
     assert set(coarse["target"][coarse["arc"] == 1]) == set(range(len(good.rows)))
     for title, peak in (("Joint speed", np.nanmax), ("wrist", np.nanmin), ("shoulder", np.nanmin)):
         for a, b in zip(lines_of(fine, title), lines_of(coarse, title), strict=True):
@@ -245,7 +245,7 @@ def test_the_least_clearance_is_drawn_where_it_occurs(good: Result) -> None:
     assert shown[at] == pytest.approx(6.1, abs=0.0051)
     assert path["target"][at] == 77
     assert path["pairs"][int(path["pair"][at])] == ["torch nozzle", "faceplate"]
-    assert "the least of all where it occurs" in path["note"]
+    assert "the least clearance of the motion is drawn where it occurs" in path["note"]
 
 
 def test_of_many_infeasible_targets_the_worst_of_each_reason_are_listed(

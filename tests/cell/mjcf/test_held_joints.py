@@ -133,7 +133,7 @@ def test_a_home_outside_the_joint_limits_is_refused(composed):
 
 
 def test_arms_of_other_than_six_or_seven_axes_are_refused(composed):
-    with pytest.raises(InputError, match=r"robot.joints: has 5 joints; arms of six or seven are supported"):
+    with pytest.raises(InputError, match=r"robot.joints: has 5 joints; six or seven are needed"):
         composed(arm(), robot={"joints": ["A1", "A2", "A3", "A4", "A5"]})
 
 

@@ -47,7 +47,7 @@ def test_shapes_without_names_are_called_after_their_bodies(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("clamp/left", "taken, or holds a /"), ("barrel", "taken"), ("a\nb", "name"), (" ", "name")],
+    [("clamp/left", "already used, or contains a /"), ("barrel", "already used"), ("a\nb", "name"), (" ", "name")],
 )
 def test_a_fixtures_name_that_cannot_be_is_refused(name, said, tmp_path):
     box = {"name": name, "box": {"size_mm": [9, 9, 9]}, "position_mm": [0, 2000, 50]}

@@ -95,7 +95,7 @@ def test_damaged_poses_are_told_and_computed_again(
     with pytest.raises(InputError, match="line 2 does not hold what was written"):
         picked_pose(load_case(case), str(log), "0")
     assert main(argv) == code
-    assert "1 damaged line(s) left out; their poses are computed again" in capsys.readouterr().err
+    assert "1 damaged line(s) were left out; their poses are computed again" in capsys.readouterr().err
     assert json_.read_bytes() == first
     assert sorted(log.read_bytes().splitlines()) == sorted(whole.splitlines())
 

@@ -94,7 +94,7 @@ def test_a_trigger_that_calls_a_hook_is_the_arc(trigger: str, before: int, tmp_p
     ("statement", "words"),
     [
         ("TRIGGER WHEN DISTANCE=0 DELAY=500 DO ARC_ON ( )", "a TRIGGER with DELAY = 500 ms: arc_on is taken"),
-        ("TRIGGER WHEN PATH=FAR(1) DELAY=0 DO ARC_ON ( )", "a TRIGGER with a PATH or DELAY that is computed"),
+        ("TRIGGER WHEN PATH=FAR(1) DELAY=0 DO ARC_ON ( )", "a TRIGGER with a computed PATH or DELAY"),
         ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO ELSEWHERE ( )", "a TRIGGER calls ELSEWHERE, which is not run"),
         ("INTERRUPT DECL 5 WHEN $IN[1]==TRUE DO EVADE ( )", "an interrupt is declared"),
         ("GLOBAL INTERRUPT DECL 5 WHEN $IN[1]==TRUE DO EVADE ( )", "an interrupt is declared"),

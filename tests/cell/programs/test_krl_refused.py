@@ -40,8 +40,8 @@ def refused(folder: Path, body: str) -> str:
         (FRAMES + PTP + "LIN {X 1}\n", 5, "gives no Y Z A B C"),
         (FRAMES + PTP + "LIN_REL {X 1}\n", 5, "where the TCP is"),
         ("PTP {A1 0,A2 -90}\n", 2, "gives no A3"),
-        ("PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0,A7 0}\n", 2, "A7 is no axis"),
-        ("PTP {J1 0}\n", 2, "J1 is no axis"),
+        ("PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0,A7 0}\n", 2, "A7 is not an axis"),
+        ("PTP {J1 0}\n", 2, "J1 is not an axis"),
         ("PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0,E3 5}\n", 2, "E1 and E2 alone"),
         (FRAMES + LIN.replace("E2 0", "E1 0"), 4, "twice"),
         (FRAMES + LIN.replace("X 100", "X nan"), 4, "NAN"),
@@ -73,7 +73,7 @@ def refused(folder: Path, body: str) -> str:
         ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO $VEL.CP=0.5\n" + PTP, 2, "a TRIGGER sets $VEL"),
         ("TRIGGER WHEN PATH=-5 DELAY=0 DO ARC_ON ( )\n" + PTP, 2, "PATH = -5 mm"),
         ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO N=2\n" + PTP + "IF N==2 THEN\n" + PTP + "ENDIF\n", 4, "TRIGGER of line 2"),
-        (PTP + "TRIGGER WHEN DISTANCE=1 DELAY=0 DO ARC_ON ( )\n", 3, "has no motion behind it"),
+        (PTP + "TRIGGER WHEN DISTANCE=1 DELAY=0 DO ARC_ON ( )\n", 3, "has no motion after it"),
         ("$ADVANCE=6\n" + PTP, 2, "0 to 5"),
         ("WAIT SEC -1\n" + PTP, 2, "WAIT SEC"),
         (FRAMES + "$ORI_TYPE=#JOINT\n" + LIN, 5, "$ORI_TYPE is #JOINT"),
@@ -90,13 +90,13 @@ def refused(folder: Path, body: str) -> str:
         ("IF TRUE THEN\n" * 30 + "T ( )\n" + "ENDIF\n" * 30, 28, "blocks and sub-programs in each other"),
         ("GOTO AGAIN\nAGAIN:\n" + PTP, 2, "GOTO"),
         ("FOR I=1 TO 3 STEP 0\nENDFOR\n" + PTP, 2, "STEP is 0"),
-        ("EXIT\n" + PTP, 2, "EXIT stands in no loop"),
+        ("EXIT\n" + PTP, 2, "EXIT stands outside a loop"),
         ("IF TRUE THEN\n" + PTP, 4, "IF of line 2 is open"),
         ("ENDLOOP\n" + PTP, 2, "ENDLOOP stands where"),
-        ("one two three\n" + PTP, 2, "no statement that is known"),
+        ("one two three\n" + PTP, 2, "is an unknown statement"),
         ("T ( )\n" + PTP, 2, "calls more than"),
         ("I=" + "(" * 60 + "1" + ")" * 60 + "\n" + PTP, 2, "in each other"),
-        ("IF TRUE THEN\n" * 60 + "ENDIF\n" * 60 + PTP, 42, "blocks in each other"),
+        ("IF TRUE THEN\n" * 60 + "ENDIF\n" * 60 + PTP, 42, "blocks inside each other"),
         ("@\n" + PTP, 2, "cannot be read"),
         ('MSG="open\n' + PTP, 2, "cannot be read"),
         ("X=" + "9" * 50 + "\n" + PTP, 2, "50 digits"),
@@ -128,7 +128,7 @@ def test_a_file_that_is_cut_off_is_refused(tmp_path: Path) -> None:
         (b"DEF T (a:IN)\nEND\n", r":1: T has parameters"),
         (b"DEF T ( )\nDEF U ( )\nEND\n", r":2: DEF stands within T"),
         (b"X=1\nDEF T ( )\nEND\n", r":1: stands outside"),
-        (b"DEF T ( )\nEND\nDEF t ( )\nEND\n", r":3: T stands there twice"),
+        (b"DEF T ( )\nEND\nDEF t ( )\nEND\n", r":3: T is declared twice"),
     ],
 )
 def test_what_is_no_program(tmp_path: Path, raw: bytes, words: str) -> None:
@@ -139,7 +139,11 @@ def test_what_is_no_program(tmp_path: Path, raw: bytes, words: str) -> None:
 
 
 def test_what_is_no_file(tmp_path: Path) -> None:
-    for name, words in (("none.src", "no such file"), ("none.txt", r"is a file \.src"), ("folder.src", "no ordinary")):
+    for name, words in (
+        ("none.src", "no such file"),
+        ("none.txt", r"is a \.src file"),
+        ("folder.src", "not an ordinary"),
+    ):
         (tmp_path / "folder.src").mkdir(exist_ok=True)
         with pytest.raises(InputError, match=words):
             read_krl(tmp_path / name, controller())

@@ -115,7 +115,7 @@ def test_what_does_not_fit_is_one_line(result: Result, boss: Path, tmp_path: Pat
     for argv, said in (
         (["--motion", str(path)], "has no column A6_deg"),
         (["--motion", str(tmp_path / "none.csv")], "no such file"),
-        (["--motion", "m.txt"], "a motion file ends in .csv or .npz"),
+        (["--motion", "m.txt"], "a motion file must end in .csv or .npz"),
         (["--motion", str(path), "--e1", "10"], "--e1: does not go with --motion"),
         (["--motion", str(path), "--sweep", "map.json"], "--sweep: does not go with --motion"),
     ):

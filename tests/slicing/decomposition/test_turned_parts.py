@@ -197,7 +197,7 @@ def test_cylindrical_layers_begin_with_the_whole_root_on_a_drafted_hub(strategy)
     top = 25 - 100 * math.tan(math.radians(0.5))
     parts = decompose(mesh_of(cylinder(25, 0, 100, 48, top) + box((3, -3, 30), (50, 3, 70))))
     (body,) = parts.bodies
-    assert any("0.17 mm off it" in line for line in parts.warnings)
+    assert any("0.17 mm off the cone" in line for line in parts.warnings)
     ends = body_ends(parts.outline.points, body)
     assert ends[1] >= 69.9
     sliced = slice_sub_volume(parts.sub_volumes[0], body, SlicingParameters(strategy), ends)

@@ -94,7 +94,7 @@ def test_repairs_say_what_they_do_to_the_volume():
     faces = outer.faces.copy()
     first = int(np.argmax((faces == 0).any(axis=1)))
     faces[first][faces[first] == 0] = 8
-    assert any("mm apart (by at most 0." in line for line in solid_from_arrays("x", apart, faces).warnings)
+    assert any("mm apart (at most 0." in line for line in solid_from_arrays("x", apart, faces).warnings)
 
 
 U = np.array([[20, -20], [70, -20], [70, 20], [20, 20], [20, 14], [54, 14], [54, -14], [20, -14]], dtype=float)
