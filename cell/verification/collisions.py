@@ -3,7 +3,7 @@
     stage = stages(job, motion, way.row)                  # deposits there are at every sample
     findings = collisions(job, motion, way, stage, seen)  # seen: from arm_looks
 
-What lies between samples is proved free as in ``cell.collision.proofs.between_samples``, with E1 and E2 as axes like any
+What lies between samples is proved free as in ``between_samples``, with E1 and E2 as axes like any
 other. Radians, metres.
 """
 
