@@ -18,8 +18,8 @@ from slicing.mesh.solid import PartError
 
 NAMES = "t_s,A1_deg,E1_deg,arc"
 CSV = [
-    (NAMES.replace(",", ";") + "\n0,5;1,2;0;0\n", "parted by semicolons"),
-    (NAMES.replace(",", "\t") + "\n0.5\t1.2\t0\t0\n", "parted by tabs"),
+    (NAMES.replace(",", ";") + "\n0,5;1,2;0;0\n", "separated by semicolons"),
+    (NAMES.replace(",", "\t") + "\n0.5\t1.2\t0\t0\n", "separated by tabs"),
     (NAMES.replace(",", " ") + "\n0.5 1.2 0 0\n", "separated by spaces"),
     ("0.0,0.0,1.0,0\n0.1,0.0,1.0,0\n", "no line of column names"),
     ("# made by hand\n" + NAMES + "\n0,0,0,0\n", "line 1 is a comment"),

@@ -41,7 +41,7 @@ def poses(*entries: tuple[Any, ...]) -> dict[str, Any]:
         ({"mode": "coordinated", "axes": ["E2", "E2"]}, "axes: E2 is listed twice"),
         ({"mode": "coordinated", "axes": ["E3"]}, "table.axes"),
         ({"mode": "coordinated", "axes": []}, "table.axes"),
-        ({"mode": "coordinated", "upright_deg": -1}, "table.upright_deg: is 0 to 180"),
+        ({"mode": "coordinated", "upright_deg": -1}, "table.upright_deg: must be 0 to 180"),
         (poses(("SV1", [3, 1])), "layers needs first <= last"),
         ({"mode": "indexed", "poses": [{"sub_volume": "SV1", "E3_deg": 0}]}, "E3_deg: unknown key"),
     ],

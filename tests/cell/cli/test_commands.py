@@ -240,7 +240,7 @@ def test_the_html_report_is_written_whole(make_case, tmp_path, capsys):
 
 UNUSABLE = {
     "range_reversed": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0" range="60 -175"', "A2's range"),
-    "range_of_nothing": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0" range="20 20"', "excludes everything"),
+    "range_of_nothing": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0" range="20 20"', "is empty; low < high is needed"),
     "no_range": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0"', "A2 has no joint limits"),
     "no_hinge": ('<joint name="A2"', '<joint type="slide" name="A2"', "A2 is not a hinge"),
     "no_joint": ('<joint name="A2"', '<joint name="B2"', "no joint named 'A2'"),
@@ -270,7 +270,7 @@ BAD_SECTIONS = [
     ({"positioner": {"joints": ["A1", "E2"]}}, "A1 does not turn the table"),
     ({"tool": {"tcp": "tip"}}, "the wire's end, z along the wire"),
     ({"table": {"E1_deg": 200}}, "E1 = 200 deg is outside the positioner's range -135 .. 135"),
-    ({"checks": {"wrist_deg": 95}}, "checks.wrist_deg: is 0 to 90 (is 95)"),
+    ({"checks": {"wrist_deg": 95}}, "checks.wrist_deg: must be 0 to 90 (is 95)"),
     ({"roll": {"range_deg": [90, -90]}}, "range_deg needs low <= high"),
     ({"part": {"position_mm": [float("nan"), 0, 0]}}, "part.position_mm.0: must be a finite number"),
 ]

@@ -67,10 +67,10 @@ def test_an_output_that_is_an_input_is_refused(
     [
         (["slice", "boss.stl", "--targets", "boss.stl"], "is read by this run"),
         (["check", "base.case.yaml", "--json", "x", "--html", "x"], "--html: x is the file of --json as well"),
-        (["check", "base.case.yaml", "--json", "x", "--html", "mj/../x"], "is the file of --json as well"),
+        (["check", "base.case.yaml", "--json", "x", "--html", "mj/../x"], "is also the file of --json"),
         (["check", "base.case.yaml", "--json", "mj"], "is a folder"),
         (["check", "base.case.yaml", "--json", "/dev/null"], "is a device"),
-        (["check", "base.case.yaml", "--json", "pipe"], "is no ordinary file"),
+        (["check", "base.case.yaml", "--json", "pipe"], "is not an ordinary file"),
         (["check", "base.case.yaml", "--json", "loop"], "in a circle"),
         (["check", "base.case.yaml", "--json", "a\0b"], "cannot be written"),
         (["check", "base.case.yaml", "--json", "a" * 300], "cannot be written"),

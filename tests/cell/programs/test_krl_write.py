@@ -152,7 +152,7 @@ def test_the_cases_name_becomes_a_modules(title: str, name: str) -> None:
         ({"hooks": {"arc_on": "INTERRUPT DECL 5 WHEN $IN[1] DO EVADE ( )"}}, "may not move the arm"),
         ({"hooks": {"arc_on": "GO () ;é"}}, "ASCII"),
         ({"hooks": {"arc_on": []}}, "controller.hooks.arc_on: has too few values"),
-        ({"hooks": {"arc_on": ["A ( )", " "]}}, "not empty"),
+        ({"hooks": {"arc_on": ["A ( )", " "]}}, "must not be an empty line"),
         ({"hooks": {"arc_on": "W ({bead})", "arc_off": "w ({target})"}}, "arc_off begins as arc_on does"),
         ({"read": {"tool_data": [1]}}, "controller.read.tool_data: is a mapping"),
         ({"read": {"arc_on": ["("]}}, "is not a regular expression"),

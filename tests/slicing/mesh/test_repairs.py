@@ -233,7 +233,7 @@ def test_nested_shells():
     assert kept.warnings == ()
     wrong_island = sound(*joined(BOX, reversed_(SMALL), reversed_(island)))
     assert wrong_island.volume == pytest.approx(6000 - 64 + 8)
-    said(wrong_island, "1 of 3 shells were inside out")
+    said(wrong_island, "1 of 3 shells that were inside out")
     filled = sound(*joined(BOX, SMALL))
     assert filled.volume == pytest.approx(6000)
     said(filled, "overlap")
@@ -365,7 +365,7 @@ def test_what_is_read_from_a_file_is_looked_at_shell_by_shell(tmp_path):
     mesh = load_mesh(tmp_path / "two.stl", name="SV1")
     assert mesh.name == "SV1"
     assert mesh.volume == pytest.approx(6250)
-    said(mesh, "two.stl: 1 of 2 shells were inside out")
+    said(mesh, "two.stl: turned 1 of 2 shells that were inside out")
 
 
 @pytest.mark.parametrize("section", ["sub_volumes", "body", "mesh"])
