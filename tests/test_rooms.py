@@ -147,7 +147,7 @@ def test_the_cell_takes_of_slicing_what_it_exports() -> None:
 # where values by name may be of any kind, and why: elsewhere a class says what there is
 ANY_VALUES = {
     "JSON, YAML or a page's data is made": """
-        cell/case/problems cell/case/read cell/cli/console cell/cli/main cell/compare/compare cell/failure
+        cell/case/problems cell/case/read cell/cli/console cell/cli/sweep_command cell/compare/compare cell/failure
         cell/html/check_page cell/html/comparison_page cell/html/pack cell/html/scene cell/html/series
         cell/html/shapes cell/html/sweep_page cell/html/words cell/job/part_input cell/motion/deposition_speed
         cell/pose_sweep/grid cell/pose_sweep/log cell/pose_sweep/picked_pose cell/pose_sweep/ranking

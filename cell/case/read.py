@@ -20,9 +20,10 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from ..errors import InputError
 from ..shipped import case_path, is_path
+from .cell_sections import NO_TABLE
 from .fields import FileName
 from .problems import first_problem, shortened
-from .sections import NO_TABLE, Case
+from .sections import Case
 from .yaml12 import load_yaml
 
 MOST_BYTES = 2**22  # of a case file

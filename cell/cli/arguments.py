@@ -12,7 +12,8 @@ import argparse
 import sys
 from typing import Any, NoReturn
 
-BAD_INPUT = 2
+from .exit_codes import BAD_INPUT
+
 STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
 PATTERNS = ("contour", "contour_parallel", "zigzag")
 CASE_HELP = "case file, or the name of a shipped case (default: propeller)"

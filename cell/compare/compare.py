@@ -48,7 +48,8 @@ from slicing import (
     worst_angle,
 )
 
-from ..case.sections import Case, Sampling
+from ..case.part_sections import Sampling
+from ..case.sections import Case
 from ..errors import InputError
 from ..job.job import ends_of
 from ..job.part_input import read_part

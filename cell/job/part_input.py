@@ -32,7 +32,8 @@ from slicing import (
     turned_solid,
 )
 
-from ..case.sections import BodySection, Case
+from ..case.part_sections import BodySection
+from ..case.sections import Case
 from ..errors import InputError
 from ..progress import phase
 

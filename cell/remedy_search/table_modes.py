@@ -21,7 +21,8 @@ from slicing import Toolpath
 
 from ..arrays import Ints
 from ..case.read import with_changes
-from ..case.sections import Case, Table
+from ..case.sections import Case
+from ..case.table_section import Table
 from ..job.job import Job, prepare
 from ..job.table_groups import table_groups
 from ..progress import Progress, counted

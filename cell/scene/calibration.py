@@ -26,7 +26,7 @@ import numpy as np
 from ik.chain import Floats
 from slicing import Code, Warning
 
-from ..case.sections import Calibration, Positioner
+from ..case.cell_sections import Calibration, Positioner
 from ..errors import InputError
 from ..rigid import inverse, pose
 from ..units import METRES_PER_MM

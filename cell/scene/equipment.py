@@ -21,7 +21,8 @@ import numpy as np
 from ik.chain import Floats
 from slicing import Code, Warning
 
-from ..case.sections import NO_TABLE, Case
+from ..case.cell_sections import NO_TABLE
+from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.asset_files import settle_files
 from ..mjcf.held_joints import Held, OwnPlaces, check_planned, hold

@@ -19,7 +19,8 @@ from manifold3d import Manifold
 from ik.chain import Floats
 from slicing import Code, Mesh, PartShape, Warning
 
-from ..case.sections import Case, Fixture
+from ..case.cell_sections import Fixture
+from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.convex_pieces import ConvexPieces, convex_pieces
 from ..units import METRES_PER_MM

@@ -10,7 +10,8 @@ import pytest
 import trimesh
 from support.paths import ROOT
 
-from cell.cli.main import main, parse_roll
+from cell.cli.given_case import parse_roll
+from cell.cli.main import main
 from cell.errors import InputError
 
 REASONS = {"unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity"}
@@ -240,7 +241,11 @@ def test_the_html_report_is_written_whole(make_case, tmp_path, capsys):
 
 UNUSABLE = {
     "range_reversed": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0" range="60 -175"', "A2's range"),
-    "range_of_nothing": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0" range="20 20"', "is empty; low < high is needed"),
+    "range_of_nothing": (
+        'axis="0 1 0" range="-175 60"',
+        'axis="0 1 0" range="20 20"',
+        "is empty; low < high is needed",
+    ),
     "no_range": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0"', "A2 has no joint limits"),
     "no_hinge": ('<joint name="A2"', '<joint type="slide" name="A2"', "A2 is not a hinge"),
     "no_joint": ('<joint name="A2"', '<joint name="B2"', "no joint named 'A2'"),
