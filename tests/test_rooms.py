@@ -154,7 +154,7 @@ ANY_VALUES = {
         cell/pose_sweep/sweep cell/pose_sweep/variants cell/remedy_search/changes cell/remedy_search/remedy
         cell/remedy_search/seam_changes cell/report/check_document cell/report/check_report
         cell/report/motion_report cell/report/program_document cell/report/sweep_lines
-        cell/verdict/all_reasons cell/verdict/check cell/verdict/table_use cell/verdict/words
+        cell/verdict/all_reasons cell/verdict/result cell/verdict/table_use cell/verdict/words
         cell/verification/bead_order cell/view/sweep_map_picture slicing/beads/overhang
         slicing/beads/thickness_policy slicing/document slicing/surfaces/surfaces slicing/warning""",
     "the variables of a KRL program": "cell/programs/krl/data cell/programs/krl/state cell/programs/krl/values",

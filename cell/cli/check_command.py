@@ -19,7 +19,7 @@ from .speech import is_quiet, is_verbose
 if TYPE_CHECKING:
     from ..case.sections import Case
     from ..remedy_search.search import Remedy
-    from ..verdict.check import Result
+    from ..verdict.result import Result
 
 
 # of processor time that the search for remedies may take unless it is asked for, and that of so many whole checks

@@ -19,7 +19,7 @@ from .speech import is_quiet
 if TYPE_CHECKING:
     from ..case.sections import Case
     from ..job.job import Job
-    from ..verdict.check import Result
+    from ..verdict.result import Result
 
 SPEED = 5.0
 

@@ -18,7 +18,7 @@ from ..job.job import Job
 from ..job.unsupported import targets_over_nothing
 from ..progress import phase
 from ..units import METRES_PER_MM
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..verdict.severity import severity, worst_first
 from .drawn_path import BUDGET, PageBudget
 from .pack import Pack

@@ -19,7 +19,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..motion.motion import Motion
-from ..verdict.check import Result
+from ..verdict.result import Result
 
 SAMPLES_AT_ONCE = 20_000  # samples whose poses and margins are in memory together
 

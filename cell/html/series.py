@@ -22,7 +22,7 @@ from ..collision.table import with_table_axes
 from ..job.table_winding import upright_of
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..view.shown_motion import Played
 from .drawn_path import BUDGET, SAMPLES_AT_ONCE, DrawnPath, PageBudget, note_of, path_of, worst_of_steps
 from .pack import Pack

@@ -18,8 +18,8 @@ import numpy as np
 from ..report.check_document import streamed_report
 from ..report.remedy_lines import whom_it_helps
 from ..units import METRES_PER_MM
-from ..verdict.check import NOT_LOOKED_AT, Result, TargetVerdict
 from ..verdict.failure_words import failure_in_words
+from ..verdict.result import NOT_LOOKED_AT, Result, TargetVerdict
 from ..verdict.severity import GRAVEST_FIRST, worst_first
 from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words

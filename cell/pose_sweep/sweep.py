@@ -39,7 +39,8 @@ from ..scene.compose import compose
 from ..table_poses.hopeless_poses import Screened, screen_all
 from ..table_poses.suited_poses import alone
 from ..units import METRES_PER_MM
-from ..verdict.check import Result, check
+from ..verdict.check import check
+from ..verdict.result import Result
 from .grid import Pose
 from .log import Log
 from .ranking import SCHEMA as SCHEMA

@@ -25,7 +25,8 @@ from ..case.sections import Checks
 from ..failure import Where
 from ..job.job import Job
 from ..progress import Progress, counted
-from ..verdict.check import Result, check
+from ..verdict.check import check
+from ..verdict.result import Result
 from .angle_changes import RollFree, RollRange
 from .bead_trial import first_failure
 from .change import Change

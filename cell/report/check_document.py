@@ -21,7 +21,7 @@ from ..json_text import StreamedItems
 from ..motion.deposition_speed import speed_document
 from ..rigid import inverse, pose
 from ..units import MARGIN_UNITS, METRES_PER_MM
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..verdict.table_use import table_use
 
 if TYPE_CHECKING:

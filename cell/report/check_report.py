@@ -18,7 +18,7 @@ from slicing import share_of, worst_angle
 from ..job.part_input import found_lines
 from ..motion.deposition_speed import speed_document
 from ..units import METRES_PER_MM
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..verdict.severity import worst_first
 from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words, unit_word

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from ..verdict.all_reasons import Excluded
-from ..verdict.check import Result
 from ..verdict.failure_words import failure_in_words
+from ..verdict.result import Result
 from ..verdict.severity import worst_first
 from .check_report import WORST
 

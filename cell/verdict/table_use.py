@@ -21,7 +21,7 @@ from ..job.table_winding import upright_of
 from ..motion.motion import Motion
 from ..rigid import great_circle
 from ..scene.placement import Placed
-from .check import Result
+from .result import Result
 
 PLACES = np.linspace(0.0, 1.0, 9)  # between a target and the next at which the direction is looked at
 STILL = np.deg2rad(0.01)  # a turn back by less is none

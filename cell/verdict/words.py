@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .check import TargetVerdict
 from .failure_words import failure_in_words
+from .result import TargetVerdict
 
 
 def in_words(row: TargetVerdict) -> str:

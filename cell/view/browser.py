@@ -29,7 +29,7 @@ from .stage_scene import StagedScene
 from .web_guard import Guard
 
 if TYPE_CHECKING:
-    from ..verdict.check import Result
+    from ..verdict.result import Result
     from .colours import Colouring
 
 LOOPBACK = "127.0.0.1"
@@ -113,7 +113,7 @@ def replay_in_browser(
     """Serve a result to browsers until Ctrl-C is pressed.
 
     Args:
-        result: from ``cell.verdict.check.check``.
+        result: from ``cell.check``.
         place: from :func:`listen`.
         speed: times real time.
         loop: whether to start again at the end.

@@ -25,7 +25,7 @@ from .player import Player
 from .stage_scene import Frame, StagedScene
 
 if TYPE_CHECKING:
-    from ..verdict.check import Result
+    from ..verdict.result import Result
     from .colours import Colouring
 
 SIZE = {".mp4": (1280, 720), ".gif": (640, 360)}
@@ -128,7 +128,7 @@ def film(
     """Write a film of a result: its motion, or its infeasible targets one after the other.
 
     Args:
-        result: from ``cell.verdict.check.check``.
+        result: from ``cell.check``.
         path: where to, .mp4 or .gif.
         size: width and height, pixels.
         fps: frames a second.

@@ -26,7 +26,7 @@ from .colours import Colouring
 from .stage_scene import MARKS, VISIBLE, Frame, StagedScene
 
 if TYPE_CHECKING:
-    from ..verdict.check import Result
+    from ..verdict.result import Result
 
 LARGEST = 8192  # pixels a side
 LITTLE, LITTLE_SHADOWS = 400, 2048  # pixels: a picture this small shows no more of its shadows
@@ -51,7 +51,7 @@ def picture(
     """Render the arm at a target.
 
     Args:
-        result: from ``cell.verdict.check.check``.
+        result: from ``cell.check``.
         width: pixels.
         height: pixels.
         target: its number; default: one halfway through the motion, or the first infeasible one with an attempt.

@@ -17,7 +17,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..errors import InputError
 from ..motion.motion import Motion
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..verdict.words import in_words
 from .camera import View, still
 from .colours import COLOURINGS, Colouring, target_colours

@@ -24,13 +24,14 @@ from ..parameters import BeadParameters
 from ..surfaces.charts import Chart
 from .bead import Bead
 from .deposition import LayerMetal, layer_metal, metal_lines, with_metal
-from .infill import OVER, Stroke, contour_rounds, fitted_pitch, narrow_places, wide_part, zigzag
+from .infill import Stroke, contour_rounds, fitted_pitch, narrow_places, wide_part
 from .leads import with_leads
 from .order import ordered
 from .overhang import ALLOWED, Overhang, overhang_lines, overhangs
 from .regions import Island, Joint, islands
 from .seams import with_seams
 from .thickness_policy import ThicknessPlace, policy_lines, with_policy
+from .zigzag import OVER, zigzag
 
 CROWDED = 0.85  # share of the pitch: beads nearer than this are told of
 HALVINGS = 12  # of chords over a corner of the surface

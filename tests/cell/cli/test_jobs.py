@@ -17,7 +17,7 @@ from support.paths import ROOT
 
 from cell.cli.main import main
 from cell.processes import WorkerTraceback, cores
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 

@@ -34,7 +34,8 @@ from cell.motion.deposition_speed import speed_document
 from cell.motion.motion import Motion
 from cell.remedy_search.search import Remedy
 from cell.shipped import DEFAULT_CASE
-from cell.verdict.check import Result, TargetVerdict, check
+from cell.verdict.check import check
+from cell.verdict.result import Result, TargetVerdict
 from cell.verdict.severity import severity, worst_first
 
 NASTY = "<script>alert(1)</script> & \"quotes\" '{{data}}'"

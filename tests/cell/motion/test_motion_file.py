@@ -13,7 +13,7 @@ from support.boss_motion import boss_case, result_of
 from cell.cli.main import main
 from cell.errors import InputError
 from cell.motion.motion_file import read_motion, write_motion
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 
 
 @pytest.fixture(scope="module")

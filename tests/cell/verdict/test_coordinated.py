@@ -15,8 +15,8 @@ from cell.html.series import _gravity, path_of
 from cell.job.job import Job
 from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import Result
 from cell.verdict.coordinated import _with_table_met
+from cell.verdict.result import Result
 from cell.verdict.table_use import table_use
 from cell.verdict.words import in_words
 from cell.verification.bead_order import Finding

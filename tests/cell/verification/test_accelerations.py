@@ -11,7 +11,7 @@ from support.boss_motion import boss_case, result_of
 
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion, read_motion, write_motion
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 from cell.verification.bead_samples import rows_of
 from cell.verification.motion_check import ACCELERATION_SLACK, WINDOWS, _acceleration_use, check_motion
 

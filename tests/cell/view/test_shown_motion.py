@@ -13,7 +13,7 @@ from support.boss_motion import boss_case, result_of
 from cell.cli.main import main
 from cell.motion.motion import Motion
 from cell.motion.motion_file import read_motion, write_motion
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 from cell.verification.motion_check import check_motion
 from cell.view.picture import picture
 from cell.view.player import Player

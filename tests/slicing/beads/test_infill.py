@@ -14,10 +14,11 @@ from shapely import affinity
 from support.layers import PLANE, circle, coverage, laid_area, planar_layer
 from support.meshes import BODY, blade, box, box_solid, from_manifold, ring
 
-from slicing.beads.infill import Stroke, contour_rounds, zigzag
+from slicing.beads.infill import Stroke, contour_rounds
 from slicing.beads.lay import _strokes, bead_of, lay_beads, layer_beads
 from slicing.beads.middle_lines import middle_lines
 from slicing.beads.regions import islands
+from slicing.beads.zigzag import zigzag
 from slicing.curves.intersect import Curve
 from slicing.layers.layer import Layer
 from slicing.mesh.solid import PartError

@@ -25,7 +25,8 @@ from cell.planning.travels.travel import travel
 from cell.report.check_document import report_document
 from cell.report.check_report import report_lines
 from cell.shipped import MODELS_DIR
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 from cell.verdict.words import in_words
 from cell.verification.motion_check import check_motion
 
