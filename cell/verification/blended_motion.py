@@ -80,9 +80,7 @@ def blended_rows(job: Job, read: ReadMotion, rows: Way) -> BlendedRows:
     for a, b, s, zone in _runs(job, read, rows):
         q[a : b + 1], steps[a:b] = blended(rows.q[a : b + 1], s, zone), np.diff(s)
     drift = np.zeros(len(q))
-    if (
-        read.grain[1] > 0 and read.blended is None
-    ):  # half of it at either end
+    if read.grain[1] > 0 and read.blended is None:  # half of it at either end
         lever = np.linalg.norm(job.scene.chain.jacobian(rows.q[:, : job.scene.chain.n])[:, :3], axis=1).sum(axis=1)
         lever += table_radii(job.scene).sum()
         welding = np.append(read.motion.welding, False) | np.append(False, read.motion.welding)
