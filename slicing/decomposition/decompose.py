@@ -57,6 +57,7 @@ from .doubts import (
 )
 from .outline import Outline, body_outline, without_collars
 from .outline_ends import carried_through
+from .piece_doubts import doubtful_pieces
 from .turned_faces import HINTED_TURN, Band, FoundBand, PartFaces, find_bands
 
 SAME_HEIGHT = 1e-3  # of the part's extent: centroids at one height
@@ -153,12 +154,16 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     outline = carried_through(solid, bare)
     if hint.radius_mm is None:
         _require_seen(mesh, bare, outline, float(solid.volume()))
+    bare_body = ""
     try:
         outline, cut, told = _cut(mesh, solid, outline, hint.radius_mm, alone)
     except _BareBodyError as error:
-        return _about_another(mesh, hint, axis, (skin, middle, error))
+        bare_body = str(error)  # not the error: its frames hold solids, which must be gone when the process ends
+    if bare_body:
+        return _about_another(mesh, hint, axis, (skin, middle, bare_body))
     extent = skin.extent
     pieces = [cut.pieces[k] for k in (_order([piece.centroid for piece in cut.pieces], extent) if cut.pieces else [])]
+    doubted = doubtful_pieces(mesh.name, pieces, outline) if hint.radius_mm is None else []
     outline = outline.lifted(up)
     roots = [_root(f"SV{k + 1}", piece, outline, up) for k, piece in enumerate(pieces)]
     area = float(np.linalg.norm(face_normals(vertices, faces), axis=1).sum()) / 2
@@ -175,6 +180,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
         *missing_volume(mesh.name, float(solid.volume()), cut),
         *small_body(mesh.name, outline, float(solid.volume())),
         *unlike_pieces(pieces, extent),
+        *doubted,
         *(line for root in roots for line in root.lines),
         *axis.lines,
     ]
@@ -249,20 +255,18 @@ def _cut(
     )
 
 
-def _about_another(
-    mesh: Mesh, hint: BodyHint, axis: Axis, of: tuple[PartFaces, Floats, _BareBodyError]
-) -> Decomposition:
+def _about_another(mesh: Mesh, hint: BodyHint, axis: Axis, of: tuple[PartFaces, Floats, str]) -> Decomposition:
     """A part taken apart about another axis, nothing standing on the body about the one with most about it."""
     skin, middle, bare = of
     rival = None if hint != BodyHint() else axis.rival or parallel_axis(skin, axis)
     if rival is None:
-        raise bare
+        raise _BareBodyError(bare)
     x, y, z = (rival.point + middle).tolist()
     a, b, c = rival.direction.tolist()
     try:
         found = decompose(mesh, BodyHint((x, y, z), (a, b, c)))
     except PartError:
-        raise bare from None
+        raise _BareBodyError(bare) from None
     line = (
         f"{mesh.name}: nothing stands on the largest round body, with {axis.area_mm2:.0f} mm² turned about its axis;"
         f" the next one, of radius {found.body.radius_mm:.6g} mm, is taken (part.body.radius_mm says which)"
