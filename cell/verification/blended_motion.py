@@ -53,7 +53,7 @@ def _runs(job: Job, read: ReadMotion, rows: Way) -> Iterator[tuple[int, int, Flo
 
 
 @dataclass(frozen=True, eq=False)
-class BlendedRows:
+class RoundedRows:
     """Rows of a motion with its corners rounded.
 
     Attributes:
@@ -68,7 +68,7 @@ class BlendedRows:
     drift: Floats
 
 
-def blended_rows(job: Job, read: ReadMotion, rows: Way) -> BlendedRows:
+def blended_rows(job: Job, read: ReadMotion, rows: Way) -> RoundedRows:
     """Rows where they come to lie once corners are rounded.
 
     Args:
@@ -85,7 +85,7 @@ def blended_rows(job: Job, read: ReadMotion, rows: Way) -> BlendedRows:
         lever += table_radii(job.scene).sum()
         welding = np.append(read.motion.welding, False) | np.append(False, read.motion.welding)
         drift = read.grain[1] * np.where(welding, lever, np.sqrt(q.shape[1]))
-    return BlendedRows(q, np.concatenate([[0.0], np.cumsum(steps)]), drift)
+    return RoundedRows(q, np.concatenate([[0.0], np.cumsum(steps)]), drift)
 
 
 def blend_collisions(job: Job, runs: Sequence[SampledRun], seen: ArmSeen) -> list[Finding]:

@@ -29,7 +29,7 @@ from ..units import MARGIN_UNITS, METRES_PER_MM
 from .arm_looks import arm_on_the_way, nearest_on_the_way
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
-from .blended_motion import BlendedRows, blend_collisions, blended_rows, sampled_runs, table_blend_collisions
+from .blended_motion import RoundedRows, blend_collisions, blended_rows, sampled_runs, table_blend_collisions
 from .collisions import collisions, stages, stretches_of
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
@@ -207,13 +207,13 @@ def _acceleration_use(job: Job, read: ReadMotion, rows: Way, windows: Sequence[f
     smooth = _second_differences(blended_rows(job, read, rows), read, windows)
     # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
     axes = _axes(read.motion)
-    plain = _second_differences(BlendedRows(axes, np.zeros(len(axes)), np.zeros(len(axes))), read, windows)
+    plain = _second_differences(RoundedRows(axes, np.zeros(len(axes)), np.zeros(len(axes))), read, windows)
     plain[-1] = np.inf
     shares: Floats = np.minimum(smooth, plain).max(axis=0) / job.drives.acceleration
     return shares
 
 
-def _second_differences(rows: BlendedRows, read: ReadMotion, windows: Sequence[float]) -> Floats:
+def _second_differences(rows: RoundedRows, read: ReadMotion, windows: Sequence[float]) -> Floats:
     """Mean accelerations about each row over windows (s to either side; 0: from row to row), (w, m, j), at least."""
     t, (time, angle) = read.motion.t_s, read.grain
     q, drift = rows.q, rows.drift[:, None]
