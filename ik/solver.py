@@ -38,8 +38,9 @@ class Candidates:
     """Configurations of m poses.
 
     Attributes:
-        q: inside the limits, (m, g, k, n), rad, NaN-padded.
-        raw: before the limits, (m, g, n), rad, NaN where the pose is out of reach for that group.
+        q: configurations inside the limits, (m, g, k, n), rad: of m poses, in g groups (the closed form's eight
+            branches), in up to k whole turns, n joints; NaN where there are fewer.
+        raw: one configuration of each group before the limits, (m, g, n), rad, NaN where there is none.
         over: how far ``raw`` is outside each limit, (m, g, n), rad.
         reach_excess: how far the wrist centre is out of reach, (m,), m; NaN where the solver cannot tell.
         exhaustive: whether no further configurations exist.
@@ -53,7 +54,7 @@ class Candidates:
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """(m, g, k): which configurations exist inside the limits."""
+        """Which configurations exist inside the limits, (m, g, k)."""
         return np.isfinite(self.q[..., 0])
 
 
@@ -120,7 +121,7 @@ class Solver:
             Ts_base_tcp: (m, 4, 4), m, base frame.
 
         Returns:
-            Candidates; see there.
+            The configurations.
         """
         if self.form is None:
             return self._by_least_squares(Ts_base_tcp)

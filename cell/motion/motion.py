@@ -72,6 +72,16 @@ class Motion:
             "target",
         ]
 
+    def to_frame(self) -> dict[str, NDArray[Any]]:
+        """The motion as columns, for a table of any library: ``pandas.DataFrame(motion.to_frame())``.
+
+        Returns:
+            By the names of :meth:`columns`, each (m,): s, deg, and numbers of beads and targets as files have them.
+        """
+        beads, targets = self.called
+        angles = np.rad2deg(np.concatenate([self.q, self.table], axis=1)).T
+        return dict(zip(self.columns(), (self.t_s, *angles, self.arc, beads, self.layer, targets), strict=True))
+
     def rows_deg(self) -> list[list[Any]]:
         """The motion with angles in degrees, one row a sample."""
         return list(self.each_row_deg())

@@ -122,7 +122,7 @@ def metal_lines(name: str, metal: Sequence[LayerMetal], parameters: BeadParamete
     least = NEXT_TO_NOTHING * max(m.wanted_mm3 for m in metal)
     full, bare = [m for m in off if m.wanted_mm3 >= least], [m for m in off if m.wanted_mm3 < least]
     worst = max(full or bare, key=lambda m: abs(math.log(max(m.share, 1e-9))))
-    most = f", the most layer {worst.layer} with {worst.share:.0%}" if full else ""
+    most = f", layer {worst.layer} the most ({worst.share:.0%})" if full else ""
     if bare:
         # a share of next to nothing says little: how much metal it is says more
         heaviest = max(bare, key=lambda m: m.laid_mm3)

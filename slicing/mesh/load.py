@@ -47,7 +47,7 @@ READERS: dict[str, Callable[[Path], Triangles]] = {
 def solid_from_arrays(
     name: str, vertices: npt.ArrayLike, faces: npt.ArrayLike, noise_mm: float | None = None, units: str = "mm"
 ) -> Mesh:
-    """A mesh of arrays as `slicing.mesh.solid.mesh_from_arrays` makes it, but each of its shells looked at by itself.
+    """One solid from arrays, such as the vertices and faces of a `trimesh.Trimesh`; checked and repaired like a file.
 
     Args:
         name: what messages call it.

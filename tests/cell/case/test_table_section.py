@@ -56,7 +56,7 @@ def test_keys_that_a_mode_does_not_have_are_refused(table: dict[str, Any], said:
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        (poses(("SV9",)), "table.poses.0.sub_volume: there is no SV9; sub-volumes are SV1, SV2, SV3"),
+        (poses(("SV9",)), "table.poses.0.sub_volume: there is no SV9; the sub-volumes are SV1, SV2, SV3"),
         (poses(("SV1",), ("SV2",)), "no pose for SV3"),
         (poses(("SV1",), ("SV2",), ("SV3",), ("SV1", [4, 4])), "layer 4 of SV1 comes twice"),
         (poses(("SV1",), ("SV1",), ("SV2",), ("SV3",)), "layer 0 of SV1 comes twice"),

@@ -113,7 +113,7 @@ def test_models_and_dimensions_that_do_not_exist_are_named(make_case, capsys):
     assert "positioner.table: kr70_r2100 has no site named 'table'" in capsys.readouterr().err
     box = {"name": "floor", "box": {"size_mm": [1, 1, 1]}}
     assert main(["check", str(make_case(fixtures=[box]))]) == 2
-    assert "the name 'floor' is taken" in capsys.readouterr().err
+    assert "the name 'floor' is already used" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

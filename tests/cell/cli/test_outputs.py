@@ -66,7 +66,7 @@ def test_an_output_that_is_an_input_is_refused(
     ("argv", "says"),
     [
         (["slice", "boss.stl", "--targets", "boss.stl"], "is read by this run"),
-        (["check", "base.case.yaml", "--json", "x", "--html", "x"], "--html: x is the file of --json as well"),
+        (["check", "base.case.yaml", "--json", "x", "--html", "x"], "--html: x is also the file of --json"),
         (["check", "base.case.yaml", "--json", "x", "--html", "mj/../x"], "is also the file of --json"),
         (["check", "base.case.yaml", "--json", "mj"], "is a folder"),
         (["check", "base.case.yaml", "--json", "/dev/null"], "is a device"),

@@ -105,7 +105,7 @@ def test_a_third_axis_of_a_positioner_is_held_and_told(composed):
     [
         ({"held_deg": {"RAIL": 3}}, "RAIL is not a hinge; its key is held_mm"),
         ({"held_deg": {"A1": 3}}, "A1 is planned"),
-        ({"held_mm": {"TRACK": 3}}, "no joint 'TRACK'; those that are not planned are RAIL"),
+        ({"held_mm": {"TRACK": 3}}, "no joint 'TRACK'; the joints that are not planned are RAIL"),
         ({"held_mm": {"RAIL": 2001}}, "outside its range -2000 .. 2000"),
         ({"joints": ["A1", "A2", "A3", "A4", "A5", "B6"]}, "no joint named 'B6'; it has RAIL, A1"),
         ({"base": "link_2"}, "link_2 is moved by joint A2"),

@@ -60,7 +60,7 @@ def test_two_fixtures_of_one_name_are_refused_and_names_of_ours_are_theirs(tmp_p
     names = ("part", "workpiece", "clamp", "clamp_visual")
     scene = scene_of(write_case(tmp_path, "cell", fixtures=[{"name": name, **box} for name in names]))
     assert (scene.piece_of_geom == Piece.FIXTURE).sum() == 2 * len(names)
-    with pytest.raises(InputError, match="taken"):
+    with pytest.raises(InputError, match="already used"):
         scene_of(write_case(tmp_path, "cell", fixtures=[{"name": "clamp", **box}] * 2))
 
 

@@ -121,7 +121,7 @@ def test_a_configuration_that_is_not_followed_is_doubted(tmp_path: Path) -> None
     point = "PTP {X 100,Y 0,Z 50,A 0,B 90,C 0%s,T 2,E1 0,E2 0}\n"
     found = doubts(run(tmp_path, FRAMES + PTP + point % ",S 6"))
     assert [line for _, line in found] == [5]
-    assert found[0][0].startswith("S is not followed")
+    assert found[0][0].startswith("S is not used")
     assert not run(tmp_path, FRAMES + PTP + point % "").doubts
 
 

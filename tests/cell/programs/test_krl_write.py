@@ -135,8 +135,8 @@ def test_the_cases_name_becomes_a_modules(title: str, name: str) -> None:
 @pytest.mark.parametrize(
     ("section", "words"),
     [
-        ({"program": "3D"}, "controller.program: is 1 to 24"),
-        ({"program": "A" * 25}, "controller.program: is 1 to 24"),
+        ({"program": "3D"}, "controller.program: must be 1 to 24"),
+        ({"program": "A" * 25}, "controller.program: must be 1 to 24"),
         ({"program": "LOOP"}, "controller.program: is a word of KRL"),
         ({"program": "ARC_ON"}, "a hook calls a sub-program named ARC_ON"),
         ({"hooks": {"arc_on": "GO ({bed})"}}, f"has an unknown field {{bed}}; the fields are {', '.join(HOOK_FIELDS)}"),
@@ -153,11 +153,11 @@ def test_the_cases_name_becomes_a_modules(title: str, name: str) -> None:
         ({"hooks": {"arc_on": "GO () ;é"}}, "ASCII"),
         ({"hooks": {"arc_on": []}}, "controller.hooks.arc_on: has too few values"),
         ({"hooks": {"arc_on": ["A ( )", " "]}}, "must not be an empty line"),
-        ({"hooks": {"arc_on": "W ({bead})", "arc_off": "w ({target})"}}, "arc_off begins as arc_on does"),
-        ({"read": {"tool_data": [1]}}, "controller.read.tool_data: is a mapping"),
+        ({"hooks": {"arc_on": "W ({bead})", "arc_off": "w ({target})"}}, "arc_off begins like arc_on"),
+        ({"read": {"tool_data": [1]}}, "controller.read.tool_data: must be a mapping"),
         ({"read": {"arc_on": ["("]}}, "is not a regular expression"),
-        ({"advance": 6}, "controller.advance: is 0 to 5"),
-        ({"points_a_module": 1}, "controller.points_a_module: is 10 to 100000"),
+        ({"advance": 6}, "controller.advance: must be 0 to 5"),
+        ({"points_a_module": 1}, "controller.points_a_module: must be 10 to 100000"),
         ({"tool": {"position": [0, 0, 0]}}, "position"),
     ],
 )

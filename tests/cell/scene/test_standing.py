@@ -142,4 +142,4 @@ def test_a_body_whose_hull_fills_its_hollows_is_said(tmp_path, hollow):
     lines = of_code(job, Code.CONCAVE_BODY)
     assert len(lines) == hollow
     volume = body.convex_hull.volume / body.volume - 1
-    assert not hollow or f"counts, {100 * volume:.0f} % more" in lines[0]
+    assert not hollow or f"has {100 * volume:.0f} % more volume" in lines[0]

@@ -489,7 +489,7 @@ def test_hints_that_fit(boxes, plain, hint):
     ("hint", "says"),
     [
         (BodyHint(radius_mm=15.0), "radius_mm 15 is not the radius of an outer cylinder"),
-        (BodyHint(radius_mm=20.1), "there are 20"),
+        (BodyHint(radius_mm=20.1), "the radii are 20"),
         (BodyHint((3, 0, 50)), "3 mm off the axis"),
         (BodyHint((5, 0, 5), (0, 0, 1)), "5 mm off the axis"),
         (BodyHint(None, (1, 0, 0)), "no round body found about the axis that the hint gives"),

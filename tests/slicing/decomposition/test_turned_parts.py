@@ -412,7 +412,7 @@ def test_the_equator_of_a_ball_is_doubted_as_a_body():
     radius = max(s.radius_low for s in ball.sections if s.is_cylinder)
     (line,) = domed_body("part", ball, radius)
     assert line.code is Code.BODY_RADIUS
-    assert "a stretch of 3.14 mm of a ball" in line  # 2 * 30 * sin(3 degrees)
+    assert "it was measured on 3.14 mm of a ball" in line  # 2 * 30 * sin(3 degrees)
     crowned = outline_of([(29, -20), (30, -3), (30, 3), (29, 20)])
     chamfered = outline_of([(25, -8), (30, -3), (30, 3), (25, 8)])
     assert domed_body("part", crowned, 30.0) == domed_body("part", chamfered, 30.0) == []

@@ -263,14 +263,14 @@ def test_3mf_parts_that_are_no_part_of_the_solid_are_left_out(tmp_path):
     settings += '<part id="3" subtype="support_blocker"/></object></config>'
     mesh = load_mesh(write_3mf(tmp_path / "x.3mf", files, settings.format("modifier_part")))
     assert mesh.volume == pytest.approx(6000)
-    assert [line.split(": ")[1] for line in mesh.warnings] == ["1 modifier left out", "1 support blocker left out"]
+    assert [line.split(": ")[1] for line in mesh.warnings] == ["left out 1 modifier", "left out 1 support blocker"]
     with pytest.raises(PartError, match="to be subtracted"):
         load_mesh(write_3mf(tmp_path / "n.3mf", files, settings.format("negative_part")))
     typed = f"<resources>{mesh_xml(1, BOX)}{mesh_xml(2, BOX, 'support')}</resources><build>"
     typed += f'<item objectid="1"/><item objectid="2" transform="{far}"/><item objectid="1" printable="0"/></build>'
     mesh = load_mesh(write_3mf(tmp_path / "s.3mf", {"3D/3dmodel.model": typed}))
     assert mesh.volume == pytest.approx(6000)
-    assert any("1 support left out" in line for line in mesh.warnings)
+    assert any("left out 1 support" in line for line in mesh.warnings)
 
 
 def test_3mf_files_that_are_not_understood_are_one_line(tmp_path):
