@@ -63,7 +63,7 @@ class SlicingParameters:
 @documented
 @dataclass(frozen=True)
 class SeamPlace:
-    """A place for the seams of some closed beads; the last place that fits a bead goes."""
+    """A place for the seams of some closed beads; the last place that fits a bead counts."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid"}  # of entries in a case file
 

@@ -82,7 +82,4 @@ def _slice_input(args: argparse.Namespace) -> Case:
         # the limits keep their share of the layer height, as when a process is scaled
         for key in ("h_min_mm", "h_max_mm"):
             merged[key] *= args.h_layer / case.slicing.h_layer_mm
-    content = {**case.model_dump(exclude_none=True), "slicing": merged}
-    content["beads"] = {**content.get("beads", {}), **beads}
-    asked = parse_case(content, case.path)
-    return with_changes(case, slicing=asked.slicing, beads=asked.beads)
+    return with_changes(case, slicing=merged, beads={**asdict(case.beads), **beads})

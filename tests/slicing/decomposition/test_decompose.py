@@ -427,7 +427,7 @@ def test_what_stands_on_an_end_stays_with_the_body():
     parts = decompose(from_manifold(solid, "part"))
     assert len(parts.sub_volumes) == 1
     assert parts.body_mesh.bounds[1, 2] == pytest.approx(130)
-    assert any("left with it" in line for line in parts.warnings)
+    assert any("left with the body" in line for line in parts.warnings)
 
 
 def test_shells_that_overlap_are_united():
