@@ -200,11 +200,14 @@ def test_options_of_slice_go_with_a_table_of_any_mode(make_case, tmp_path):
     layers = tmp_path / "layers.json"
     path = make_case(beads={"seams": [{"angle_deg": 90}]})
     path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text("utf-8")), "table": {"mode": "indexed"}}))
-    assert main(["slice", str(path), "--pattern", "zigzag", "--h-layer", "1.5", "--json", str(layers)]) == 0
+    assert (
+        main(["slice", str(path), "--pattern", "zigzag", "--width", "2.5", "--h-layer", "1.5", "--json", str(layers)])
+        == 0
+    )
     (found,) = json.loads(layers.read_text("utf-8"))["sub_volumes"]
     assert {bead["kind"] for bead in found["beads"]} == {"contour", "infill"}
     thickness = [v for layer in found["layers"] for v in layer["thickness_mm"]]
-    assert min(thickness) == pytest.approx(1.5, rel=1e-3)
+    assert max(thickness) == pytest.approx(1.5, rel=1e-3)
 
 
 def test_slice_takes_a_mesh_alone(make_case, tmp_path, capsys):
