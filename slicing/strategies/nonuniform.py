@@ -71,7 +71,8 @@ def nonuniform_layers(mesh: Mesh, body: Body, parameters: SlicingParameters, roo
     cut = _Cutter(mesh, FaceIntervals.about(mesh, surface), surface, parameters.tolerance_mm)
     while True:
         offset = surface.offset(h)
-        curves = cut.curves(offset)
+        over = float(offset.distance(mesh.vertices).max())
+        curves = cut.curves(offset) if over > parameters.tolerance_mm else []
         if not curves:
             return layers
         middle, width = span(curves, offset.axis_point)
