@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from ..curves.intersect import Curve, intersect_offsets
-from ..layers.layer import Layer, RoundBody, make_layer
+from ..layers.layer import Layer, RoundBody, make_layer, without_slivers
 from ..mesh.solid import Floats, Mesh
 from ..parameters import SlicingParameters
 
@@ -40,9 +40,9 @@ def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameter
     for height, curves in zip(
         heights.tolist(), intersect_offsets(mesh, base, heights, parameters.tolerance_mm), strict=True
     ):
-        if not curves:
+        if not (kept := without_slivers(curves)):
             break
-        layers.append(make_layer(len(layers), base.offset(height), curves, layers[-1].surface, body, step))
+        layers.append(make_layer(len(layers), base.offset(height), kept, layers[-1].surface, body, step))
     return layers
 
 
@@ -57,7 +57,7 @@ def heights_below(top_mm: float, parameters: SlicingParameters) -> Floats:
         (n,) mm, one every h_layer_mm.
     """
     count = math.ceil((top_mm - parameters.tolerance_mm) / parameters.h_layer_mm)
-    return parameters.h_layer_mm * np.arange(1, max(count, 1))
+    return parameters.h_layer_mm * np.arange(1.0, max(count, 1))
 
 
 def span(curves: list[Curve], axis_point: tuple[float, float]) -> tuple[float, float]:

@@ -79,7 +79,7 @@ def slice_sub_volume(
         warnings = [*more, *_over_ends(mesh, body, body_z_mm)]
     else:
         body_z_mm = NO_ENDS
-    layers = _with_width(_layers(mesh, body, parameters, root, body_z_mm), parameters.tolerance_mm)
+    layers = tuple(_layers(mesh, body, parameters, root, body_z_mm))
     if not layers:
         raise PartError(f"{mesh.name}: thinner than one layer ({parameters.h_layer_mm} mm) outside the body")
     sliced = SlicedSubVolume(mesh.name, parameters.strategy, mesh, body, layers, (), parameters, body_z_mm=body_z_mm)
@@ -133,16 +133,6 @@ def _layers(
         assert isinstance(body, Body)  # by require_fit
         return nonuniform_layers(mesh, body, parameters, root)
     return cylindrical_layers(mesh, body, parameters, root)
-
-
-def _with_width(layers: list[Layer], tolerance_mm: float) -> tuple[Layer, ...]:
-    """The layers without last ones that only graze what is highest: regions narrower than the tolerance."""
-    count = len(layers)
-    while count and 2.0 * layers[count - 1].area_mm2 < tolerance_mm * sum(
-        c.length_mm for c in layers[count - 1].curves
-    ):
-        count -= 1
-    return tuple(layers[:count])
 
 
 def footprint(mesh: Mesh, body: RoundBody, tolerance_mm: float) -> tuple[list[Curve], list[str]]:
