@@ -10,7 +10,7 @@ a product of its corners with the plane's normal, which many configurations take
 ``far`` there has come nearer by its travel at most.
 
 Between two samples a point of the arm is off the straight line between its places there by an eighth of its greatest
-second derivative at most (``cell.collision.motion_bounds``): what holds at both ends holds between them, less that.
+second derivative at most (``motion_bounds``): what holds at both ends holds between them, less that.
 A plane proves what it proves whoever named it: of the collision engine only that is taken on trust that nothing is
 nearer than ``far`` of what it does not report, as everywhere. Metres, radians.
 """
@@ -26,13 +26,13 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints
-from .checker import Checker
-from .clearances import Clearances
+from ...arrays import Ints
+from ..checker import Checker
+from ..clearances import Clearances
+from ..near_pairs import NearPairs
+from ..pair_groups import PairGroup
 from .convex_shapes import ConvexShape, convex_shape
 from .motion_bounds import curvature
-from .near_pairs import NearPairs
-from .pair_groups import PairGroup
 from .reach_radii import radii
 
 SPACINGS = (0.08, 0.04, 0.02, 0.01, 0.0)  # m of travel between the samples that are looked at, one after the other
