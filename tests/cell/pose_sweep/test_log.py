@@ -92,7 +92,7 @@ def test_damaged_poses_are_told_and_computed_again(
     assert b"crc32" not in first
     capsys.readouterr()
     log.write_bytes(whole.replace(b"infeasible", b"Infeasible", 1))
-    with pytest.raises(InputError, match="line 2 does not hold what was written"):
+    with pytest.raises(InputError, match="line 2 is damaged"):
         picked_pose(load_case(case), str(log), "0")
     assert main(argv) == code
     assert "1 damaged line(s) were left out; their poses are computed again" in capsys.readouterr().err
