@@ -6,9 +6,9 @@ The border of the region is the edge of the material ("edge") or the centre line
 the first round runs half a width inside it, or on it, and every further one a pitch = width * (1 - overlap) inside the
 one before. `contour_parallel` goes on so until nothing is left; where a core wider than what the last round covers
 remains, one more round is laid half a pitch inside it, and a bead along its middle where it is long and narrow.
-`zigzag` lays its lines inside the given number of rounds, spread evenly at no more than a pitch, and joins the end of
-each to the next: straight where that stays within the lines' region, else along its border; where that is too long a
-way, a new bead begins.
+`zigzag` lays its lines inside the given number of rounds, spread evenly at no more than a given distance
+(`slicing.beads.line_spacing` says which), and joins the end of each to the next: straight where that stays within the
+lines' region, else along its border; where that is too long a way, a new bead begins.
 
 Where the region is thinner than one and a half pitches, one bead runs along its middle: two would lie on one another
 and lay more metal too much than one lays too little. Where it is narrower than a bead that bead stands out by what is
