@@ -79,6 +79,10 @@ class MotionBounds:
         # this; two parts of the arm may both move, one towards the other
         return np.minimum(joints, 2 * (straight + curvature(self.radius, np.abs(b - a)) / 4))
 
+    def bend(self, turn: Floats) -> Floats:
+        """How much the ways of two things bend on steps, one towards the other, of turns (m, n), rad: (m,), m."""
+        return 2 * curvature(self.radius, turn)
+
     def straight(self, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Floats:
         """How far any point of the arm is after steps from where it was before them.
 
@@ -154,6 +158,13 @@ class CoupledBounds:
             radius = np.concatenate([self._seen_radius, self.radius[:n]])
             seen = np.maximum(seen, straight + curvature(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)
         return np.maximum(arm, np.minimum(joints, seen))
+
+    def bend(self, turn: Floats) -> Floats:
+        """As :meth:`MotionBounds.bend`, of turns (m, n + 2): of the arm's own and as seen from the table, together."""
+        n = self._n
+        radius = np.concatenate([self._seen_radius, self.radius[:n]])
+        seen = curvature(radius, np.concatenate([turn[:, n:][:, ::-1], turn[:, :n]], axis=1))
+        return self._arm.bend(turn[:, :n]) + seen
 
 
 def _seen(Ts: Floats, frames: tuple[Floats, Floats]) -> tuple[Floats, Floats]:

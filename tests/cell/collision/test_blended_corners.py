@@ -16,12 +16,13 @@ import yaml
 from support.cases import at, bosses, turned
 
 from cell.case.read import load_case
-from cell.collision.blended_corners import BlendedPath as Rows
-from cell.collision.blended_corners import _between, cut_corners, pieces
+from cell.collision.blended_corners import _between, cut_corners
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.reach_radii import radii
+from cell.collision.rounded_paths import BlendedPath as Rows
+from cell.collision.rounded_paths import pieces
 from cell.failure import Kind
 from cell.job.job import prepare
 from cell.motion.motion import STANDING, Motion
@@ -222,6 +223,9 @@ class OfAPoint:
     def travel_bound(self, radius, a, b):
         return np.linalg.norm(b - a, ord=self.norm, axis=1)
 
+    def bend_bound(self, radius, turn):
+        return np.zeros(len(turn))
+
     def clearances(self, q, stage):
         found = Clearances.none(len(q))
         found.distance[:] = np.linalg.norm(q - self.centre, ord=self.norm, axis=1) - self.radius
@@ -338,6 +342,9 @@ class Rod:
 
     def travel_bound(self, radius: np.ndarray, a: np.ndarray, b: np.ndarray, /) -> np.ndarray:
         return joint_travel_bound(radius, a, b)
+
+    def bend_bound(self, radius: np.ndarray, turn: np.ndarray, /) -> np.ndarray:
+        return np.zeros(len(turn))
 
 
 @pytest.mark.parametrize("depth", [0.012, 0.017, 0.022, 0.028])
