@@ -4,14 +4,13 @@
 
 A controller may round less than it is told to. Most corners are proved free however much they are rounded
 (``rounding_proofs``), and only steps that this leaves are looked at: the path that is rounded most, which
-``cell.timing.time_law`` times, and where it is far off the rows such as round less. A rounded path is made of parabolas
+``cell.timing.time_law`` times, and all that round less (``rounding_looks``). A rounded path is made of parabolas
 (``rounded_paths``), of which it is known exactly how far they are off the rows and how far off their own chords.
 Radians and metres; a path's length may be in either.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,15 +23,13 @@ from ..timing.blending import blended, kept_zone, mirrored
 from .between_samples import unproven_steps
 from .clearances import Clearances, Sees
 from .motion_bounds import curvature, joint_travel_bound
-from .rounded_paths import NOTHING, BlendedPath, Parabolas, on_rows, pieces
+from .rounded_paths import NOTHING, BlendedPath, Parabolas, Roundings, on_rows, pieces
+from .rounding_looks import looked_at
 from .rounding_proofs import KnownRows, every_rounding_kept
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 FINE_CHORD = 1e-6  # m: likewise where that is too much; less than what is proved beyond a clearance that is asked for
 HALVED = 6  # times that a step is halved before it is looked at by chords
-APART = 5e-3  # m: paths no further apart are taken for one where a smaller clearance is asked for
-DENSER = 3.0  # see _between
-MOST_BETWEEN = 100  # paths of one run that are looked at
 CLOSELY, PLACES = 100, 12  # of what is too near so many steps are looked at again, in so many places
 
 
@@ -110,55 +107,37 @@ def cut_corners(
     left = every & ~every_rounding_kept(checker, radius, path, rows)
     if not left.any():
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
-    ways = [
-        (one, *_cut_on(checker, radius, one, replace(rows, which=left & far)))
-        for one, far in _between(checker, radius, path, least)
-    ]
-    for one, step, nearest in ways:
-        _look_closely(checker, one, step, stage, nearest)
-    step, nearest = np.concatenate([way[1] for way in ways]), Clearances.joined([way[2] for way in ways])
-    order = np.argsort(nearest.distance, kind="stable")
-    first, index = np.unique(step[order], return_index=True)
-    return first, nearest.rows(order[index])
+    step, nearest = _cut_on(checker, radius, path, replace(rows, which=left))
+    left[step] = False
+    less = looked_at(checker, radius, path, rows, np.flatnonzero(left))
+    both = np.concatenate([step, less.step])
+    order = np.argsort(both, kind="stable")
+    first, nearest = np.asarray(both[order]), Clearances.joined([nearest, less.nearest]).rows(order)
+    zone = np.concatenate([np.full(len(step), path.zone), less.zone])[order]
+    _look_closely(checker, path, zone, first, stage, nearest)
+    return first, nearest
 
 
-def _look_closely(checker: Sees, path: BlendedPath, steps: Ints, stage: Ints, nearest: Clearances) -> None:
-    """Note what is nearer on steps that are too near than what they were found by."""
-    for n, k in enumerate(steps[:CLOSELY].tolist()):
-        at = blended(path.q, path.s, path.zone, np.linspace(path.s[k], path.s[k + 1], PLACES))
-        there = checker.clearances(at, np.full(PLACES, max(stage[k], stage[k + 1])))
-        nearest.nearer(np.array([n]), there.rows(np.array([int(np.argmin(there.distance))])))
+def _look_closely(
+    checker: Sees, path: BlendedPath, zone: Floats, steps: Ints, stage: Ints, nearest: Clearances
+) -> None:
+    """Note what is nearer on steps that are too near, rounded over so much, than what they were found by.
 
-
-def _between(
-    checker: Sees, radius: Floats, path: BlendedPath, least: float
-) -> Iterator[tuple[BlendedPath, NDArray[np.bool_]]]:
-    """A rounded path, and such as round less, until two of them are no further apart than the clearance.
-
-    Where that is kept on all of them and on the rows, whatever lies between two is half of it away at least. How far
-    the path is off its rows differs from step to step, and so does how many of them a step needs: ``DENSER`` times as
-    many as there would be if the distance grew evenly with the rounding.
-
-    Yields:
-        A path, and the steps of it that are to be looked at, (m - 1,).
+    Along each as it was found; where that is nearest, rounded over other zones; and along it by the best of these.
     """
-    steps, apart, p = len(path.s) - 1, max(least, APART), pieces(path, radius)
-    yield path, np.ones(steps, dtype=bool)
-    off, need = np.zeros(steps), np.ones(steps, dtype=np.int64)
-    np.maximum.at(off, p.row, p.off)
-    far = np.flatnonzero(off > apart)
-    if not len(far):
-        return
-    at = np.concatenate([path.s[far], (path.s[far] + path.s[far + 1]) / 2, path.s[far + 1]])
-    rows, moved = on_rows(path.q, path.s, at), np.zeros(len(at))
-    for share in (1.0, 0.5):
-        run = blended(path.q, path.s, share * path.zone, at)
-        moved = np.maximum(moved, checker.travel_bound(radius, rows, run))
-    more = np.ceil(DENSER * moved.reshape(3, -1).max(axis=0) / apart)
-    need[far] = np.clip(more, 1, MOST_BETWEEN).astype(np.int64)
-    count = int(need.max())
-    for k in range(count - 1, 0, -1):
-        yield replace(path, zone=path.zone * k / count), (need > 1) & (k * need // count > (k - 1) * need // count)
+    run, s = Roundings(path.q, path.s - path.s[0]), path.s - path.s[0]
+    widest = kept_zone(path.zone, s[-1])
+    for n, k in enumerate(steps[:CLOSELY].tolist()):
+        laid, places = np.full(PLACES, max(stage[k], stage[k + 1])), np.linspace(s[k], s[k + 1], PLACES)
+        at, over = places, np.full(PLACES, kept_zone(float(zone[n]), s[-1]))
+        for _ in range(3):
+            there = checker.clearances(run.at(at, over), laid)
+            best = int(np.argmin(there.distance))
+            nearest.nearer(np.array([n]), there.rows(np.array([best])))
+            if at is places:
+                at, over = np.full(PLACES, at[best]), widest * np.arange(1, PLACES + 1) / PLACES
+            else:
+                at, over = places, np.full(PLACES, over[best])
 
 
 def _cut_on(checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:

@@ -81,6 +81,7 @@ class Checker:
     table: tuple[float, float]
     reach: float
     asked: Asked
+    moving = 2  # of two things that get nearer to one another so many may be parts of the arm
 
     def __init__(
         self,
@@ -156,7 +157,7 @@ class Checker:
         if bounds is None:
             return joint_travel_bound(radius, a, b)
         some = [
-            bounds.bound(a[i : i + STEPS_TOGETHER], b[i : i + STEPS_TOGETHER])
+            bounds.bound(a[i : i + STEPS_TOGETHER], b[i : i + STEPS_TOGETHER], self.moving)
             for i in range(0, max(len(a), 1), STEPS_TOGETHER)
         ]
         return np.concatenate(some)
@@ -175,7 +176,7 @@ class Checker:
             (m,), m.
         """
         bounds = self._bounds(radius)
-        return np.zeros(len(turn)) if bounds is None else bounds.bend(turn)
+        return np.zeros(len(turn)) if bounds is None else bounds.bend(turn, self.moving)
 
     def _bounds(self, radius: Floats) -> MotionBounds | CoupledBounds | None:
         """Bounds that know where a step leads; None of what moves by arcs alone."""

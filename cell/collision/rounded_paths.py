@@ -16,7 +16,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..timing.blending import blended, kept_zone
+from ..timing.blending import blended, kept_zone, mirrored
 
 NOTHING = 1e-9  # m: a path that is off its rows by less is on them
 
@@ -77,6 +77,40 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
     bends = np.abs(bend) @ radius
     row = np.clip(np.searchsorted(s, middle) - 1, 0, len(s) - 2)
     return Parabolas(grid + path.s[0], row, np.maximum(off[:-1], off[1:]) + np.diff(grid) ** 2 / 8 * bends, bends)
+
+
+class Roundings:
+    """All roundings of one path: as ``cell.timing.blending.blended``, each place by a zone of its own."""
+
+    def __init__(self, q: Floats, s: Floats) -> None:
+        """Prepare.
+
+        Args:
+            q: rows, (m, j), rad.
+            s: path length at each, (m,), ascending from 0.
+        """
+        self._t, self._q = mirrored(q, s)
+        self._slope = np.diff(self._q, axis=0) / np.diff(self._t)[:, None]
+        steps = (self._q[:-1] + self._q[1:]) / 2 * np.diff(self._t)[:, None]
+        self._area = np.concatenate([np.zeros((1, q.shape[1])), np.cumsum(steps, axis=0)])
+
+    def at(self, at: Floats, zone: Floats) -> Floats:
+        """Where the path is.
+
+        Args:
+            at: path lengths, (k,).
+            zone: over which it is rounded each way, (k,); more than 0 and at most half the path.
+
+        Returns:
+            (k, j), rad.
+        """
+        out: Floats = (self._integral(at + zone) - self._integral(at - zone)) / (2 * zone)[:, None]
+        return out
+
+    def _integral(self, u: Floats) -> Floats:
+        k = np.clip(np.searchsorted(self._t, u, side="right") - 1, 0, len(self._slope) - 1)
+        h = (u - self._t[k])[:, None]
+        return np.asarray(self._area[k] + self._q[k] * h + self._slope[k] * h**2 / 2)
 
 
 def on_rows(q: Floats, s: Floats, at: Floats) -> Floats:

@@ -53,7 +53,7 @@ class KnownRows:
 
 
 @dataclass(frozen=True, eq=False)
-class _Corners:
+class Corners:
     """Where the slope of a path changes, those of its mirror images beyond its ends among them.
 
     Attributes:
@@ -67,7 +67,8 @@ class _Corners:
     zone: float
 
     @classmethod
-    def of(cls, path: BlendedPath) -> _Corners:
+    def of(cls, path: BlendedPath) -> Corners:
+        """Those of a path whose length begins with 0."""
         t, far = mirrored(path.q, path.s)
         slope = np.diff(far, axis=0) / np.diff(t)[:, None]
         return cls(t[1:-1], np.diff(slope, axis=0), path.zone)
@@ -91,7 +92,9 @@ class _Corners:
         return out
 
 
-def every_rounding_kept(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows) -> NDArray[np.bool_]:
+def every_rounding_kept(
+    checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows, which: NDArray[np.bool_] | None = None
+) -> NDArray[np.bool_]:
     """Steps on which the clearance is kept however much the corners are rounded, up to the path's zone.
 
     Args:
@@ -99,17 +102,21 @@ def every_rounding_kept(checker: Sees, radius: Floats, path: BlendedPath, known:
         radius: from ``cell.collision.reach_radii.radii``, (j,), m.
         path: the rows.
         known: what is known of them.
+        which: steps in question, (m - 1,); those of ``known`` where left out.
 
     Returns:
-        (m - 1,) booleans: it is proved on these.
+        (m - 1,) booleans: it is proved on these of the steps in question.
     """
     s = path.s - path.s[0]
     path = BlendedPath(path.q, s, kept_zone(path.zone, s[-1]))
-    corners, least = _Corners.of(path), known.least
-    off = corners.off(radius, path.s)
-    most = np.maximum(off[:-1], off[1:])
-    proved: NDArray[np.bool_] = (most <= NOTHING) | (known.kept - most >= least)
-    left = np.flatnonzero(known.which & ~proved)
+    corners, least = Corners.of(path), known.least
+    left = np.flatnonzero(known.which if which is None else which)
+    rows = np.unique(np.concatenate([left, left + 1]))
+    off, most, proved = np.zeros(len(s)), np.zeros(len(s) - 1), np.zeros(len(s) - 1, dtype=bool)
+    off[rows] = corners.off(radius, path.s[rows])
+    most[left] = np.maximum(off[left], off[left + 1])
+    proved[left] = (most[left] <= NOTHING) | (known.kept[left] - most[left] >= least)
+    left = left[~proved[left]]
     low, kept = np.minimum(known.found.distance, checker.reach), known.kept.copy()
     # a row counts for a step if as much is laid at it
     alike = left[known.stage[left] == known.stage[left + 1]]
@@ -128,7 +135,7 @@ def every_rounding_kept(checker: Sees, radius: Floats, path: BlendedPath, known:
 
 
 def _by_rows_near_corners(
-    radius: Floats, path: BlendedPath, corners: _Corners, at_rows: tuple[Floats, Floats], steps: Ints
+    radius: Floats, path: BlendedPath, corners: Corners, at_rows: tuple[Floats, Floats], steps: Ints
 ) -> NDArray[np.bool_]:
     """Whether what is known where steps begin and end is enough for them, (k,): for all that is off the rows at all.
 
@@ -145,7 +152,7 @@ def _by_rows_near_corners(
     return out
 
 
-def _off_by_links(checker: Sees, radius: Floats, path: BlendedPath, corners: _Corners, steps: Ints) -> Floats:
+def _off_by_links(checker: Sees, radius: Floats, path: BlendedPath, corners: Corners, steps: Ints) -> Floats:
     """How far anything is off where the rows have it, at most, by where the links are, whatever the rounding, (k,), m.
 
     On either side of a step the sums over its nearest corners lie along the sum over all of them, but for what is
