@@ -20,9 +20,9 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..timing.blending import blended, kept_zone, mirrored
-from .between_samples import unproven_steps
 from .clearances import Clearances, Sees
-from .motion_bounds import curvature, joint_travel_bound
+from .proofs.between_samples import unproven_steps
+from .proofs.motion_bounds import curvature, joint_travel_bound
 from .rounded_paths import NOTHING, BlendedPath, Parabolas, Roundings, on_rows, pieces
 from .rounding_looks import looked_at
 from .rounding_proofs import KnownRows, every_rounding_kept
@@ -88,7 +88,7 @@ def cut_corners(
 
     Args:
         checker: collision detection at the table pose.
-        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
         path: rows that are free themselves, between them as well.
         stage: deposits laid at each row, (m,).
         found: clearances at the rows, at least.

@@ -29,13 +29,14 @@ from .arm_poses import ArmPoses, as_slice
 from .broad_phase import BroadPhase
 from .clearances import Clearances
 from .model_copies import borrowed
-from .motion_bounds import CoupledBounds, MotionBounds, joint_travel_bound
 from .near_pairs import NearPairs
+from .proofs.motion_bounds import CoupledBounds, MotionBounds, joint_travel_bound
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
+DOUBTFUL = 0.01  # share of how far is looked: of small shapes that penetrate MuJoCo is off by up to 0.4 % of it
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
 STEPS_TOGETHER = 5_000  # that are bounded together: each takes some 4 kB meanwhile
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
@@ -146,7 +147,7 @@ class Checker:
         """How far anything can travel towards anything on steps: what clearances at their ends are held against.
 
         Args:
-            radius: from ``cell.collision.reach_radii.radii``, (n,), m.
+            radius: from ``cell.collision.proofs.reach_radii.radii``, (n,), m.
             a: where each step begins, (m, n), rad.
             b: where it ends, (m, n), rad.
 
@@ -169,7 +170,7 @@ class Checker:
         one moves anything otherwise, at most, once the joints have turned by the other.
 
         Args:
-            radius: from ``cell.collision.reach_radii.radii``, (n,), m.
+            radius: from ``cell.collision.proofs.reach_radii.radii``, (n,), m.
             turn: of each joint on each step, no less than 0, (m, n), rad.
 
         Returns:
@@ -200,10 +201,13 @@ class Checker:
         far = self.reach  # what is near would be found by looking all the way, and everything behind it as well
         for i in self._each(q, stage):
             if count := self._collide(far):
-                self.asked.contacts += count
                 contact = self._data.contact
                 distance = contact.dist
                 k = int(distance.argmin())
+                if 0.0 <= distance[k] < DOUBTFUL * self._far:  # it may penetrate: from near by this is known
+                    count += self._collide(FURTHER * float(distance[k]) + LEAST_FAR)
+                    k = int((distance := (contact := self._data.contact).dist).argmin())
+                self.asked.contacts += count
                 out.distance[i], out.pair[i], out.position[i] = distance[k], contact.geom[k], contact.pos[k]
                 far = FURTHER * max(float(distance[k]), 0.0) + LEAST_FAR  # the next one is often alike
             else:

@@ -58,7 +58,7 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
 
     Args:
         path: the rows.
-        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
 
     Returns:
         Its parabolas.

@@ -92,7 +92,7 @@ def looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows
 
     Args:
         checker: collision detection.
-        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
         path: the rows.
         known: what is known of them.
         steps: those in question, ascending, (k,).

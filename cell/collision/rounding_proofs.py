@@ -27,7 +27,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..timing.blending import kept_zone, mirrored
 from .clearances import Clearances, Sees
-from .motion_bounds import joint_travel_bound
+from .proofs.motion_bounds import joint_travel_bound
 from .rounded_paths import NOTHING, BlendedPath
 
 TOGETHER = 200_000  # corners that are weighed at once
@@ -99,7 +99,7 @@ def every_rounding_kept(
 
     Args:
         checker: collision detection, of which only what bounds its motion is asked.
-        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
         path: the rows.
         known: what is known of them.
         which: steps in question, (m - 1,); those of ``known`` where left out.

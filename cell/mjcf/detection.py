@@ -95,9 +95,6 @@ def _refuse(world: mujoco.MjSpec, solid: list[mujoco.MjsGeom], case: Case) -> No
 def _as_corners(world: mujoco.MjSpec, box: mujoco.MjsGeom) -> None:
     """Make a box a mesh of its eight corners, in its place."""
     size = np.array(box.size)
-    if box.meshname:
-        box.type = GEOM.mjGEOM_MESH  # a box fitted to a mesh: the mesh itself
-        return
     if not np.isnan(box.fromto[0]):
         ends = np.array(box.fromto).reshape(2, 3)
         along, quat = ends[0] - ends[1], np.zeros(4)

@@ -17,12 +17,12 @@ from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 
 from ..arrays import Ints
-from ..collision.between_samples import kept_on_steps, least_on_the_way
 from ..collision.clearances import Clearances
+from ..collision.proofs.between_samples import kept_on_steps, least_on_the_way
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
-from ..planning.travel import Way
+from ..planning.travels.travel import Way
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def least_clearance(context: Context, samples: RunSamples, known: float) -> Leas
 
 
 def _named(context: Context, samples: RunSamples, at: int, nearest: Clearances) -> Least | None:
-    if not np.isfinite(nearest.distance[0]):
+    if nearest.distance[0] > context.checker.reach:  # beyond it only what a proof came by is known
         return None
     pair = tuple(context.checker.scene.geom_name(int(g)) for g in nearest.pair[0])
     return Least(float(nearest.distance[0]), int(samples.target[at]), pair)

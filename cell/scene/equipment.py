@@ -24,8 +24,10 @@ from slicing import Code, Warning
 from ..case.sections import NO_TABLE, Case
 from ..errors import InputError
 from ..mjcf.asset_files import settle_files
-from ..mjcf.held_joints import Held, OwnPlaces, check_planned, hold
+from ..mjcf.fitted_shapes import settle_fits
+from ..mjcf.held_joints import Held, check_planned, hold
 from ..mjcf.names import attach, name_all
+from ..mjcf.own_places import OwnPlaces
 from ..mjcf.torch import TorchDimensions, shape_torch
 from ..shipped import MODELS_DIR, is_path
 from ..units import METRES_PER_MM
@@ -69,22 +71,19 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
 
 def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
     """A model with all that is named and nothing that only a simulation needs."""
-    gone = [f"{len(spec.equalities)} equality constraint(s)"] if len(spec.equalities) else []
+    gone = []
     pairs = list(spec.pairs) if what == "positioner" else []  # of the arm's pairs alone a motion is asked
     gone += [f"{len(pairs)} contact pair(s)"] if pairs else []
     gone += [f"{len(spec.flexes)} flex(es)"] if len(spec.flexes) else []
     if gone:
-        text = (
-            f"{what}.model: {' and '.join(gone)} left out of the cell: what they couple stays where it is, "
-            "and what they hold or name is not looked at"
-        )
+        text = f"{what}.model: {' and '.join(gone)} left out of the cell: what they hold or name is not looked at"
         pieces.warnings.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
     for kind in (*DRIVEN, "flexes"):  # names in them would have to follow; kinematics and contacts need none
         for element in list(getattr(spec, kind)):
             spec.delete(element)
+    _let_collide(spec)
     for pair in pairs:
         spec.delete(pair)
-    _let_collide(spec)
     _with_the_cells_options(spec, pieces.world)
     for body in spec.bodies:
         body.mocap = False  # what a user drags in a viewer stays where it is drawn
@@ -92,6 +91,7 @@ def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
         if eye.targetbody:
             eye.targetbody, eye.mode = "", mujoco.mjtCamLight.mjCAMLIGHT_FIXED
     name_all(spec, what)
+    settle_fits(spec, what)
     return spec
 
 

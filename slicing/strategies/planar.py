@@ -17,12 +17,12 @@ import numpy as np
 
 from ..curves.intersect import Curve, intersect_offsets
 from ..layers.body_ends import NO_ENDS
-from ..layers.layer import Layer, RoundBody, make_layer
+from ..layers.layer import Layer, RoundBody, make_layer, without_slivers
 from ..layers.outside_body import outside_body
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
 from ..surfaces.surfaces import Plane
-from .cylindrical import span
+from .cylindrical import heights_below, span
 
 RING_RAD = 2 * np.pi - 1e-9
 
@@ -102,11 +102,13 @@ def planes_from(
         `layers` and the new ones.
     """
     layers, step = list(layers), parameters.h_layer_mm
-    heights = step * np.arange(1, int(np.floor(float(base.distance(mesh.vertices).max()) / step)) + 2)
+    top = float(base.distance(mesh.vertices).max())
+    # planes alone are the tops of their layers, those upon other layers the bottoms
+    heights = heights_below(top, parameters) if layers else step * np.arange(1, int(np.floor(top / step)) + 2)
     found = intersect_offsets(mesh, base, heights, parameters.tolerance_mm)
     for height, meeting in zip(heights.tolist(), found, strict=True):
         surface = base.offset(height)
-        curves = outside_body(meeting, surface, body, parameters.tolerance_mm, body_z_mm)
+        curves = without_slivers(outside_body(meeting, surface, body, parameters.tolerance_mm, body_z_mm))
         if curves:
             below = layers[-1].surface if layers else None
             layers.append(make_layer(len(layers), surface, curves, below, body, step))

@@ -19,8 +19,8 @@ from cell.case.read import load_case
 from cell.collision.blended_corners import cut_corners
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
-from cell.collision.motion_bounds import MotionBounds, joint_travel_bound
-from cell.collision.reach_radii import radii
+from cell.collision.proofs.motion_bounds import MotionBounds, joint_travel_bound
+from cell.collision.proofs.reach_radii import radii
 from cell.collision.rounded_paths import BlendedPath as Rows
 from cell.collision.rounded_paths import pieces
 from cell.failure import Kind

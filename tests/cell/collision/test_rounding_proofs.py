@@ -14,7 +14,7 @@ from cell.collision.blended_corners import cut_corners
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.pair_groups import PairGroup, groups_of
-from cell.collision.reach_radii import radii
+from cell.collision.proofs.reach_radii import radii
 from cell.collision.rounded_paths import BlendedPath, Roundings
 from cell.collision.rounding_looks import NEARLY_ALL, looked_at
 from cell.collision.rounding_proofs import Corners, KnownRows, _off_by_links, _otherwise, every_rounding_kept

@@ -1,0 +1,379 @@
+"""From the end of one bead to the start of the next: out along the normal, across, in again; or from home and back.
+
+    way = travel(context, end, start, stage)   # None for either: the arm's home
+    q, clearances = way                      # or a Failure: why there is no way
+
+Retracting and approaching are straight lines of the TCP. Across, all joints move together; where that is not free it is
+tried further out, and then a way round is searched, which may end a whole turn of a joint from where the next bead was
+to begin, if the bead can be run there as well. Where the way out is not free as far as the case asks for, it is gone
+as far as it is, and the way round begins there. Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from ik.chain import Floats
+from ik.joint_turns import SLACK
+from ik.roll import apply_roll
+
+from ...collision.clearances import Clearances
+from ...collision.proofs.between_samples import unproven_steps
+from ...failure import ON_TRAVEL, Effort, Failure, Kind
+from ...motion.motion import JUMP
+from ...units import METRES_PER_MM
+from ..blended_check import travel_corners, wire_corners
+from ..context import Context
+from ..edge_check import Stretch, between
+from ..edge_tracking import Ways, along
+from .free_moves import FreeMoves
+from .rrt_connect import Space, Trees, connect, rounded, sampled, shortened
+
+RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
+SHORTER = (1.0, 0.6, 0.3)  # of the way out that is free, where the whole is not
+STRAIGHT = 1e-5  # m that the TCP is off the normal at most while it is drawn back along it
+LEG = 2e-3  # m between samples of the way off a bead and onto it
+WORTH = 1e-3  # m of clearance for which a travel goes further out
+SEARCH_STEPS = np.deg2rad(
+    [3.0, 1.0]
+)  # between samples of a search; the finer where the way of the coarser did not hold
+SHORTCUTS = 60
+SEED = 20240
+UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
+Way = tuple[Floats, Clearances]
+
+
+def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> Way | Failure:
+    """From the end of one bead to the start of the next: out along the normal, across, in again.
+
+    Args:
+        context: what the search needs.
+        end: what was welded last; None where the arm comes from its home.
+        start: what is welded next; None where it goes home.
+        stage: deposits laid by then.
+
+    Returns:
+        Samples (m, j) and their clearances; or why there is no way. It ends where
+        ``start`` begins, or whole turns of joints from there by which :func:`turned` can turn all of it; from home it
+        always ends where it begins.
+    """
+    return _Travel(context, end, start, stage).search()
+
+
+def turned(start: Stretch, way: Way) -> Stretch:
+    """A stretch as it is run after a travel: turned by the whole turns that the travel ends off its beginning."""
+    turn = (way[0][-1] - start.axes[0])[: start.q.shape[1]]
+    if not turn.any():
+        return start
+    return replace(start, q_targets=start.q_targets + turn, q=start.q + turn)
+
+
+def can_leave(context: Context, end: Stretch, stage: int) -> bool:
+    """Whether the torch can be drawn back from the end of a bead as far as the case asks for."""
+    (leg,) = _legs(context, [(end, -1)], context.settings.retract)
+    return leg.failure is None and isinstance(_collision(context, leg.q, stage), Clearances)
+
+
+def straight_retract(context: Context, way: Way, stretch: Stretch, at: int) -> float:
+    """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
+    i = stretch.first if at == 0 else stretch.stop - 1
+    rows = way[0][::-1] if at == 0 else way[0]
+    # the table stands while the torch is drawn back
+    off = context.solver.chain.forward(rows[:, : context.solver.chain.n])[:, :3, 3] - context.placed.position[i]
+    out = off @ context.placed.normal[i]
+    straight = np.linalg.norm(off - out[:, None] * context.placed.normal[i], axis=1) <= STRAIGHT
+    straight &= np.concatenate([[True], np.diff(out) > -STRAIGHT])
+    return float(out[np.logical_and.accumulate(straight)].max(initial=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class _Leg:
+    """A way out of a bead.
+
+    Attributes:
+        q: as far as the arm can follow it, (m, j), rad.
+        failure: what stops it there, and after how much of it; None where nothing does.
+    """
+
+    q: Floats
+    failure: Failure | None = None
+
+
+class _Travel:
+    """The search of one travel."""
+
+    def __init__(self, context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> None:
+        self.context, self.end, self.start, self.stage = context, end, start, stage
+        self.failure: Failure | None = None
+        self.wire = context.wire
+
+    def search(self) -> Way | Failure:
+        """The first way that is free with room, of ever dearer ones; without room, the one that has most of it."""
+        clearest: Way | None = None
+        leaves: list[_Leg] = []
+        arrives: list[_Leg] = []
+        for times in RETRACTS:
+            retract = self.context.settings.retract * times
+            leave, arrive = self._ends(retract)
+            leaves.append(leave)
+            arrives.append(arrive)
+            if leave.failure or arrive.failure:
+                self.failure = self.failure or leave.failure or arrive.failure
+                continue
+            way = self._straight(leave.q, arrive.q)
+            if way is None:
+                continue
+            if clearest is None or _room(way) > _room(clearest) + WORTH:
+                clearest = way
+            if _room(clearest) >= 2 * self.context.settings.clearance:
+                break
+        if clearest is not None:
+            return clearest
+        out = self._free(leaves, "leaving")
+        back = self._free(arrives, "arriving") if out else []
+        if not out or not back:
+            return self._failed()
+        cut = len(out[0]) < len(leaves[0].q) or len(back[0]) < len(arrives[0].q)
+        if cut or leaves[0].failure or arrives[0].failure:
+            for shorter in zip(out, back, strict=False):  # of which none has been tried
+                way = self._straight(*shorter)
+                if way is not None:
+                    return way
+        turns = [np.zeros(out[0].shape[1])]
+        if self.end is not None and self.start is not None:
+            turns = _turns(self.context, self.start, back)
+        return self._around(out, [arrive + turn for arrive in back for turn in turns])
+
+    def _failed(self) -> Failure:
+        """Why there is no way: what was met first, or last."""
+        assert self.failure is not None
+        return self.failure
+
+    def _straight(self, leave: Floats, arrive: Floats) -> Way | None:
+        """Out, straight across and in, if that is free."""
+        return self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
+
+    def _ends(self, retract: float) -> list[_Leg]:
+        """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of."""
+        ends = [(self.end, -1), (self.start, 0)]
+        legs = iter(_legs(self.context, [(bead, at) for bead, at in ends if bead is not None], retract))
+        return [_Leg(self._home()) if bead is None else next(legs) for bead, _ in ends]
+
+    def _home(self) -> Floats:
+        """The arm where it comes from or goes to, the table as at the bead, (1, j) or (1, j + 2), rad."""
+        span, rest = self.context.span, self.context.checker.scene.home
+        if self.end is None:
+            home, target = span.start, 0 if self.start is None else self.start.first
+        else:
+            home, target = span.end, self.end.stop - 1
+        return self.context.placed.axes((rest if home is None else home)[None], np.array([target]))
+
+    def _free(self, legs: list[_Leg], doing: str) -> list[Floats]:
+        """Those ways out of a bead that are free themselves; where none is, as much of them as is."""
+        free: list[Floats] = []
+        for leg in legs:
+            found = leg.failure or _collision(self.context, leg.q, self.stage)
+            if isinstance(found, Failure):
+                if not free:
+                    self.failure = _with(found, shut_in=doing)
+            else:
+                free.append(leg.q)
+        if free:
+            return free
+        leg = max(legs, key=lambda leg: len(leg.q))
+        for length in self._free_lengths(leg):
+            if not isinstance(_collision(self.context, leg.q[:length], self.stage), Failure):
+                free.append(leg.q[:length])
+        return free
+
+    def _free_lengths(self, leg: _Leg) -> list[int]:
+        """Rows to go along a way out that is not free as a whole, the most first."""
+        found = self.context.checker.clearances(leg.q, np.full(len(leg.q), self.stage))
+        near = np.flatnonzero(found.distance < self.context.settings.clearance)
+        most = int(near[0]) if len(near) else len(leg.q)
+        lengths = {round(share * most) for share in SHORTER}
+        return sorted((n for n in lengths if n > 1), reverse=True)
+
+    def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> Way | None:
+        """The whole travel, if it is free: out, by the corners across, and in."""
+        middle = sampled(across, self.context.settings.steps.angle)
+        q = np.concatenate([leave, middle[1:], arrive[::-1][1:]])
+        found = _collision(self.context, q, self.stage)
+        if isinstance(found, Failure):
+            self.failure = found
+            return None
+        cut = travel_corners(self.context, q, found, self.stage) or self._dragged(middle, q, len(leave) - 1)
+        if cut is not None:
+            self.failure = cut
+            return None
+        return q, found
+
+    def _dragged(self, q: Floats, whole: Floats, first: int) -> Failure | None:
+        """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
+        if self.wire is None:
+            return None
+        laid = np.full(len(q), self.stage)
+        found = self.wire.clearances(q, laid)
+        if found.distance.min() <= 0:
+            hit = self.context.describe(found, int(np.argmin(found.distance)), ON_TRAVEL)
+        else:
+            step, nearest = unproven_steps(self.wire, self.context.radius, q, laid, found)
+            if not len(step):
+                return wire_corners(self.wire, self.context, whole, (first, found), self.stage)
+            hit = self.context.describe(nearest, 0, ON_TRAVEL)
+        return replace(hit, limit=0.0)
+
+    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> Way | Failure:
+        """Search a way round what is in the way of the straight ones."""
+        context = self.context
+        starts, goals = (np.array([leg[-1] for leg in legs]) for legs in (leaves, arrives))
+        space = _space(context, starts[0], goals[0])
+        trees = Trees(starts, goals, self._hints(starts[0], goals[0]))
+        for turn, step in enumerate(SEARCH_STEPS):
+            edges = FreeMoves(context, self.stage, float(step), self.wire)
+            found = connect(space, trees, edges, context.settings.travel_attempts, SEED + turn)
+            if found.way is None:
+                shut_in = "leaving" if found.sizes[0] <= found.sizes[1] else "arriving"
+                return _with(self._met(edges.met()), attempts=context.settings.travel_attempts, shut_in=shut_in)
+            short = shortened(space, found.way, edges, SHORTCUTS, SEED + turn)
+            leave = leaves[int(np.argmin(np.abs(starts - short[0]).max(axis=1)))]
+            arrive = arrives[int(np.argmin(np.abs(goals - short[-1]).max(axis=1)))]
+            for across in (rounded(short, edges), short, found.way):
+                way = self._checked(leave, across, arrive)
+                if way is not None:
+                    return way
+        return self._failed()
+
+    def _met(self, met: Failure | None) -> Failure:
+        """The collision that a search met most often, in place of what the straight way met."""
+        known = replace(self._failed(), kind=Kind.COLLISION)
+        if met is None or met.contact is None:
+            return known
+        contact = met.contact if known.contact is None else replace(met.contact, seen=known.contact.seen)
+        return replace(known, measure=met.measure, limit=met.limit, contact=contact)
+
+    def _hints(self, start: Floats, goal: Floats) -> Floats:
+        """Configurations with the arm drawn up, turned to either end or between them."""
+        home = self.context.checker.scene.home
+        n = len(home)
+        hints = np.stack([(start + goal) / 2] * 4)
+        hints[:3, :n] = home
+        hints[1, 0], hints[2, 0] = start[0], goal[0]
+        hints[3, 1 : n - 3] = home[1:-3]
+        if len(start) > n:  # the table turns while the arm is drawn up
+            return np.concatenate([hints, *(_turned_to(hints[:3], n, end[n:]) for end in (start, goal))])
+        return hints
+
+
+def _legs(context: Context, ends: list[tuple[Stretch, int]], distance: float) -> list[_Leg]:
+    """Ways from ends of beads (0 or -1) out along their normals."""
+    count = max(int(np.ceil(distance / LEG)), 1)
+    out = np.linspace(0, distance, count + 1)[1:, None]
+    Ts, qs = [], []
+    for stretch, at in ends:
+        i = stretch.first if at == 0 else stretch.stop - 1
+        T = np.repeat(apply_roll(context.placed.rows([i]).Ts_base_target, stretch.roll[at]), count, axis=0)
+        T[:, :3, 3] += out * context.placed.normal[i]
+        Ts.append(T)
+        qs.append(np.repeat(stretch.q_targets[at][None], count, axis=0))
+    found, ok = context.solver.next_to(np.concatenate(Ts), np.concatenate(qs))
+    legs: list[_Leg] = []
+    for k, (stretch, at) in enumerate(ends):
+        mine = slice(k * count, (k + 1) * count)
+        q = np.concatenate([stretch.q_targets[at][None], found[mine]])
+        whole = ok[mine].all() and np.abs(np.diff(q, axis=0)).max() <= JUMP
+        leg = _Leg(q) if whole else _stopped(context, stretch, at, distance)
+        i = stretch.first if at == 0 else stretch.stop - 1
+        legs.append(replace(leg, q=context.placed.axes(leg.q, np.full(len(leg.q), i))))
+    return legs
+
+
+def _stopped(context: Context, stretch: Stretch, at: int, distance: float) -> _Leg:
+    """A way out followed from the bead on, as far as limits and reach allow."""
+    i = stretch.first if at == 0 else stretch.stop - 1
+    p, n = context.placed.position[i], context.placed.normal[i]
+    ends = np.stack([p, p + distance * n])[None], np.stack([n, n])[None], np.repeat(stretch.roll[at], 2)[None]
+    count = max(int(np.ceil(distance / LEG)), 1)
+    start, t = stretch.q_targets[at][None], np.linspace(0, 1, count + 1)
+    _, t, q = along(
+        context.solver, Ways(*ends, context.placed.reference), start, np.zeros(count + 1, dtype=np.int64), t
+    )
+    chain = context.solver.chain
+    over = np.maximum(chain.lower - q, q - chain.upper)
+    q = np.where(over <= SLACK, np.clip(q, chain.lower, chain.upper), q)
+    good = np.isfinite(q[:, 0]) & (over <= SLACK).all(axis=1)
+    good[1:] &= np.abs(np.diff(q, axis=0)).max(axis=1) <= JUMP
+    stop = int(np.argmin(good)) if not good.all() else len(q)
+    if stop == len(q):
+        return _Leg(q)
+    reached = round(float(t[stop - 1]) * distance / METRES_PER_MM, 3)
+    effort = Effort(reached_mm=reached, retract_mm=round(distance / METRES_PER_MM, 3))
+    if (over[stop] > SLACK).any():
+        axis = chain.names[int(np.argmax(over[stop]))]
+        return _Leg(q[:stop], Failure(Kind.JOINT_LIMIT, axis=axis, place=ON_TRAVEL, effort=effort))
+    kind = Kind.JUMP if np.isfinite(q[stop, 0]) else Kind.UNREACHABLE
+    return _Leg(q[:stop], Failure(kind, place=ON_TRAVEL, effort=effort))
+
+
+def _with(failure: Failure, *, shut_in: str, attempts: int | None = None) -> Failure:
+    """A failure with where the travel is shut in, and after how many attempts; what was known of the search stays."""
+    effort = replace(failure.effort or Effort(), shut_in=shut_in)
+    return replace(failure, effort=effort if attempts is None else replace(effort, attempts=attempts))
+
+
+def _room(way: Way) -> float:
+    """The least clearance on a travel, m."""
+    return float(way[1].distance.min())
+
+
+def _collision(context: Context, q: Floats, stage: int) -> Clearances | Failure:
+    """Clearances of samples that are free, between them as well; or what they collide with."""
+    laid = np.full(len(q), stage)
+    found = context.checker.clearances(q, laid)
+    if found.distance.min() < context.settings.clearance:
+        return context.describe(found, int(np.argmin(found.distance)), ON_TRAVEL)
+    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)
+    if not len(step):
+        return found
+    return context.describe(nearest, 0, ON_TRAVEL, between(nearest, 0, context))
+
+
+def _space(context: Context, start: Floats, goal: Floats) -> Space:
+    """Where a way is searched: all joints in their limits, a table that moves between where it is and where it goes."""
+    chain, n = context.solver.chain, context.solver.chain.n
+    low, high = np.minimum(start, goal)[n:], np.maximum(start, goal)[n:]
+    return Space(
+        np.concatenate([chain.lower, low]),
+        np.concatenate([chain.upper, high]),
+        np.maximum(context.radius, 1e-3),
+        np.concatenate([_speed(context), np.full(len(low), UNKNOWN_SPEED)]),
+    )
+
+
+def _turned_to(q: Floats, n: int, table: Floats) -> Floats:
+    """Configurations with the table at given angles."""
+    out = q.copy()
+    out[:, n:] = table
+    return out
+
+
+def _speed(context: Context) -> Floats:
+    speed = context.solver.chain.max_speed
+    return np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
+
+
+def _turns(context: Context, start: Stretch, arrives: list[Floats]) -> list[Floats]:
+    """Whole turns of joints by which a bead and the ways to it can be turned inside the limits; none of them first."""
+    chain = context.solver.chain
+    rest = arrives[0].shape[1] - chain.n
+    q = np.concatenate([start.q, *(arrive[:, : chain.n] for arrive in arrives)])
+    low, high = q.min(axis=0), q.max(axis=0)
+    turns = []
+    for j in range(chain.n):
+        turn = 2 * np.pi * np.array([0, -1, 1])
+        turns.append(turn[(low[j] + turn >= chain.lower[j]) & (high[j] + turn <= chain.upper[j])])
+    turns += [np.zeros(1)] * rest  # the table's angles are what they are
+    return sorted((np.array(turn) for turn in product(*turns)), key=lambda turn: float(np.abs(turn).sum()))

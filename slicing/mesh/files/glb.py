@@ -1,0 +1,96 @@
+"""Triangles of a GLB file: the meshes of its scene, put where the scene says.
+
+Use:
+
+    found = read_glb(Path("part.glb"))
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Floats, Ints, PartError
+from .. import solid as part
+from ..solid import require_size
+from .polygons import Triangles
+
+# what trimesh's reader raises on damaged files
+READ_ERRORS = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    BufferError,
+    EOFError,
+    ImportError,
+    LookupError,
+    OSError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+def read_glb(file: Path) -> Triangles:
+    """Read a GLB file.
+
+    Args:
+        file: its path.
+
+    Returns:
+        The triangles of all meshes of its scene; an instance counts as a mesh.
+
+    Raises:
+        PartError: damaged, larger than is taken, or a face that names a vertex its mesh does not have; one line.
+    """
+    import trimesh  # heavy: only when such a file is read
+
+    _require_counts(file)
+    try:
+        scene: Any = trimesh.load(str(file), process=False, force="scene")
+    except READ_ERRORS as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise PartError(f"{file}: not readable as a GLB mesh ({reason[:120]})") from None
+    placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
+    placed = [(np.asarray(T), scene.geometry[name]) for T, name in placed]
+    meshes = [(T, mesh) for T, mesh in placed if isinstance(mesh, trimesh.Trimesh)]
+    require_size(str(file), sum(len(mesh.faces) for _, mesh in meshes))
+    points: list[Floats] = [np.zeros((0, 3))]
+    faces: list[Ints] = [np.zeros((0, 3), dtype=np.int64)]
+    count = 0
+    for T, mesh in meshes:
+        own = np.asarray(mesh.faces, dtype=np.int64)
+        if len(own) and (own.min() < 0 or own.max() >= len(mesh.vertices)):
+            raise PartError(f"{file}: a face names a vertex outside 0 .. {len(mesh.vertices) - 1}")
+        points.append(np.asarray(mesh.vertices, dtype=np.float64) @ T[:3, :3].T + T[:3, 3])
+        faces.append((own if np.linalg.det(T[:3, :3]) > 0 else own[:, ::-1]) + count)
+        count += len(points[-1])
+    return Triangles(np.concatenate(points), np.concatenate(faces))
+
+
+def _require_counts(file: Path) -> None:
+    """Refuse a file that says it holds more than is taken, before anything is made of it."""
+    with file.open("rb") as stream:
+        head = stream.read(20)
+        if len(head) < 20 or head[:4] != b"glTF":
+            raise PartError(f"{file}: not readable as a GLB mesh (its first bytes are not glTF)")
+        length = struct.unpack("<I", head[12:16])[0]
+        if length > file.stat().st_size:
+            raise PartError(f"{file}: not readable as a GLB mesh (it ends within its first chunk)")
+        try:
+            document = json.loads(stream.read(length))
+            counts = [int(accessor["count"]) for accessor in document.get("accessors", [])]
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            raise PartError(f"{file}: not readable as a GLB mesh (its first chunk is no such JSON)") from None
+    if max(counts, default=0) > 3 * part.MOST_FACES:
+        raise PartError(f"{file}: {max(counts):,} entries of one kind; at most {3 * part.MOST_FACES:,} are taken")

@@ -1,0 +1,305 @@
+"""What planes prove is kept: nothing is nearer in any of many configurations, and few had to be looked at."""
+
+import mujoco
+import numpy as np
+import pytest
+from support.random_cells import ARM, random_cell, text, write_meshes
+
+from cell import prepare
+from cell.case.read import parse_case
+from cell.collision.checker import Checker
+from cell.collision.clearances import Clearances
+from cell.collision.proofs.convex_shapes import convex_shape
+from cell.collision.proofs.kept_along import MotionSamples, kept_along
+from cell.collision.proofs.plane_proofs import PlaneProofs, _Cells, _cells, proofs_of
+from cell.collision.proofs.reach_radii import radii
+from cell.collision.table import with_table_axes
+from cell.scene.compose import compose
+
+REACH, STEPS = 0.3, 20
+
+
+@pytest.fixture(scope="module")
+def scenes(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cells")
+    write_meshes(folder)
+    rng = np.random.default_rng(11)
+    part = prepare(random_cell(rng, folder)).shape
+    return [compose(random_cell(rng, folder), part) for _ in range(4)]
+
+
+def motions(checker, rng, size):
+    """Motions of STEPS steps that begin free, (3 (STEPS + 1), n), and which of them each sample belongs to."""
+    chain = checker.scene.chain
+    starts = rng.uniform(chain.lower, chain.upper, (120, chain.n))
+    near = checker.clearances(starts, np.full(120, checker.scene.n_deposits)).distance
+    starts = starts[np.argsort(np.where((near > 0.03) & (near < REACH), 0.0, 1.0), kind="stable")][:3]
+    turns = rng.normal(size=(3, 1, chain.n)) * np.linspace(0, 1, STEPS + 1)[:, None]
+    curves = rng.normal(size=(3, 1, chain.n)) * np.sin(np.linspace(0, 6, STEPS + 1))[:, None]
+    q = starts[:, None] + size * (STEPS * turns + 3 * curves)
+    return q.reshape(-1, chain.n), np.repeat(np.arange(3), STEPS + 1)
+
+
+def dense(q, step, rng):
+    """Configurations on steps, (k, 9, n)."""
+    t = np.sort(np.append(rng.uniform(size=7), [0.0, 1.0]))[:, None]
+    return q[step][:, None] + t * (q[step + 1] - q[step])[:, None]
+
+
+@pytest.mark.parametrize(("size", "wanted"), [(0.002, 0.06), (0.02, 0.005), (0.03, 0.03)])
+def test_nothing_is_nearer_than_what_is_proved_to_be_kept(scenes, size, wanted):
+    rng = np.random.default_rng(int(1e4 * size + 1e3 * wanted))
+    tight = []
+    for scene in scenes:
+        checker = Checker(scene, tuple(rng.uniform(*scene.table_range.T)), REACH)
+        q, apart = motions(checker, rng, size)
+        step = np.flatnonzero(np.diff(apart) == 0)
+        laid = np.sort(rng.integers(0, scene.n_deposits + 1, len(step)))
+        for bend in (1e-3, 1.0):
+            proved = PlaneProofs(checker).along(q, step, laid, wanted, bend)
+            every = dense(q, step, rng)
+            near = checker.clearances(every.reshape(-1, q.shape[1]), np.repeat(laid, every.shape[1])).distance
+            least = np.minimum(near, REACH).reshape(len(step), -1).min(axis=1)
+            known = np.minimum(proved.kept, REACH)
+            assert (known <= least + 1e-7).all()
+            tight.append((least - known)[(known > wanted) & (least < REACH)])
+            seen = np.flatnonzero(np.isfinite(proved.seen.distance))
+            at = checker.clearances(q[seen], laid[np.minimum(np.searchsorted(step, seen), len(step) - 1)])
+            assert (proved.seen.distance[seen] >= at.distance - 1e-6).all()
+    assert len(np.concatenate(tight)) > 10
+    # some of it is nearly as near as it is said to be at least
+    assert np.min(np.concatenate(tight)) < (0.03 if size < 0.03 else 0.06)
+
+
+def test_nothing_is_nearer_where_little_is_looked_at(scenes):
+    """As above with one look at a whole motion, out to hardly more than what is wanted, and planes that many share."""
+    rng = np.random.default_rng(21)
+    known_of = []
+    for scene in scenes:
+        checker = Checker(scene, tuple(rng.uniform(*scene.table_range.T)), REACH)
+        proofs = PlaneProofs(checker, spacings=(10.0,), beyond=(1e-3, 1e-3), one_plane=0.2)
+        for size in (0.0005, 0.002, 0.005):
+            q, apart = motions(checker, rng, size)
+            step = np.flatnonzero(np.diff(apart) == 0)
+            laid = np.full(len(step), scene.n_deposits)
+            proved = proofs.along(q, step, laid, 0.1, 1e-3)
+            every = dense(q, step, rng)
+            near = checker.clearances(every.reshape(-1, q.shape[1]), np.repeat(laid, 9)).distance
+            least = np.minimum(near, REACH).reshape(len(step), -1).min(axis=1)
+            known = np.minimum(proved.kept, REACH)
+            assert (known <= least + 1e-7).all()
+            known_of.append(known)
+    assert (np.concatenate(known_of) > 0).sum() > 100
+
+
+def test_no_point_of_the_arm_travels_further_than_it_is_said_to(scenes):
+    rng = np.random.default_rng(13)
+    share = []
+    for scene in scenes:
+        checker = Checker(scene, (0.0, 0.0), REACH)
+        proofs = PlaneProofs(checker)
+        q, _ = motions(checker, rng, 0.02)
+        poses = proofs._poses(q)
+        sample = rng.permutation(len(q))
+        cells = _Cells(np.arange(len(q)), np.zeros(len(q)), np.arange(len(q)), sample, REACH)
+        travel, most = proofs._travel(poses, cells), np.zeros(len(q))
+        for g, shape in proofs._shapes.items():
+            R, p = poses.R[:, proofs._owner[g]], poses.p[:, proofs._owner[g]]
+            at = shape.points @ np.swapaxes(R, 1, 2) + p[:, None]
+            most = np.maximum(most, np.linalg.norm(at[sample] - at, axis=2).max(axis=1))
+        assert (most <= travel + 1e-9).all()
+        share.append(most[travel > 0] / travel[travel > 0])
+    assert np.median(np.concatenate(share)) > 0.7
+
+
+def test_along_a_flat_wall_few_samples_prove_all(scenes):
+    rng = np.random.default_rng(3)
+    asked = proved = 0
+    for scene in scenes:
+        checker = Checker(scene, tuple(rng.uniform(*scene.table_range.T)), REACH)
+        q, apart = motions(checker, rng, 0.001)
+        checker.asked.count = 0
+        found = kept_along(
+            checker, radii(scene), MotionSamples(q, np.zeros(len(q), dtype=np.int64), apart, apart), 0.005
+        )
+        whole = np.setdiff1d(apart, apart[found.open])
+        proved += int(np.isin(apart, whole).sum())
+        asked += checker.asked.count if len(whole) == 3 else 0
+    assert proved > 5 * STEPS
+    assert 0 < asked < 0.7 * proved
+
+
+@pytest.mark.parametrize("least", [0.005, 0.05])
+def test_a_clearance_is_kept_along_where_no_step_is_named(scenes, least):
+    rng = np.random.default_rng(int(1e3 * least))
+    named = closed = 0
+    for scene in scenes:
+        checker = Checker(scene, tuple(rng.uniform(*scene.table_range.T)), REACH)
+        for size in (0.003, 0.03):
+            q, apart = motions(checker, rng, size)
+            stage = rng.integers(0, scene.n_deposits + 1, 3)[apart]
+            # of a part that is too near one step at least is named
+            part = 100 * apart + np.arange(len(q)) // (5 if size < 0.01 else STEPS)
+            step = np.flatnonzero(np.diff(apart) == 0)
+            found = kept_along(checker, radii(scene), MotionSamples(q, stage, apart, part), least)
+            every = dense(q, step, rng)
+            near = checker.clearances(every.reshape(-1, q.shape[1]), np.repeat(stage[step], 9)).distance
+            true = np.minimum(near, REACH).reshape(len(step), -1).min(axis=1)
+            bad = np.unique(part[step[true < least - 1e-7] + 1])
+            assert np.isin(bad, part[found.open + 1]).all()
+            named += len(found.open)
+            clear = ~np.isin(part[step + 1], part[found.open + 1])
+            closed += int(clear.sum())
+            assert (found.kept[step[clear]] >= least).all()
+            assert (np.minimum(found.kept[step], REACH) <= true + 1e-7).all()
+            low = np.minimum(checker.clearances(q, stage).distance, REACH)
+            assert (np.minimum(found.low, REACH) <= low + 1e-6).all()
+            assert (found.nearest.distance < least + 0.05).all()
+            assert (found.nearest.pair >= 0).all()
+    assert named > 10
+    assert closed > 100
+
+
+def test_shapes_reach_as_far_as_collision_detection_has_them(scenes):
+    """The gap along the direction in which two shapes are apart is their distance."""
+    rng = np.random.default_rng(8)
+    kinds = set()
+    for scene in scenes:
+        checker = Checker(scene, (0.0, 0.0), REACH)
+        model, data = scene.model, mujoco.MjData(scene.model)
+        q = rng.uniform(scene.chain.lower, scene.chain.upper, (20, scene.chain.n))
+        near = checker.pairs_within(q, np.full(20, scene.n_deposits), REACH)
+        order = np.lexsort((near.distance, near.geom[:, 1], near.geom[:, 0], near.row))
+        _, first = np.unique(np.column_stack([near.row, near.geom])[order], axis=0, return_index=True)
+        for k in order[first].tolist():  # of a plane and a shape several points are told
+            i, (a, b), distance, normal = near.row[k], near.geom[k].tolist(), near.distance[k], near.normal[k]
+            if distance < 1e-3:
+                continue
+            data.qpos[scene.table_qpos], data.qpos[scene.arm_qpos] = 0.0, q[i]
+            mujoco.mj_kinematics(model, data)
+            one, other = (convex_shape(model, g, data.geom_xmat[g].reshape(3, 3), data.geom_xpos[g]) for g in (a, b))
+            gap = -other.support(-normal) - one.support(normal)
+            if model.geom_type[a] == model.geom_type[b] == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+                continue
+            kinds |= {int(model.geom_type[a]), int(model.geom_type[b])}
+            assert gap <= distance + 1e-6
+            if mujoco.mjtGeom.mjGEOM_ELLIPSOID not in model.geom_type[[a, b]]:
+                assert gap >= distance - 1e-3
+    assert len(kinds) > 4
+
+
+def test_there_are_no_such_proofs_where_the_table_turns_as_well(scenes):
+    scene = with_table_axes(scenes[0])
+    assert proofs_of(Checker(scene, (0.0, 0.0), REACH)) is None
+    assert proofs_of(Checker(scenes[0], (0.0, 0.0), REACH)) is not None
+
+
+def test_every_pair_lies_on_either_side_of_a_plane(scenes):
+    rng = np.random.default_rng(17)
+    shared = 0
+    for scene in scenes:
+        checker = Checker(scene, (0.0, 0.0), REACH)
+        proofs = PlaneProofs(checker, one_plane=0.2)
+        q, _ = motions(checker, rng, 0.05)
+        poses, every = proofs._poses(q), np.arange(len(q))
+        cells = _Cells(every, np.full(len(q), scene.n_deposits), every, every, REACH)
+        near = checker.pairs_within(q, cells.laid, REACH)
+        planes = proofs._planes(poses, cells, near, np.arange(len(near.row)))
+        for row, pair in zip(near.row.tolist(), near.geom.tolist(), strict=True):
+            b, a = sorted(pair, key=lambda g: proofs._owner[g])
+            mine = (planes.cell == row) & (planes.geom == a) & (planes.frame == proofs._owner[b])
+            assert (proofs._shape(b).support(planes.normal[mine]) <= planes.offset[mine] + 1e-9).any()
+        shared += len(near.row) - len(planes.cell)
+    assert shared > 50
+
+
+def test_runs_of_steps_end_where_something_is_laid():
+    rng = np.random.default_rng(19)
+    for spacing in (0.0, 0.3, 10.0):
+        step = np.flatnonzero(rng.random(60) < 0.8)
+        laid = np.sort(rng.integers(0, 5, len(step)))
+        way = np.cumsum(rng.random(61) * 0.2)
+        cells, cell = _cells(way, step, laid, spacing, 1.0)
+        assert (laid == cells.laid[cell]).all()
+        for c in range(len(cells.at)):
+            mine, samples = step[cell == c], cells.sample[cells.cell == c]
+            assert samples.tolist() == [*mine.tolist(), mine[-1] + 1]
+            assert cells.at[c] in samples
+            if spacing and len(mine) > 1:
+                assert way[samples[-1]] - way[samples[0]] <= spacing + 0.4
+
+
+class Posts:
+    """Collision detection of a point in the plane of two joints, a metre a radian, against thin posts."""
+
+    reach = 10.0
+
+    def __init__(self, posts):
+        self.posts = posts
+
+    def travel_bound(self, radius, a, b):
+        return np.linalg.norm(b - a, axis=1)
+
+    def clearances(self, q, stage):
+        apart = np.linalg.norm(q[:, None] - self.posts, axis=2).min(axis=1)
+        return Clearances(apart, np.zeros((len(q), 2), dtype=np.int64), np.zeros((len(q), 3)))
+
+
+def test_of_a_part_that_is_too_near_nothing_is_said_to_be_kept_that_is_not():
+    rng = np.random.default_rng(23)
+    near = 0
+    for _ in range(60):
+        q = np.cumsum(rng.normal(size=(24, 2)) * 0.2, axis=0)
+        # in the middles of some steps, and further along others
+        k = rng.integers(23, size=6)
+        posts = Posts(q[k] + rng.choice([0.5, 0.21, 0.77], (6, 1)) * (q[k + 1] - q[k]) + rng.normal(size=(6, 2)) * 0.01)
+        apart = np.zeros(24, dtype=np.int64)
+        found = kept_along(posts, np.ones(2), MotionSamples(q, apart, apart, np.arange(24) // 12), 0.03)
+        every = dense(q, np.arange(23), rng).reshape(23, -1, 2)
+        for i in range(23):
+            true = posts.clearances(every[i], None).distance.min()
+            assert found.kept[i] <= true + 1e-9
+            near += true < 0.03
+    assert near > 100
+
+
+def arm_of_named_pairs():
+    """An arm of which most shapes collide by what a contact pair names alone, as in MJCF they may."""
+    inner = close = ""
+    for i, (axis, at, turn, about) in enumerate(ARM):
+        bits = "" if i == 1 else 'contype="0" conaffinity="0"'
+        inner += (
+            f'<body name="link_{i + 1}" pos="{text(at)}"><joint name="A{i + 1}" axis="{axis}" range="-{turn} {turn}"/>'
+            f'<geom name="g{i + 1}" type="sphere" size="0.3" pos="{text(about)}" {bits}/>'
+        )
+        close += "</body>"
+    return (
+        f'<mujoco><compiler angle="degree"/><worldbody><body name="base_link">{inner}<site name="flange" '
+        f'pos="0.185 0 0"/>{close}</body></worldbody><contact><pair geom1="g2" geom2="g6"/></contact></mujoco>'
+    )
+
+
+def test_what_a_contact_pair_alone_lets_collide_moves_with_its_link(tmp_path):
+    write_meshes(tmp_path)
+    (tmp_path / "robot.xml").write_text(arm_of_named_pairs(), encoding="utf-8")
+    content = {
+        "part": {"sub_volumes": ["boss.stl"], "body": {"radius_mm": 9, "z_mm": [0, 40]}},
+        "robot": {"model": "robot.xml", "max_speed_deg_s": [100.0] * 6},
+        "positioner": {"position_mm": [4500, 0, 0]},
+        "floor": False,
+    }
+    case = parse_case(content, tmp_path / "cell.case.yaml")
+    scene = compose(case, prepare(case).shape)
+    checker, rng = Checker(scene, (0.0, 0.0), REACH), np.random.default_rng(1)
+    starts = rng.uniform(scene.chain.lower, scene.chain.upper, (400, 6))
+    near = checker.clearances(starts, np.zeros(400, dtype=np.int64))
+    two = {scene.geom_name(g): g for g in range(scene.model.ngeom)}
+    named = np.isin(near.pair, [two["g2"], two["g6"]]).all(axis=1)
+    mine = named & (near.distance > 0.02) & (near.distance < 0.2)
+    assert mine.sum() > 4
+    for q in np.repeat(starts[mine], 2, axis=0):
+        way = q + np.linspace(-1, 1, 30)[:, None] * rng.normal(size=6)
+        laid = np.zeros(30, dtype=np.int64)
+        proved = PlaneProofs(Checker(scene, (0.0, 0.0), REACH)).along(way, np.arange(29), laid[:29], 0.02, 1e-3)
+        true = np.minimum(checker.clearances(way, laid).distance, REACH)
+        assert (np.minimum(proved.kept, REACH) <= np.minimum(true[:-1], true[1:]) + 1e-7).all()
