@@ -151,6 +151,23 @@ def test_a_path_that_turns_back_the_way_it_came_is_proved_by_its_own_rows():
     assert left[49:53].any()
 
 
+def test_what_stands_between_the_legs_of_a_hairpin_is_met_by_a_rounding_of_its_turn():
+    """The legs are 8 mm apart and keep 4 mm; their means cross the middle."""
+    out = np.stack([np.linspace(0.0, 0.5, 51), np.full(51, 0.004)], axis=1)
+    q = np.concatenate([out, (out * (1, -1))[::-1]])
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
+    path, point = BlendedPath(q, s, 0.1), Point([[0.47, 0.0]], 1e-4)
+    kept = np.array([point.on_step(a, b) for a, b in pairwise(q)])
+    assert kept.min() > 0.0038
+    proved = every_rounding_kept(point, np.ones(2), path, known(path, point, 1e-3, kept))
+    near = [point.clearances(sheet_of(path, k).reshape(-1, 2), None).distance.min() < 1e-3 for k in range(101)]
+    assert not proved[near].any()
+    assert np.flatnonzero(near).tolist() == [48, 49, 50, 51, 52]  # about the step from one leg to the other
+    stage = np.zeros(102, dtype=np.int64)
+    step, _ = cut_corners(point, np.ones(2), path, stage, point.clearances(q, stage), 1e-3, kept=kept)
+    assert step.tolist() == [48, 49, 50, 51, 52]
+
+
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     return prepare(load_case(little_case(tmp_path_factory.mktemp("boss")))).scene
