@@ -30,9 +30,10 @@ from ..arrays import Ints
 from .checker import Checker
 from .clearances import Clearances
 from .convex_shapes import ConvexShape, convex_shape
-from .motion_bounds import curvature
+from .motion_bounds import change_of_curvature, curvature
 from .near_pairs import NearPairs
 from .pair_groups import PairGroup
+from .proof_cells import Cells, cells_of
 from .reach_radii import radii
 
 SPACINGS = (0.08, 0.04, 0.02, 0.01, 0.0)  # m of travel between the samples that are looked at, one after the other
@@ -63,32 +64,11 @@ class _LinkPoses:
         R: of the joints' frames, (m, n, 3, 3).
         p: (m, n, 3), m.
         centres: of the arm's shapes, (m, g, 3), m.
-        way: travel up to each, of what travels most, (m,), m.
     """
 
     R: Floats
     p: Floats
     centres: Floats
-    way: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class _Cells:
-    """Runs of steps, each proved from one sample of it.
-
-    Attributes:
-        at: the sample that is looked at, (c,).
-        laid: deposits laid there, (c,).
-        cell: of each sample of the runs, (t,).
-        sample: likewise; the ends of a run are among them.
-        far: distance out to which is looked, m.
-    """
-
-    at: Ints
-    laid: Ints
-    cell: Ints
-    sample: Ints
-    far: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +122,7 @@ class PlaneProofs:
         self._moving = np.flatnonzero(solid)
         self._centre = np.stack([self._shapes[g].middle for g in self._moving.tolist()])
         self._size = np.array([self._shapes[g].size for g in self._moving.tolist()])
+        self._outer = _furthest_out(self._owner[self._moving], np.linalg.norm(self._centre, axis=1) + self._size)
         self._still: dict[int, ConvexShape] = {}
         self._data = checker.posed()
 
@@ -164,17 +145,39 @@ class PlaneProofs:
         if not len(step):
             return ProvedSteps(np.zeros(0), Clearances.none(len(q)))
         least = np.broadcast_to(np.asarray(wanted, dtype=float), len(step))
-        parts = self._parts(q, step, bend)
-        if parts.max() > 1:
-            return self._in_parts(q, step, laid, (least, share), parts)
-        return self._whole(q, step, laid, (least, share))
+        turn = np.abs(q[step + 1] - q[step])
+        parts = np.maximum(np.ceil(np.sqrt(curvature(self._radius, turn) / 8 / bend)), 1).astype(np.int64)
+        found = self._whole(q, step, laid, (least, share), parts > 1)
+        nearest = share * float(found.seen.distance.min(initial=np.inf))
+        least = np.maximum(least, nearest) if np.isfinite(nearest) else least
+        near = np.minimum(found.seen.distance[step], found.seen.distance[step + 1])
+        # what is too near at an end is no further off in the middle
+        again = np.flatnonzero((found.kept < least) & (parts > 1) & (near >= least))
+        if len(again):
+            finer = self._in_parts(q, step[again], laid[again], (least[again], share), parts[again])
+            found.kept[again] = np.maximum(found.kept[again], finer.kept)
+            found.seen.nearer(np.arange(len(q)), finer.seen)
+        return found
 
-    def _bend(self, q: Floats, step: Ints) -> Floats:
-        """How far any point of the arm is off the straight line between its places at the ends of steps, (k,), m."""
-        return curvature(self._radius, np.abs(q[step + 1] - q[step])) / 8
+    def _bends(self, q: Floats, step: Ints, poses: _LinkPoses) -> tuple[Floats, Floats]:
+        """How far any point of the arm is off the straight line between its places at the ends of steps.
 
-    def _parts(self, q: Floats, step: Ints, bend: float) -> Ints:
-        return np.maximum(np.ceil(np.sqrt(self._bend(q, step) / bend)), 1).astype(np.int64)
+        Seen from the base that is measured half-way: elsewhere the second derivative is another one by the third at
+        most. Seen from another link it is less than the sum of what the joints' turns bend.
+
+        Returns:
+            Seen from the base and from any of its links, (k,) each, m.
+        """
+        turn = np.abs(q[step + 1] - q[step])
+        most = curvature(self._radius, turn) / 8
+        halfway = self._poses((q[step] + q[step + 1]) / 2)
+        off = halfway.centres - (poses.centres[step] + poses.centres[step + 1]) / 2
+        skew = halfway.R - (poses.R[step] + poses.R[step + 1]) / 2
+        # of what is 1 from its centre
+        turned = np.sqrt((skew**2).sum(axis=(2, 3)))
+        away = np.sqrt((off**2).sum(axis=2)) + turned[:, self._owner[self._moving]] * self._size
+        measured = away.max(axis=1) + change_of_curvature(self._radius, turn) / 8
+        return np.minimum(most, measured), most
 
     def _in_parts(self, q: Floats, step: Ints, laid: Ints, wanted: tuple[Floats, float], parts: Ints) -> ProvedSteps:
         """The same with steps divided into equal parts."""
@@ -188,7 +191,7 @@ class PlaneProofs:
         finer[at] = q[step[of]] + share[:, None] * (q[step[of] + 1] - q[step[of]])
         last = (first + parts)[ends] + shift[ends]
         finer[last] = q[step[ends] + 1]
-        found = self._whole(finer, at, laid[of], (wanted[0][of], wanted[1]))
+        found = self._whole(finer, at, laid[of], (wanted[0][of], wanted[1]), np.zeros(len(at), dtype=bool))
         seen = Clearances.none(len(q))
         sample = np.full(len(finer), -1)
         sample[at[first]], sample[last] = step, step[ends] + 1
@@ -196,28 +199,31 @@ class PlaneProofs:
         seen.put(sample[there], found.seen.rows(there))
         return ProvedSteps(np.minimum.reduceat(found.kept, first), seen)
 
-    def _whole(self, q: Floats, step: Ints, laid: Ints, wanted: tuple[Floats, float]) -> ProvedSteps:
+    def _whole(
+        self, q: Floats, step: Ints, laid: Ints, wanted: tuple[Floats, float], divisible: NDArray[np.bool_]
+    ) -> ProvedSteps:
+        """What is proved of steps as they are; of those that can be divided not all that could be."""
         kept, seen = np.full(len(step), np.inf), Clearances.none(len(q))
         poses = self._poses(q)
-        bend = self._bend(q, step)
+        places = poses.centres[:, self._outer].reshape(len(q), -1)
         least = wanted[0]
-        for group, share, beyond in self._groups:
-            mine = np.full(len(step), -np.inf)
+        for (group, share, beyond), bend in zip(self._groups, self._bends(q, step, poses), strict=True):
+            mine, at_ends = np.full(len(step), -np.inf), np.full(len(step), -np.inf)
             for spacing in self._spacings:
                 nearest = wanted[1] * float(seen.distance.min())
                 if np.isfinite(nearest):
                     least = np.maximum(wanted[0], nearest)
-                open_ = np.flatnonzero(mine < least)
+                # where both ends are far enough off, another look helps less than another sample between them
+                open_ = np.flatnonzero((mine < least) & ~(divisible & (at_ends >= least)))
                 if not len(open_):
                     break
                 most = float(least[open_].max())
-                cells, of = _cells(poses.way, step[open_], laid[open_], spacing, most + beyond)
+                cells, of = cells_of(places, step[open_], laid[open_], spacing, most + beyond)
                 near = group.pairs_within(q[cells.at], cells.laid, cells.far)
                 seen.nearer(cells.at, near.nearest(len(cells.at)))
                 value = self._values(poses, cells, near, share, most)
-                # samples of a cell follow one another: a step's ends are its own and the next
-                at = np.arange(len(open_)) + of
-                mine[open_] = np.maximum(mine[open_], np.minimum(value[at], value[at + 1]) - share * bend[open_])
+                at_ends[open_] = np.maximum(at_ends[open_], np.minimum(value[of], value[of + 1]))
+                mine[open_] = at_ends[open_] - share * bend[open_]
             kept = np.minimum(kept, mine)
         return ProvedSteps(kept, seen)
 
@@ -228,10 +234,9 @@ class PlaneProofs:
         for j in np.unique(joint).tolist():
             mine = joint == j
             centres[:, mine] = self._centre[mine] @ np.swapaxes(R[:, j], -1, -2) + p[:, j, None]
-        moved = np.sqrt((np.diff(centres, axis=0) ** 2).sum(axis=2)).max(axis=1, initial=0.0)
-        return _LinkPoses(R, p, centres, np.concatenate([[0.0], np.cumsum(moved)]))
+        return _LinkPoses(R, p, centres)
 
-    def _values(self, poses: _LinkPoses, cells: _Cells, near: NearPairs, share: float, wanted: float) -> Floats:
+    def _values(self, poses: _LinkPoses, cells: Cells, near: NearPairs, share: float, wanted: float) -> Floats:
         """What the pairs keep at least at the samples of cells, (t,), m."""
         travel = share * self._travel(poses, cells)
         most = np.zeros(len(cells.at))
@@ -249,7 +254,7 @@ class PlaneProofs:
         np.minimum.at(out, at, self._over(poses, planes, which, cells.sample[at]))
         return out - LESS
 
-    def _travel(self, poses: _LinkPoses, cells: _Cells) -> Floats:
+    def _travel(self, poses: _LinkPoses, cells: Cells) -> Floats:
         """How far any point of the arm is at most from where it is at the sample that is looked at, (t,), m."""
         a, b = cells.sample, cells.at[cells.cell]
         # the chord of a turn, of what is 1 from its centre
@@ -258,7 +263,7 @@ class PlaneProofs:
         out: Floats = (away + chord[:, self._owner[self._moving]] * self._size).max(axis=1)
         return out
 
-    def _planes(self, poses: _LinkPoses, cells: _Cells, near: NearPairs, which: Ints) -> _Planes:
+    def _planes(self, poses: _LinkPoses, cells: Cells, near: NearPairs, which: Ints) -> _Planes:
         """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
         geom, cell = near.geom[which], near.row[which]
         owner = self._owner[geom]
@@ -334,27 +339,10 @@ def proofs_of(checker: object) -> PlaneProofs | None:
     return _made[checker]
 
 
-def _cells(way: Floats, step: Ints, laid: Ints, spacing: float, far: float) -> tuple[_Cells, Ints]:
-    """Runs of steps that follow one another, at most so much travel long, and the cell of each step, (k,)."""
-    goes_on = (np.diff(step) == 1) & (np.diff(laid) == 0)
-    run = np.append(0, np.cumsum(~goes_on))[: len(step)]
-    first = np.searchsorted(run, run)
-    if spacing > 0:
-        length = way[step + 1] - way[step[first]]  # from the beginning of the run
-        last = np.searchsorted(run, run, side="right") - 1
-        share = np.maximum(length[last] / np.maximum(np.ceil(length[last] / spacing), 1.0), 1e-9)
-        part = np.minimum(((length - (way[step + 1] - way[step]) / 2) / share).astype(np.int64), len(step))
-    else:
-        part = np.arange(len(step)) - first
-    new = np.append(True, (np.diff(run) != 0) | (np.diff(part) != 0))[: len(step)]
-    cell = np.cumsum(new) - 1
-    begin = np.flatnonzero(new)
-    count = np.diff(np.append(begin, len(step)))
-    at = step[begin] + (count + 1) // 2
-    # its steps' first samples, and one more
-    of = np.repeat(np.arange(len(begin)), count + 1)
-    sample = np.arange(len(of)) - np.repeat(np.cumsum(count + 1) - (count + 1), count + 1) + step[begin][of]
-    return _Cells(at, laid[begin], of, sample, far), cell
+def _furthest_out(joint: Ints, reach: Floats) -> Ints:
+    """Of each link the shape that reaches furthest from its joint; joint and reach of each shape, (g,)."""
+    order = np.lexsort((-reach, joint))
+    return np.asarray(order[np.unique(joint[order], return_index=True)[1]])
 
 
 def _arm_shapes(checker: Checker, solid: NDArray[np.bool_]) -> tuple[Ints, dict[int, ConvexShape]]:

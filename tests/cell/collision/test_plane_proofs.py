@@ -11,7 +11,8 @@ from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.convex_shapes import convex_shape
 from cell.collision.kept_along import MotionSamples, kept_along
-from cell.collision.plane_proofs import PlaneProofs, _Cells, _cells, proofs_of
+from cell.collision.plane_proofs import PlaneProofs, proofs_of
+from cell.collision.proof_cells import Cells, cells_of
 from cell.collision.reach_radii import radii
 from cell.collision.table import with_table_axes
 from cell.scene.compose import compose
@@ -101,7 +102,7 @@ def test_no_point_of_the_arm_travels_further_than_it_is_said_to(scenes):
         q, _ = motions(checker, rng, 0.02)
         poses = proofs._poses(q)
         sample = rng.permutation(len(q))
-        cells = _Cells(np.arange(len(q)), np.zeros(len(q)), np.arange(len(q)), sample, REACH)
+        cells = Cells(np.arange(len(q)), np.zeros(len(q)), np.arange(len(q)), sample, REACH)
         travel, most = proofs._travel(poses, cells), np.zeros(len(q))
         for g, shape in proofs._shapes.items():
             R, p = poses.R[:, proofs._owner[g]], poses.p[:, proofs._owner[g]]
@@ -202,7 +203,7 @@ def test_every_pair_lies_on_either_side_of_a_plane(scenes):
         proofs = PlaneProofs(checker, one_plane=0.2)
         q, _ = motions(checker, rng, 0.05)
         poses, every = proofs._poses(q), np.arange(len(q))
-        cells = _Cells(every, np.full(len(q), scene.n_deposits), every, every, REACH)
+        cells = Cells(every, np.full(len(q), scene.n_deposits), every, every, REACH)
         near = checker.pairs_within(q, cells.laid, REACH)
         planes = proofs._planes(poses, cells, near, np.arange(len(near.row)))
         for row, pair in zip(near.row.tolist(), near.geom.tolist(), strict=True):
