@@ -32,6 +32,7 @@ import yaml
 from bench_arguments import parsed
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))  # bench/slicing.py is not the package
 CASES = sorted((ROOT / "models" / "cases").glob("*.case.yaml"))
 PART = {"sub_volumes": ["block.stl"], "body": {"radius_mm": 20}, "rotation_deg": 180}
 NUMBERS = (

@@ -26,7 +26,7 @@ from cell import Failure, Job, load_case, prepare
 from cell.planning.context import Context
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_bead
-from cell.planning.travel import travel
+from cell.planning.travels.travel import travel
 from cell.scene.scene import table_angles
 
 LAYER = 0.3  # mm

@@ -1,7 +1,7 @@
 """Weakenings of what is proved or checked, one at a time in a copy of the tree: a test must fail for each.
 
     python bench/mutants.py                          # all of them, with the tests named beside each
-    python bench/mutants.py --only cell/collision/between_samples.py   # those of one module
+    python bench/mutants.py --only cell/collision/proofs/between_samples.py   # those of one module
     python bench/mutants.py --list
 
 A mutant is a module, the exact text that is replaced, and what takes its place. A text that stands nowhere, or
@@ -29,16 +29,20 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyproject.toml", "README.md")
 LONGEST = 1800  # s a mutant
-BOUNDS, DETECTION, OWN = "cell/collision/test_bounds.py", "cell/mjcf/test_detection.py", "acceptance/test_own_motion.py"
+BOUNDS, DETECTION, OWN = (
+    "cell/collision/proofs/test_bounds.py",
+    "cell/mjcf/test_detection.py",
+    "acceptance/test_own_motion.py",
+)
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
-GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/test_plane_proofs.py"
+GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
 # of a row that comes to lie too near: the steps beside it are reported all the same
 AT_ITS_END = (
     "clearances at a step's ends differ by the way between them at most: where one is below the limit they cannot add up"
     " to more than the way beyond it, so that the step stays unproved and is reported; only its pair is told more exactly"
 )
 NEAR = "acceptance/test_near_misses.py"
-HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/test_coupled_bounds.py"
+HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/proofs/test_coupled_bounds.py"
 
 
 @dataclass(frozen=True)
@@ -62,37 +66,37 @@ class Mutant:
 
 MUTANTS = (
     # bounds
-    Mutant("cell/collision/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "room <= joint_travel_bound(radius, a, b)", "room <= 0.2 * joint_travel_bound(radius, a, b)", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "room[k] <= checker.travel_bound(radius, a[k], b[k])", "room[k] <= 0.5 * checker.travel_bound(radius, a[k], b[k])", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "return left, np.concatenate(hits)", "return left[:0], np.concatenate(hits)", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "motion[steps.step[hit]])", "motion[steps.step[:1]])", (BOUNDS,)),
-    Mutant("cell/collision/open_steps.py", "return self.da + self.db - 2 * limit", "return self.da + self.db - limit", (BOUNDS,)),
-    Mutant("cell/collision/between_samples.py", "if seen.distance[k] < nearest.best.distance[0]:", "if False:", (BOUNDS,)),
-    Mutant("cell/collision/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
+    Mutant("cell/collision/proofs/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),
+    Mutant("cell/collision/proofs/between_samples.py", "room <= joint_travel_bound(radius, a, b)", "room <= 0.2 * joint_travel_bound(radius, a, b)", (BOUNDS,)),
+    Mutant("cell/collision/proofs/between_samples.py", "room[k] <= checker.travel_bound(radius, a[k], b[k])", "room[k] <= 0.5 * checker.travel_bound(radius, a[k], b[k])", (BOUNDS,)),
+    Mutant("cell/collision/proofs/between_samples.py", "return left, np.concatenate(hits)", "return left[:0], np.concatenate(hits)", (BOUNDS,)),
+    Mutant("cell/collision/proofs/between_samples.py", "motion[steps.step[hit]])", "motion[steps.step[:1]])", (BOUNDS,)),
+    Mutant("cell/collision/proofs/open_steps.py", "return self.da + self.db - 2 * limit", "return self.da + self.db - limit", (BOUNDS,)),
+    Mutant("cell/collision/proofs/between_samples.py", "if seen.distance[k] < nearest.best.distance[0]:", "if False:", (BOUNDS,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
     Mutant("cell/collision/pair_groups.py", "model.geom_conaffinity[arm] = 0", "model.geom_conaffinity[~arm] = 0", (GROUPS,)),
     Mutant("cell/collision/pair_groups.py", "self.pair_gap = 0.0", "self.pair_gap = -1e3", (GROUPS,)),
-    Mutant("cell/collision/motion_bounds.py", "np.minimum(joints, 2 * (straight", "np.minimum(joints, 1 * (straight", (BOUNDS,)),
-    Mutant("cell/collision/motion_bounds.py", "2 * (straight + curvature(self.radius, np.abs(b - a)) / 4)", "2 * straight", (BOUNDS,)),
-    Mutant("cell/collision/plane_proofs.py", " - share * bend[open_]", "", (PLANES,)),
-    Mutant("cell/collision/plane_proofs.py", "travel = share * self._travel(poses, cells)", "travel = 0.5 * self._travel(poses, cells)", (PLANES,)),
-    Mutant("cell/collision/plane_proofs.py", " + chord[:, self._owner[self._moving]] * self._size", "", (PLANES,)),
-    Mutant("cell/collision/plane_proofs.py", "np.maximum.at(offset, leader[shares], under[shares])", "offset[leader] = under[leader]", (PLANES,)),
-    Mutant("cell/collision/plane_proofs.py", "kept = new | ~shares", "kept = new", (PLANES,)),
-    Mutant("cell/collision/plane_proofs.py", "near.distance - most[near.row] >= wanted", "near.distance >= wanted", (PLANES,)),
-    Mutant("cell/collision/plane_proofs.py", "            off[link] -= poses.p[sample[link], frame[link]]\n", "", (PLANES,)),
-    Mutant("cell/collision/plane_proofs.py", "(np.diff(step) == 1) & (np.diff(laid) == 0)", "np.diff(step) == 1", (PLANES,)),
-    Mutant("cell/collision/convex_shapes.py", "        out = out + self.ball\n", "", (PLANES,)),
-    Mutant("cell/collision/convex_shapes.py", "out += self.disc * np.sqrt", "out += 0.5 * self.disc * np.sqrt", (PLANES,)),
-    Mutant("cell/collision/kept_along.py", "closed = left[~np.isin(part, part[bad])]", "closed = left[~np.isin(left, left[bad])]", (PLANES,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", "np.minimum(joints, 2 * (straight", "np.minimum(joints, 1 * (straight", (BOUNDS,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", "2 * (straight + curvature(self.radius, np.abs(b - a)) / 4)", "2 * straight", (BOUNDS,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", " - share * bend[open_]", "", (PLANES,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", "travel = share * self._travel(poses, cells)", "travel = 0.5 * self._travel(poses, cells)", (PLANES,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", " + chord[:, self._owner[self._moving]] * self._size", "", (PLANES,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", "np.maximum.at(offset, leader[shares], under[shares])", "offset[leader] = under[leader]", (PLANES,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", "kept = new | ~shares", "kept = new", (PLANES,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", "near.distance - most[near.row] >= wanted", "near.distance >= wanted", (PLANES,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", "            off[link] -= poses.p[sample[link], frame[link]]\n", "", (PLANES,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", "(np.diff(step) == 1) & (np.diff(laid) == 0)", "np.diff(step) == 1", (PLANES,)),
+    Mutant("cell/collision/proofs/convex_shapes.py", "        out = out + self.ball\n", "", (PLANES,)),
+    Mutant("cell/collision/proofs/convex_shapes.py", "out += self.disc * np.sqrt", "out += 0.5 * self.disc * np.sqrt", (PLANES,)),
+    Mutant("cell/collision/proofs/kept_along.py", "closed = left[~np.isin(part, part[bad])]", "closed = left[~np.isin(left, left[bad])]", (PLANES,)),
     Mutant("cell/collision/blended_corners.py", "np.maximum.at(off, p.row, p.off)\n    close", "np.maximum.at(off, p.row, 0.1 * p.off)\n    close", (BOUNDS,)),
     Mutant("cell/collision/blended_corners.py", "here = away[at].max(axis=1) + ", "here = 0.2 * away[at].max(axis=1) + ", (BOUNDS,)),
     Mutant("cell/planning/densify.py", "kept=more.kept - off)", "kept=more.kept)", ("cell/planning/test_densify.py",)),
     Mutant("cell/timing/time_law.py", "uneven = low < EVEN * high", "uneven = low < 0", (TIMES,)),
-    Mutant("cell/collision/motion_bounds.py", "seen = np.maximum(seen, straight + curvature(radius,", "seen = np.maximum(0.5 * seen, 0.5 * straight + curvature(radius,", (COUPLED,)),
-    Mutant("cell/collision/motion_bounds.py", " + curvature(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)", ")", (COUPLED,)),
-    Mutant("cell/collision/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return arm", (COUPLED,)),
-    Mutant("cell/collision/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return np.minimum(joints, seen)", (COUPLED,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", "seen = np.maximum(seen, straight + curvature(radius,", "seen = np.maximum(0.5 * seen, 0.5 * straight + curvature(radius,", (COUPLED,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", " + curvature(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)", ")", (COUPLED,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return arm", (COUPLED,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return np.minimum(joints, seen)", (COUPLED,)),
     Mutant("cell/collision/blended_corners.py", "joint_travel_bound(radius, q[:-1], q[1:]) + 2 * sagitta)", "joint_travel_bound(radius, q[:-1], q[1:]))", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]", "checker.travel_bound(radius, q[k], q[k + 1])]", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "checker.travel_bound(radius, a[k], b[k]) + 2 * sagitta[k]\n", "checker.travel_bound(radius, a[k], b[k]) + sagitta[k]\n", (ROUNDED,)),
@@ -107,7 +111,7 @@ MUTANTS = (
     Mutant("cell/collision/blended_corners.py", "low = known - joint_travel_bound(radius, path.q, q)", "low = known", (BOUNDS,)),
     Mutant("cell/collision/blended_corners.py", "hit = np.flatnonzero(seen.distance < least)", "hit = np.flatnonzero(seen.distance < -1)", (BOUNDS, ROUNDED), AT_ITS_END),
     Mutant("cell/planning/assemble.py", "        if not _dwell(job, before, first):\n", "        if True:\n", (BOUNDS,)),
-    Mutant("cell/collision/reach_radii.py", "[joint[axis]]) + model.geom_rbound[g])", "[joint[axis]]))", (BOUNDS,)),
+    Mutant("cell/collision/proofs/reach_radii.py", "[joint[axis]]) + model.geom_rbound[g])", "[joint[axis]]))", (BOUNDS,)),
     # collision detection
     Mutant("cell/mjcf/detection.py", "int(disable.mjDSBL_MULTICCD)", "0", (DETECTION,)),
     Mutant("cell/mjcf/detection.py", "ITERATIONS = 200", "ITERATIONS = 35", (DETECTION,)),
@@ -141,7 +145,7 @@ MUTANTS = (
     # planning
     Mutant("cell/planning/densify.py", "        failures.update(found)\n    return stretch", "    return stretch", ("cell/planning/test_densify.py",)),
     Mutant("cell/planning/edge_check.py", "        elif least[e] < context.settings.clearance:\n", "        elif least[e] < 0:\n", ("cell/verdict/test_check.py", "cell/planning/test_station_search.py"), AT_ITS_END),
-    Mutant("cell/planning/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (NEAR,)),
+    Mutant("cell/planning/travels/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (NEAR,)),
     # slicing
     Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("slicing/volume/test_solid_flux.py", "slicing/volume/test_layer_areas.py")),
     Mutant("slicing/volume/layer_areas.py", "4.0 * ends[1]", "3.9 * ends[1]", ("slicing/volume/test_layer_areas.py",)),

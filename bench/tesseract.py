@@ -30,7 +30,7 @@ from motion import job_of, setup_of
 from tesseract_cell import write_cell
 
 from cell import load_case, prepare
-from cell.collision.between_samples import unproven_steps
+from cell.collision.proofs.between_samples import unproven_steps
 from cell.planning.context import Context
 from cell.planning.edge_check import SearchedBead as OneBead
 from cell.planning.edge_tracking import track_edges

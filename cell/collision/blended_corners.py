@@ -21,9 +21,9 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..timing.blending import blended, kept_zone, mirrored
-from .between_samples import unproven_steps
 from .clearances import Clearances, Sees
-from .motion_bounds import curvature, joint_travel_bound
+from .proofs.between_samples import unproven_steps
+from .proofs.motion_bounds import curvature, joint_travel_bound
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 FINE_CHORD = 1e-6  # m: likewise where that is too much; less than what is proved beyond a clearance that is asked for
@@ -74,7 +74,7 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
 
     Args:
         path: the rows.
-        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
 
     Returns:
         Its parabolas.
@@ -161,7 +161,7 @@ def cut_corners(
 
     Args:
         checker: collision detection at the table pose.
-        radius: from ``cell.collision.reach_radii.radii``, (j,), m.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
         path: rows that are free themselves, between them as well.
         stage: deposits laid at each row, (m,).
         found: clearances at the rows, at least.

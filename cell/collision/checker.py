@@ -29,8 +29,8 @@ from .arm_poses import ArmPoses, as_slice
 from .broad_phase import BroadPhase
 from .clearances import Clearances
 from .model_copies import borrowed
-from .motion_bounds import CoupledBounds, MotionBounds, joint_travel_bound
 from .near_pairs import NearPairs
+from .proofs.motion_bounds import CoupledBounds, MotionBounds, joint_travel_bound
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -145,7 +145,7 @@ class Checker:
         """How far anything can travel towards anything on steps: what clearances at their ends are held against.
 
         Args:
-            radius: from ``cell.collision.reach_radii.radii``, (n,), m.
+            radius: from ``cell.collision.proofs.reach_radii.radii``, (n,), m.
             a: where each step begins, (m, n), rad.
             b: where it ends, (m, n), rad.
 

@@ -25,7 +25,7 @@ class Sees(Protocol):
     reach: float
 
     def travel_bound(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
-        """How far anything can travel towards anything on steps, (m,), m; see ``cell.collision.motion_bounds``."""
+        """How far anything can travel towards anything on steps, (m,), m; see ``proofs.motion_bounds``."""
         ...
 
     def clearances(self, q: Floats, stage: Ints, /) -> Clearances:

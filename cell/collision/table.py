@@ -22,7 +22,7 @@ from ..arrays import Ints
 from ..scene.scene import Scene
 from .checker import NEVER, Checker
 from .clearances import Clearances
-from .motion_bounds import joint_travel_bound
+from .proofs.motion_bounds import joint_travel_bound
 
 DEGENERATE = -1e-6  # m: MuJoCo's distance of shapes whose centres fall together is 0
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..collision.between_samples import unproven_steps
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import table_radii
+from ..collision.proofs.between_samples import unproven_steps
+from ..collision.proofs.reach_radii import table_radii
 from ..collision.table import TableChecker
 from ..failure import Contact, Failure, Kind
 from ..job.job import Job

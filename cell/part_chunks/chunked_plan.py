@@ -19,7 +19,7 @@ from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, reduced_budget, travel_failure
-from ..planning.travel import Way
+from ..planning.travels.travel import Way
 from ..processes import Tick, crew
 from ..progress import Progress, counted
 from .beginnings import beginnings

@@ -19,8 +19,8 @@ from ..motion.deposition_speed import too_slow
 from ..motion.motion import Motion
 from ..planning.assemble import RunBeads, TimedBeads, assemble, corners, timed
 from ..planning.densify import densified
-from ..planning.home import HomeWays
 from ..planning.part_plan import PartPlan
+from ..planning.travels.home import HomeWays
 from ..processes import Tick, crew
 from ..progress import Progress, counted
 from .chunked_plan import Shared

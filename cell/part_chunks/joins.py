@@ -23,7 +23,7 @@ from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import PartPlan, travel_to
-from ..planning.travel import Way
+from ..planning.travels.travel import Way
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,12 +17,12 @@ from ik.chain import Floats
 from ik.singularity import KINDS, smallest_singular_value
 
 from ..arrays import Ints
-from ..collision.between_samples import kept_on_steps, least_on_the_way
 from ..collision.clearances import Clearances
+from ..collision.proofs.between_samples import kept_on_steps, least_on_the_way
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
-from ..planning.travel import Way
+from ..planning.travels.travel import Way
 
 
 @dataclass(frozen=True)

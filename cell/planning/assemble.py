@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ..job.job import Job
     from .context import Context
     from .edge_check import Stretch
-    from .home import HomeWays
+    from .travels.home import HomeWays
 
 EXACT_STOP = 1e-5  # m: a controller that rounds corners over less stops in them
 TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row

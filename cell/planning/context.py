@@ -22,7 +22,7 @@ from ik.solver import Solver
 from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import all_radii, radii, tool_radii
+from ..collision.proofs.reach_radii import all_radii, radii, tool_radii
 from ..collision.table import with_table_axes
 from ..collision.wire import wire_checker
 from ..failure import AT_TARGET, Contact, Failure, Kind, Place, Seen
@@ -132,7 +132,7 @@ class Context:
         checker: collision detection at the table pose, distances known far out.
         screen: the same, distances known out to twice the clearance: what only has to be passed costs less.
         settings: what to keep to.
-        radius: from ``cell.collision.reach_radii.radii``, (j,), m; of all axes, (j + 2,), where the table moves.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m; of all axes, (j + 2,), where the table moves.
         span: what of the part is planned.
     """
 

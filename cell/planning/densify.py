@@ -21,8 +21,8 @@ from ik.singularity import margins
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..collision.kept_along import MotionSamples, kept_along
-from ..collision.motion_bounds import joint_travel_bound
+from ..collision.proofs.kept_along import MotionSamples, kept_along
+from ..collision.proofs.motion_bounds import joint_travel_bound
 from ..failure import Failure, Kind, Place, Where
 from ..rigid import frames, great_circle
 from .context import Context

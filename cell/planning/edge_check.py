@@ -19,7 +19,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..collision.kept_along import MotionSamples, kept_along
+from ..collision.proofs.kept_along import MotionSamples, kept_along
 from ..failure import ON_BEAD, Failure, Seen
 from ..motion.deposition_speed import STRETCH
 from ..scene.placement import Placed

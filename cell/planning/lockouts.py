@@ -24,7 +24,7 @@ from .context import Context
 from .edge_check import SearchedBead
 from .lost_part import full_work
 from .part_plan import PartPlan, plan_bead
-from .travel import travel
+from .travels.travel import travel
 
 if TYPE_CHECKING:
     from ..job.job import Job

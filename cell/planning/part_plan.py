@@ -30,7 +30,7 @@ from .edge_check import SearchedBead, Stretch
 from .free_rolls import Stretches, free_rolls, stabbing
 from .lost_part import LossJudge
 from .station_search import ELSEWHERE, Ends, StationSearch
-from .travel import Way, can_leave, travel, turned
+from .travels.travel import Way, can_leave, travel, turned
 
 FINEST_ROUNDS = 60  # searches of such a bead until it is given up
 BEGINNINGS = 4  # of a bead that no travel leads to

@@ -17,14 +17,14 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..collision.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
+from ..collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
 from ..failure import Failure
 from ..planning.assemble import way_time
 from ..planning.context import Context
 from ..planning.edge_check import UNKNOWN_SPEED
-from ..planning.home import SpanEnds
 from ..planning.part_plan import reduced_budget
-from ..planning.travel import STRAIGHT, Way, straight_retract, travel
+from ..planning.travels.home import SpanEnds
+from ..planning.travels.travel import STRAIGHT, Way, straight_retract, travel
 from .table_turn import TableTurn, TurnSearch
 
 SHARES = (0.0, 0.15, 0.3, 0.5, 0.7)  # of a way, from where the torch is drawn back on

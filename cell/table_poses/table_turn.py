@@ -19,10 +19,10 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..collision.between_samples import unproven_steps
 from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances, Sees
-from ..collision.reach_radii import all_radii, table_radii
+from ..collision.proofs.between_samples import unproven_steps
+from ..collision.proofs.reach_radii import all_radii, table_radii
 from ..collision.table import TableChecker, with_table_axes
 from ..collision.wire import WIRE_REACH, wire_scene
 from ..failure import Contact, Failure, Kind, Place, Where

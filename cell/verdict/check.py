@@ -35,10 +35,10 @@ from ..part_chunks.least import Least as Least
 from ..part_chunks.least import least_margin, least_sigma, nearest_sample, samples_of
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
-from ..planning.home import HomeWays, SpanEnds, with_home
 from ..planning.lockouts import with_lockouts
 from ..planning.part_plan import PartPlan
-from ..planning.travel import STRAIGHT, straight_retract
+from ..planning.travels.home import HomeWays, SpanEnds, with_home
+from ..planning.travels.travel import STRAIGHT, straight_retract
 from ..processes import processor_time, working
 from ..progress import Progress, phase
 from ..scene.placement import Placed

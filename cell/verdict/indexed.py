@@ -20,7 +20,7 @@ import numpy as np
 from ik.chain import Floats
 from ik.singularity import KINDS
 
-from ..collision.between_samples import least_on_the_way
+from ..collision.proofs.between_samples import least_on_the_way
 from ..failure import Failure
 from ..job.build_order import LayerRun
 from ..job.job import Job
@@ -29,7 +29,7 @@ from ..job.table_groups import TableGroup, table_groups
 from ..job.table_section_check import BODY
 from ..planning.assemble import with_ways
 from ..planning.context import Context
-from ..planning.home import HomeWays
+from ..planning.travels.home import HomeWays
 from ..processes import Tick, processor_time
 from ..progress import Progress, counted, phase
 from ..scene.placement import Placed

@@ -17,11 +17,11 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..collision.between_samples import least_on_the_way, unproven_steps
 from ..collision.blended_corners import BlendedPath, cut_corners
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import all_radii
+from ..collision.proofs.between_samples import least_on_the_way, unproven_steps
+from ..collision.proofs.reach_radii import all_radii
 from ..collision.table import with_table_axes
 from ..job.job import Job
 from ..processes import Tick, crew
@@ -114,7 +114,7 @@ def arm_on_the_way(job: Job, way: Way, stage: Ints, runs: Sequence[SampledRun]) 
 def nearest_on_the_way(
     job: Job, way: Way, stage: Ints, clear: Clearances, runs: Sequence[SampledRun]
 ) -> tuple[int, Clearances]:
-    """How near a motion comes to anything, as of ``cell.collision.between_samples.least_on_the_way``.
+    """How near a motion comes to anything, as of ``cell.collision.proofs.between_samples.least_on_the_way``.
 
     Args:
         job: the job.

@@ -20,7 +20,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..collision.blended_corners import cut_corners
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import table_radii
+from ..collision.proofs.reach_radii import table_radii
 from ..collision.table import TableChecker
 from ..failure import Seen
 from ..job.job import Job

@@ -1,9 +1,9 @@
 """Collisions of a motion from outside: of the arm, its wire and the table, with the part growing as the rows say.
 
     stage = stages(job, motion, way.row)                  # deposits there are at every sample
-    findings = collisions(job, motion, way, stage, seen)  # seen: from cell.verification.arm_looks
+    findings = collisions(job, motion, way, stage, seen)  # seen: from arm_looks
 
-What lies between samples is proved free as in ``cell.collision.between_samples``, with E1 and E2 as axes like any
+What lies between samples is proved free as in ``between_samples``, with E1 and E2 as axes like any
 other. Radians, metres.
 """
 
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..collision.between_samples import unproven_steps
 from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.reach_radii import all_radii, table_radii
+from ..collision.proofs.between_samples import unproven_steps
+from ..collision.proofs.reach_radii import all_radii, table_radii
 from ..collision.table import TableChecker, with_table_axes
 from ..collision.wire import WIRE_REACH, wire_scene
 from ..failure import IN_ROWS, Contact, Failure, Kind, Seen

@@ -1,4 +1,4 @@
-"""Reading solids from files: with the readers of each kind (`slicing.mesh.file_stl` and others) all that touches any.
+"""Reading solids from files: with the readers of each kind (`slicing.mesh.files.stl` and others) all that touches any.
 
     mesh = load_mesh("blade.stl", units="mm")
     mesh.volume, mesh.bounds, mesh.warnings
@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from .file_bounds import require_bounded
-from .file_glb import read_glb
-from .file_obj import read_obj
-from .file_ply import read_off, read_ply
-from .file_stl import read_stl
-from .polygons import Triangles
+from .files.bounds import require_bounded
+from .files.glb import read_glb
+from .files.obj import read_obj
+from .files.ply import read_off, read_ply
+from .files.polygons import Triangles
+from .files.stl import read_stl
 from .shells import one_solid
 from .solid import UNITS_MM, Floats, Ints, Mesh, PartError, mesh_from_arrays, noise_of, require_near, require_size
 
@@ -29,7 +29,7 @@ STATED_UNITS = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "i
 
 
 def _read_3mf(path: Path) -> Triangles:
-    from .file_3mf import read_3mf  # it brings the readers of XML with it
+    from .files.three_mf import read_3mf  # it brings the readers of XML with it
 
     return read_3mf(path)
 

@@ -12,7 +12,7 @@ import pytest
 from support.arm_models import arm
 
 from cell.case.read import load_case
-from cell.collision.reach_radii import radii
+from cell.collision.proofs.reach_radii import radii
 from cell.job.job import prepare
 from cell.verdict.check import Result, check
 from slicing.warning import Code

@@ -38,7 +38,7 @@ ROOMS = {
     "cell.verdict.indexed",
     "cell.view",
     "slicing.decomposition",
-    "slicing.mesh.file_3mf",
+    "slicing.mesh.files.three_mf",
 }
 
 

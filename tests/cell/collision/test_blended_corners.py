@@ -20,8 +20,8 @@ from cell.collision.blended_corners import BlendedPath as Rows
 from cell.collision.blended_corners import _between, cut_corners, pieces
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
-from cell.collision.motion_bounds import MotionBounds, joint_travel_bound
-from cell.collision.reach_radii import radii
+from cell.collision.proofs.motion_bounds import MotionBounds, joint_travel_bound
+from cell.collision.proofs.reach_radii import radii
 from cell.failure import Kind
 from cell.job.job import prepare
 from cell.motion.motion import STANDING, Motion

@@ -7,10 +7,10 @@ import pytest
 from support.random_cells import random_cell, write_meshes
 
 from cell import prepare
-from cell.collision.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
 from cell.collision.checker import Checker
 from cell.collision.pair_groups import PairGroup
-from cell.collision.reach_radii import radii
+from cell.collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
+from cell.collision.proofs.reach_radii import radii
 from cell.scene.compose import compose
 
 REACH = 0.3

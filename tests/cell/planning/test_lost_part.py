@@ -11,7 +11,7 @@ import pytest
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker
-from cell.collision.reach_radii import tool_radii
+from cell.collision.proofs.reach_radii import tool_radii
 from cell.job.job import Job, prepare
 from cell.part_chunks.beginnings import beginnings
 from cell.part_chunks.chunking import Chunking

@@ -13,7 +13,7 @@ import yaml
 from support.arm_models import table
 
 from cell.case.read import load_case, parse_case
-from cell.collision.reach_radii import table_radii
+from cell.collision.proofs.reach_radii import table_radii
 from cell.collision.table import table_alone
 from cell.errors import InputError
 from cell.job.job import Job, prepare

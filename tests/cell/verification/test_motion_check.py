@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from support.boss_motion import boss_case, job_of, result_of
 
-from cell.collision.reach_radii import table_radii
+from cell.collision.proofs.reach_radii import table_radii
 from cell.job.job import Job
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion

@@ -20,8 +20,8 @@ from cell.failure import ON_TRAVEL, Contact, Failure, Kind
 from cell.html.check_page import html_report
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
-from cell.planning import home as home_module
-from cell.planning.travel import travel
+from cell.planning.travels import home as home_module
+from cell.planning.travels.travel import travel
 from cell.report.check_document import report_document
 from cell.report.check_report import report_lines
 from cell.shipped import MODELS_DIR

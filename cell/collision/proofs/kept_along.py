@@ -16,9 +16,9 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..arrays import Ints
+from ...arrays import Ints
+from ..clearances import Clearances, Sees
 from .between_samples import halved, steps_between
-from .clearances import Clearances, Sees
 from .open_steps import OpenSteps
 from .plane_proofs import proofs_of
 
@@ -69,7 +69,7 @@ def kept_along(checker: Sees, radius: Floats, samples: MotionSamples, least: flo
 
     Args:
         checker: collision detection.
-        radius: from ``cell.collision.reach_radii.radii``, (n,), m.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (n,), m.
         samples: the motion.
         least: clearance to be kept, m.
 

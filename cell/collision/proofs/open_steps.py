@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints
+from ...arrays import Ints
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints
-from .clearances import Clearances, Sees
+from ...arrays import Ints
+from ..clearances import Clearances, Sees
 from .motion_bounds import joint_travel_bound
 from .open_steps import OpenSteps
 from .plane_proofs import proofs_of

@@ -15,7 +15,7 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..arrays import Ints
+from ...arrays import Ints
 
 GEOM = mujoco.mjtGeom
 ALONG = 1e-12  # of a plane's normal across: what is more reaches infinitely far

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import Floats, PartError
-from ..warning import Code, Warning
+from ...arrays import Floats, PartError
+from ...warning import Code, Warning
+from ..solid import require_size
 from .polygons import Triangles
-from .solid import require_size
 
 HEAD, COUNT, FACE = 80, 84, 50  # bytes of the header, of it with the count, of a triangle
 HEAD_BYTES = 4096  # bytes that tell text from numbers

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import Floats, Ints, PartError
+from ...arrays import Floats, Ints, PartError
+from ..solid import require_size
 from .polygons import Triangles, triangulated
-from .solid import require_size
 
 TYPES = {
     **{"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2"},

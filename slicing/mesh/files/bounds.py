@@ -12,7 +12,7 @@ import struct
 import zipfile
 from pathlib import Path
 
-from .solid import PartError
+from ..solid import PartError
 
 MOST_BYTES = 2**31  # of a file
 MOST_UNPACKED = 2**29  # of an archive's members together

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints
+from ...arrays import Ints
 
 BATCH = 12  # samples a round: enough that asking costs little beside looking
 SPREADS = np.array([0.1, 0.3, 1.0])  # of the joints' ranges, about the line between the ends

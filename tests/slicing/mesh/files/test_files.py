@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from slicing.mesh.file_3mf import read_3mf
-from slicing.mesh.file_stl import read_stl
+from slicing.mesh.files.stl import read_stl
+from slicing.mesh.files.three_mf import read_3mf
 from slicing.mesh.load import load_mesh
 from slicing.mesh.solid import Mesh, PartError, low_part_warnings
 from slicing.warning import Code

@@ -10,7 +10,7 @@ a product of its corners with the plane's normal, which many configurations take
 ``far`` there has come nearer by its travel at most.
 
 Between two samples a point of the arm is off the straight line between its places there by an eighth of its greatest
-second derivative at most (``cell.collision.motion_bounds``): what holds at both ends holds between them, less that.
+second derivative at most (``motion_bounds``): what holds at both ends holds between them, less that.
 A plane proves what it proves whoever named it: of the collision engine only that is taken on trust that nothing is
 nearer than ``far`` of what it does not report, as everywhere. Metres, radians.
 """
@@ -26,13 +26,13 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints
-from .checker import Checker
-from .clearances import Clearances
+from ...arrays import Ints
+from ..checker import Checker
+from ..clearances import Clearances
+from ..near_pairs import NearPairs
+from ..pair_groups import PairGroup
 from .convex_shapes import ConvexShape, convex_shape
 from .motion_bounds import change_of_curvature, curvature
-from .near_pairs import NearPairs
-from .pair_groups import PairGroup
 from .proof_cells import Cells, cells_of
 from .reach_radii import radii
 
@@ -145,6 +145,12 @@ class PlaneProofs:
         if not len(step):
             return ProvedSteps(np.zeros(0), Clearances.none(len(q)))
         least = np.broadcast_to(np.asarray(wanted, dtype=float), len(step))
+        rows = np.flatnonzero(np.bincount(step, minlength=len(q)) + np.bincount(step + 1, minlength=len(q)))
+        if len(rows) < len(q):
+            found = self.along(q[rows], np.searchsorted(rows, step), laid, least, bend, share)
+            seen = Clearances.none(len(q))
+            seen.put(rows, found.seen)
+            return ProvedSteps(found.kept, seen)
         turn = np.abs(q[step + 1] - q[step])
         parts = np.maximum(np.ceil(np.sqrt(curvature(self._radius, turn) / 8 / bend)), 1).astype(np.int64)
         found = self._whole(q, step, laid, (least, share), parts > 1)
@@ -159,17 +165,12 @@ class PlaneProofs:
             found.seen.nearer(np.arange(len(q)), finer.seen)
         return found
 
-    def _bends(self, q: Floats, step: Ints, poses: _LinkPoses) -> tuple[Floats, Floats]:
-        """How far any point of the arm is off the straight line between its places at the ends of steps.
+    def _bend(self, q: Floats, step: Ints, poses: _LinkPoses) -> Floats:
+        """How far any point of the arm is off the straight line between its places at the ends of steps, (k,), m.
 
-        Seen from the base that is measured half-way: elsewhere the second derivative is another one by the third at
-        most. Seen from another link it is less than the sum of what the joints' turns bend.
-
-        Returns:
-            Seen from the base and from any of its links, (k,) each, m.
+        That is measured half-way: elsewhere the second derivative is another one by the third at most.
         """
         turn = np.abs(q[step + 1] - q[step])
-        most = curvature(self._radius, turn) / 8
         halfway = self._poses((q[step] + q[step + 1]) / 2)
         off = halfway.centres - (poses.centres[step] + poses.centres[step + 1]) / 2
         skew = halfway.R - (poses.R[step] + poses.R[step + 1]) / 2
@@ -177,7 +178,12 @@ class PlaneProofs:
         turned = np.sqrt((skew**2).sum(axis=(2, 3)))
         away = np.sqrt((off**2).sum(axis=2)) + turned[:, self._owner[self._moving]] * self._size
         measured = away.max(axis=1) + change_of_curvature(self._radius, turn) / 8
-        return np.minimum(most, measured), most
+        return np.minimum(curvature(self._radius, turn) / 8, measured)
+
+    def _bend_seen(self, q: Floats, step: Ints, link: int) -> Floats:
+        """The same as it is seen from a link, from which only the joints after it turn."""
+        turn = np.abs(q[step + 1] - q[step])[:, link + 1 :]
+        return curvature(self._radius[link + 1 :], turn) / 8
 
     def _in_parts(self, q: Floats, step: Ints, laid: Ints, wanted: tuple[Floats, float], parts: Ints) -> ProvedSteps:
         """The same with steps divided into equal parts."""
@@ -206,8 +212,9 @@ class PlaneProofs:
         kept, seen = np.full(len(step), np.inf), Clearances.none(len(q))
         poses = self._poses(q)
         places = poses.centres[:, self._outer].reshape(len(q), -1)
+        bend = self._bend(q, step, poses)
         least = wanted[0]
-        for (group, share, beyond), bend in zip(self._groups, self._bends(q, step, poses), strict=True):
+        for group, share, beyond in self._groups:
             mine, at_ends = np.full(len(step), -np.inf), np.full(len(step), -np.inf)
             for spacing in self._spacings:
                 nearest = wanted[1] * float(seen.distance.min())
@@ -221,9 +228,13 @@ class PlaneProofs:
                 cells, of = cells_of(places, step[open_], laid[open_], spacing, most + beyond)
                 near = group.pairs_within(q[cells.at], cells.laid, cells.far)
                 seen.nearer(cells.at, near.nearest(len(cells.at)))
-                value = self._values(poses, cells, near, share, most)
-                at_ends[open_] = np.maximum(at_ends[open_], np.minimum(value[of], value[of + 1]))
-                mine[open_] = at_ends[open_] - share * bend[open_]
+                value, links = self._values(poses, cells, near, share, most)
+                bent = share * bend[open_]
+                for link in links:
+                    bent = np.maximum(bent, self._bend_seen(q, step[open_], link))
+                value = np.minimum(value[of], value[of + 1])
+                at_ends[open_] = np.maximum(at_ends[open_], value)
+                mine[open_] = np.maximum(mine[open_], value - bent)
             kept = np.minimum(kept, mine)
         return ProvedSteps(kept, seen)
 
@@ -236,8 +247,10 @@ class PlaneProofs:
             centres[:, mine] = self._centre[mine] @ np.swapaxes(R[:, j], -1, -2) + p[:, j, None]
         return _LinkPoses(R, p, centres)
 
-    def _values(self, poses: _LinkPoses, cells: Cells, near: NearPairs, share: float, wanted: float) -> Floats:
-        """What the pairs keep at least at the samples of cells, (t,), m."""
+    def _values(
+        self, poses: _LinkPoses, cells: Cells, near: NearPairs, share: float, wanted: float
+    ) -> tuple[Floats, list[int]]:
+        """What the pairs keep at least at the samples of cells, (t,), m; and the links with which planes move."""
         travel = share * self._travel(poses, cells)
         most = np.zeros(len(cells.at))
         np.maximum.at(most, cells.cell, travel)
@@ -252,7 +265,7 @@ class PlaneProofs:
         which = np.repeat(np.arange(len(planes.cell)), count)
         at = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + first[planes.cell][which]
         np.minimum.at(out, at, self._over(poses, planes, which, cells.sample[at]))
-        return out - LESS
+        return out - LESS, np.unique(planes.frame[planes.frame >= 0]).tolist()
 
     def _travel(self, poses: _LinkPoses, cells: Cells) -> Floats:
         """How far any point of the arm is at most from where it is at the sample that is looked at, (t,), m."""

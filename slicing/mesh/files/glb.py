@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats, Ints, PartError
-from . import solid as part
+from ...arrays import Floats, Ints, PartError
+from .. import solid as part
+from ..solid import require_size
 from .polygons import Triangles
-from .solid import require_size
 
 # what trimesh's reader raises on damaged files
 READ_ERRORS = (

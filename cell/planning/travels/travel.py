@@ -20,15 +20,15 @@ from ik.chain import Floats
 from ik.joint_turns import SLACK
 from ik.roll import apply_roll
 
-from ..collision.between_samples import unproven_steps
-from ..collision.clearances import Clearances
-from ..failure import ON_TRAVEL, Effort, Failure, Kind
-from ..motion.motion import JUMP
-from ..units import METRES_PER_MM
-from .blended_check import travel_corners, wire_corners
-from .context import Context
-from .edge_check import Stretch, between
-from .edge_tracking import Ways, along
+from ...collision.clearances import Clearances
+from ...collision.proofs.between_samples import unproven_steps
+from ...failure import ON_TRAVEL, Effort, Failure, Kind
+from ...motion.motion import JUMP
+from ...units import METRES_PER_MM
+from ..blended_check import travel_corners, wire_corners
+from ..context import Context
+from ..edge_check import Stretch, between
+from ..edge_tracking import Ways, along
 from .free_moves import FreeMoves
 from .rrt_connect import Space, Trees, connect, rounded, sampled, shortened
 

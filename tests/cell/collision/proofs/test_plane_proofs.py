@@ -9,11 +9,11 @@ from cell import prepare
 from cell.case.read import parse_case
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
-from cell.collision.convex_shapes import convex_shape
-from cell.collision.kept_along import MotionSamples, kept_along
-from cell.collision.plane_proofs import PlaneProofs, proofs_of
-from cell.collision.proof_cells import Cells, cells_of
-from cell.collision.reach_radii import radii
+from cell.collision.proofs.convex_shapes import convex_shape
+from cell.collision.proofs.kept_along import MotionSamples, kept_along
+from cell.collision.proofs.plane_proofs import PlaneProofs, proofs_of
+from cell.collision.proofs.proof_cells import Cells, cells_of
+from cell.collision.proofs.reach_radii import radii
 from cell.collision.table import with_table_axes
 from cell.scene.compose import compose
 

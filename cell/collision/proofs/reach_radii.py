@@ -18,7 +18,7 @@ import numpy as np
 from ik.chain import Floats
 
 if TYPE_CHECKING:
-    from ..scene.scene import Scene
+    from ...scene.scene import Scene
 
 
 def radii(scene: Scene) -> Floats:
@@ -48,7 +48,7 @@ def radii(scene: Scene) -> Floats:
 
 
 def table_radii(scene: Scene) -> Floats:
-    """How far anything on the table can be from E1 and from E2, (2,), m; see ``cell.collision.reach_radii.radii``."""
+    """How far anything on the table can be from E1 and from E2, (2,), m; see ``radii``."""
     model = scene.model
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cell.planning.rrt_connect import Space, Trees, connect, rounded, sampled, shortened
+from cell.planning.travels.rrt_connect import Space, Trees, connect, rounded, sampled, shortened
 
 SPACE = Space(np.full(3, -1.0), np.full(3, 1.0), np.array([1.0, 1.0, 0.5]), np.ones(3))
 

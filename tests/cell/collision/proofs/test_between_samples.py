@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 
 from cell.case.read import load_case
-from cell.collision.between_samples import unproven_steps
 from cell.collision.checker import Checker
-from cell.collision.reach_radii import radii
+from cell.collision.proofs.between_samples import unproven_steps
+from cell.collision.proofs.reach_radii import radii
 from cell.job.job import prepare
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.skew_tables import skew_job
 
-from cell.collision.motion_bounds import CoupledBounds, joint_travel_bound
-from cell.collision.reach_radii import all_radii, table_radii
+from cell.collision.proofs.motion_bounds import CoupledBounds, joint_travel_bound
+from cell.collision.proofs.reach_radii import all_radii, table_radii
 from cell.job.job import Job
 from cell.rigid import inverse
 from cell.scene.table_kinematics import TableKinematics

@@ -23,10 +23,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..arrays import Floats, Ints, PartError
-from ..warning import Code, Warning
+from ...arrays import Floats, Ints, PartError
+from ...warning import Code, Warning
+from ..solid import require_size
 from .polygons import Triangles
-from .solid import require_size
 
 MODEL_TYPE = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
 PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06"

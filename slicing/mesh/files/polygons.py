@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Floats, Ints, PartError
-from ..warning import Code, Warning
+from ...arrays import Floats, Ints, PartError
+from ...warning import Code, Warning
 
 FLAT_SHARE = 1e-9  # of a polygon's doubled area: a fan's triangle must look its way by more
 SAME_AREA = 1e-6  # share by which the triangles of a polygon may differ from it

@@ -19,10 +19,10 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..scene.table_kinematics import TableKinematics
+from ...scene.table_kinematics import TableKinematics
 
 if TYPE_CHECKING:
-    from ..scene.scene import Scene
+    from ...scene.scene import Scene
 
 
 def joint_travel_bound(radius: Floats, a: Floats, b: Floats) -> Floats:
@@ -39,7 +39,7 @@ class MotionBounds:
 
         Args:
             scene: the composed cell.
-            radius: from ``cell.collision.reach_radii.radii``, (n,), m.
+            radius: from ``cell.collision.proofs.reach_radii.radii``, (n,), m.
         """
         model, chain = scene.model, scene.chain
         data = mujoco.MjData(model)
@@ -129,7 +129,7 @@ class CoupledBounds:
 
         Args:
             scene: the composed cell, with the arm's own joints alone.
-            radius: from ``cell.collision.reach_radii.all_radii``, (n + 2,), m.
+            radius: from ``cell.collision.proofs.reach_radii.all_radii``, (n + 2,), m.
         """
         self.radius, self._n = radius, scene.chain.n
         self._arm = MotionBounds(scene, radius[: self._n])

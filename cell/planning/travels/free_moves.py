@@ -16,10 +16,10 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..collision.checker import Checker
-from ..collision.clearances import Clearances
-from ..failure import ON_TRAVEL, Failure
-from .context import Context
+from ...collision.checker import Checker
+from ...collision.clearances import Clearances
+from ...failure import ON_TRAVEL, Failure
+from ..context import Context
 
 BLOCK = 6  # samples of a move looked at before it is known whether the next are wanted
 

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import PartError
+from ...arrays import PartError
+from ..solid import require_size
 from .polygons import Triangles, triangulated
-from .solid import require_size
 
 FREE_FORM = frozenset({"surf", "curv", "curv2"})
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..failure import Failure, Place, Where
-from .bead_search import BeadPlan
-from .context import Context
-from .edge_check import Stretch
-from .part_plan import BEGINNINGS, REDUCED, PartPlan, searched_again
+from ...failure import Failure, Place, Where
+from ..bead_search import BeadPlan
+from ..context import Context
+from ..edge_check import Stretch
+from ..part_plan import BEGINNINGS, REDUCED, PartPlan, searched_again
 from .travel import Way, travel, turned
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from cell.case.read import load_case
-from cell.collision.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way, unproven_steps
 from cell.collision.blended_corners import BlendedPath, cut_corners
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
-from cell.collision.motion_bounds import MotionBounds, joint_travel_bound
-from cell.collision.reach_radii import radii, table_radii
+from cell.collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way, unproven_steps
+from cell.collision.proofs.motion_bounds import MotionBounds, joint_travel_bound
+from cell.collision.proofs.reach_radii import radii, table_radii
 from cell.failure import Failure, Kind, Place, Where
 from cell.job.job import prepare
 from cell.planning import assemble as motion

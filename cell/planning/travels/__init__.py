@@ -1,0 +1,5 @@
+"""Ways through the air: from bead to bead, from home and back.
+
+Modules: ``free_moves`` (how far straight moves are free), ``rrt_connect`` (ways round what is in between), ``travel``
+(from a bead's end to the next one's start), ``home``.
+"""
