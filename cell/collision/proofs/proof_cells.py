@@ -15,7 +15,7 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..arrays import Ints
+from ...arrays import Ints
 
 WIDER = 1 + 1e-9  # of a cell: rounding alone divides none
 
@@ -37,6 +37,13 @@ class Cells:
     cell: Ints
     sample: Ints
     far: float
+
+    def samples_of(self, cell: Ints) -> tuple[Ints, Ints]:
+        """All samples of some cells (k,): which of these each is of, and its place among ``sample``, (c,) each."""
+        first = np.searchsorted(self.cell, np.arange(len(self.at) + 1))
+        count = np.diff(first)[cell]
+        which = np.repeat(np.arange(len(cell)), count)
+        return which, np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + first[cell][which]
 
 
 def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float) -> tuple[Cells, Ints]:
@@ -63,8 +70,7 @@ def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float)
     second = np.arange(len(order)) + np.cumsum(alone)
     of = np.empty(len(order), dtype=np.int64)
     of[order] = second - 1
-    sample, of_cell = np.empty(len(order) + int(alone.sum()), dtype=np.int64), np.empty(0)
-    of_cell = np.empty(len(sample), dtype=np.int64)
+    sample, of_cell = np.empty((2, len(order) + int(alone.sum())), dtype=np.int64)
     sample[second - 1], of_cell[second - 1] = sorted_step, cell
     sample[second], of_cell[second] = sorted_step + 1, cell
     return Cells(step[nearest], laid[nearest], of_cell, sample, far), of
