@@ -51,6 +51,7 @@ RADIUS, OUT = 40.0, 56.0  # of the body; how far out the solid's middle is
 AREA_MM2, AREA_SHARE = 0.2, 0.01  # bent sections are polygons of 0.8 mm
 TOLERANCE_MM, STEP_MM = 0.01, 0.02  # of curves; how far to either side of its surface a layer may fit
 LEAST_MM2, BORDER_SHARE = 0.05, 0.01  # loops that count; what a border may be longer or shorter
+ROOT_SHARE = 3e-6  # of the radius: half the height of a side of 1024, and some
 
 
 def flat_differs(mesh: Mesh, solid: manifold3d.Manifold, z: float) -> str:
@@ -163,7 +164,9 @@ def cad_layers(seed: int) -> dict[str, Any]:
 
 def layer_differs(layer: Layer, solid: manifold3d.Manifold) -> str:
     """What differs between a layer and the solid's sections by its surface and beside it; empty if nothing does."""
-    steps = (0.0 if layer.index else 1e-4, STEP_MM, *((-STEP_MM,) if layer.index else ()))
+    # a first layer is where the solid begins: outside what the sections' polygon is off the circle
+    begins = 1e-4 + ROOT_SHARE * float(np.hypot(*layer.curves[0].points[:, :2].T).max())
+    steps = (0.0 if layer.index else begins, STEP_MM, *((-STEP_MM,) if layer.index else ()))
     by = [section(solid, layer.surface, step, LEAST_MM2) for step in steps]
     border = sum(curve.length_mm for curve in layer.curves)
     areas, lengths = [one.area_mm2 for one in by], [one.length_mm for one in by]

@@ -3,6 +3,7 @@
 python bench/parts_truth.py 200                          # seeds 0 .. 199
 python bench/parts_truth.py 200 --first 1000 --log parts.jsonl
 python bench/parts_truth.py 200 --varied                 # parts of tests/support/varied_parts.py instead
+python bench/parts_truth.py 200 --machined               # parts of tests/support/machined_parts.py instead
 python bench/parts_truth.py --sum parts.jsonl            # what the log holds
 
 The log takes a line a part as it is judged, so that a run may be ended at any time; seeds that it holds are not judged
@@ -27,6 +28,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]  # before bench/slicing.py, which is not the package
 from bench_arguments import parsed  # noqa: E402
 from support.cad_parts import FORMATS, CadPart, cad_part  # noqa: E402
+from support.machined_parts import machined_part  # noqa: E402
 from support.part_truth import Judgement, judged  # noqa: E402
 from support.varied_parts import varied_part  # noqa: E402
 
@@ -104,10 +106,13 @@ def main() -> None:
     parser.add_argument(
         "--varied", action="store_true", help="twisted and drafted blades, hoops, flanges with holes .."
     )
+    parser.add_argument(
+        "--machined", action="store_true", help="grooves, keyways, letters, gussets, shrouds, lattices, worm flights .."
+    )
     parser.add_argument("--log", type=Path, help="file that takes a line a part; what it holds is not judged again")
     parser.add_argument("--sum", type=Path, metavar="LOG", help="judge nothing: what a log holds")
     args = parsed(parser, count=3)
-    make = varied_part if args.varied else cad_part
+    make = machined_part if args.machined else varied_part if args.varied else cad_part
     rows = rows_of(args.sum) if args.sum else run(range(args.first, args.first + args.count), args.log, make)
     if args.sum:
         print(*[said(row) for row in rows if row["kind"] != "right"], sep="\n")

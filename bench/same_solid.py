@@ -27,6 +27,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]  # before bench/slicing.py, whic
 from bench_arguments import parsed  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
 from support.cad_parts import FORMATS, CadPart, cad_part  # noqa: E402
+from support.machined_parts import machined_part  # noqa: E402
 from support.same_solid import retriangulated, shuffled, split  # noqa: E402
 from support.varied_parts import varied_part  # noqa: E402
 
@@ -138,6 +139,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--varied", action="store_true", help="parts of tests/support/varied_parts.py")
+    parser.add_argument("--machined", action="store_true", help="parts of tests/support/machined_parts.py")
     parser.add_argument("--log", type=Path, help="takes a line a part; seeds that it holds are not run again")
     args = parsed(parser, count=2)
     rows = (
@@ -146,10 +148,11 @@ def main() -> int:
         else []
     )
     known = {row["seed"] for row in rows}
+    make = machined_part if args.machined else varied_part if args.varied else cad_part
     for seed in range(args.seed, args.seed + args.count):
         if seed in known:
             continue
-        rows.append(one((varied_part if args.varied else cad_part)(seed), seed))
+        rows.append(one(make(seed), seed))
         if args.log:
             with args.log.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(rows[-1]) + "\n")

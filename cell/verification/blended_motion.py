@@ -1,6 +1,6 @@
 """A motion from outside with its corners rounded as a controller does, and what it collides with then.
 
-    q = blended_rows(job, read, rows)                         # all axes where the rows come to lie
+    q = blended_rows(job, read, rows).q                       # all axes where the rows come to lie
     runs = list(sampled_runs(job, read, rows, way))           # way: samples, rows among them
     found = blend_collisions(job, runs, seen)                 # seen: from cell.verification.arm_looks
     found = table_blend_collisions(job, runs, way, stage)
@@ -12,6 +12,7 @@ all axes stand. A motion that says itself where it is rounded, as a program does
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -51,18 +52,40 @@ def _runs(job: Job, read: ReadMotion, rows: Way) -> Iterator[tuple[int, int, Flo
             yield a, b, np.concatenate([[0.0], np.cumsum(way[a:b])]), zones[bool(kind[a])]
 
 
-def blended_rows(job: Job, read: ReadMotion, rows: Way) -> Floats:
-    """All axes at the rows with corners rounded, (m, j + 2), rad.
+@dataclass(frozen=True, eq=False)
+class RoundedRows:
+    """Rows of a motion with its corners rounded.
+
+    Attributes:
+        q: all axes, (m, j + 2), rad.
+        length: path length from the first row, (m,), in the units over which corners are rounded: metres of the TCP
+            while welding, radians of joint travel between.
+        drift: what the length between a row and another can be off at most because the file's angles are rounded, (m,).
+    """
+
+    q: Floats
+    length: Floats
+    drift: Floats
+
+
+def blended_rows(job: Job, read: ReadMotion, rows: Way) -> RoundedRows:
+    """Rows where they come to lie once corners are rounded.
 
     Args:
         job: the job.
         read: the motion.
         rows: its rows, from ``cell.verification.bead_samples.rows_of``.
     """
-    q = rows.q.copy()
+    q, steps = rows.q.copy(), np.zeros(len(rows.q) - 1)
     for a, b, s, zone in _runs(job, read, rows):
-        q[a : b + 1] = blended(rows.q[a : b + 1], s, zone)
-    return q
+        q[a : b + 1], steps[a:b] = blended(rows.q[a : b + 1], s, zone), np.diff(s)
+    drift = np.zeros(len(q))
+    if read.grain[1] > 0 and read.blended is None:  # half of it at either end
+        lever = np.linalg.norm(job.scene.chain.jacobian(rows.q[:, : job.scene.chain.n])[:, :3], axis=1).sum(axis=1)
+        lever += table_radii(job.scene).sum()
+        welding = np.append(read.motion.welding, False) | np.append(False, read.motion.welding)
+        drift = read.grain[1] * np.where(welding, lever, np.sqrt(q.shape[1]))
+    return RoundedRows(q, np.concatenate([[0.0], np.cumsum(steps)]), drift)
 
 
 def blend_collisions(job: Job, runs: Sequence[SampledRun], seen: ArmSeen) -> list[Finding]:

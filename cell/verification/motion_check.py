@@ -29,13 +29,15 @@ from ..units import MARGIN_UNITS, METRES_PER_MM
 from .arm_looks import arm_on_the_way, nearest_on_the_way
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
-from .blended_motion import blend_collisions, blended_rows, sampled_runs, table_blend_collisions
+from .blended_motion import RoundedRows, blend_collisions, blended_rows, sampled_runs, table_blend_collisions
 from .collisions import collisions, stages, stretches_of
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
 SPEED_SLACK = 1.001
 ACCELERATION_SLACK = 1.02
 WINDOWS = (0.0, 0.005, 0.01, 0.02, 0.05)  # s to either side over which accelerations are measured; 0: from row to row
+SHORTEST = 1e-9  # path length, m or rad: next to nothing
+MOST_DRIFT = 0.01  # share of a speed that is put down to lengths worked out of rounded angles
 ROLL_SLACK = np.deg2rad(0.05)
 
 
@@ -204,15 +206,18 @@ def _acceleration_use(job: Job, read: ReadMotion, rows: Way, windows: Sequence[f
     """
     smooth = _second_differences(blended_rows(job, read, rows), read, windows)
     # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
-    plain = _second_differences(_axes(read.motion), read, windows)
+    axes = _axes(read.motion)
+    plain = _second_differences(RoundedRows(axes, np.zeros(len(axes)), np.zeros(len(axes))), read, windows)
     plain[-1] = np.inf
     shares: Floats = np.minimum(smooth, plain).max(axis=0) / job.drives.acceleration
     return shares
 
 
-def _second_differences(q: Floats, read: ReadMotion, windows: Sequence[float]) -> Floats:
+def _second_differences(rows: RoundedRows, read: ReadMotion, windows: Sequence[float]) -> Floats:
     """Mean accelerations about each row over windows (s to either side; 0: from row to row), (w, m, j), at least."""
     t, (time, angle) = read.motion.t_s, read.grain
+    q, drift = rows.q, rows.drift[:, None]
+    length = np.concatenate([rows.length[[0, 0]], rows.length, rows.length[[-1, -1]]])
     before, after, longest = float(t[1] - t[0]), float(t[-1] - t[-2]), max(windows)
     q = np.concatenate([q[[0, 0]], q, q[[-1, -1]]])
     t = np.concatenate([t[0] - [before + longest, before], t, t[-1] + [after, after + longest]])
@@ -224,8 +229,13 @@ def _second_differences(q: Floats, read: ReadMotion, windows: Sequence[float]) -
         to, since, both = ((t[x] - t[y])[:, None] for x, y in ((b, i), (i, a), (b, a)))
         ahead, behind = (q[b] - q[i]) / to, (q[i] - q[a]) / since
         mean = np.abs(ahead - behind) / (both / 2)
-        # less what the rounding of the file's digits can make of it
-        blur = (angle + np.abs(ahead) * time) / to + (angle + np.abs(behind) * time) / since
+        # less what the rounding of the file's digits can make of it: of angles, of times, and of the lengths over which
+        # corners are rounded, which come from angles
+        before_s, after_s = (
+            time + wait * np.minimum(drift / np.maximum(length[x] - length[y], SHORTEST)[:, None], MOST_DRIFT)
+            for x, y, wait in ((i, a, since), (b, i, to))
+        )
+        blur = (angle + np.abs(ahead) * after_s) / to + (angle + np.abs(behind) * before_s) / since
         out[k] = np.maximum(mean * (1 - time / both) - blur / (both / 2), 0.0)
     return out
 

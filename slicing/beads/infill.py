@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from ..mesh.solid import Floats
-from .middle_lines import middle_lines
+from .middle_lines import distances, middle_lines
 from .regions import Island
 
 ROUND_MM = 0.002  # sagitta of the rounds about inner corners
@@ -526,7 +526,7 @@ def _along_middle(part: Any, island: Island, width_mm: float, kind: str) -> Iter
     period, border = island.chart.period, island.region.boundary
     around = period is not None and part.bounds[2] - part.bounds[0] > 1.5 * period
     for line, closed in middle_lines(part, width_mm):
-        thin = bool(shapely.distance(shapely.points(line), border).min() < 0.5 * width_mm - THIN_MM)
+        thin = bool(distances(line, border).min() < 0.5 * width_mm - THIN_MM)
         if around and period is not None and not closed:
             ahead = line if line[-1, 0] > line[0, 0] else line[::-1]
             low, high = ahead[:, 0].min(), ahead[:, 0].max()

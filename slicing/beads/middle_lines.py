@@ -92,11 +92,31 @@ def _ways_about(edges: np.ndarray) -> list[tuple[np.ndarray, bool]]:
 
 def _along(ring: Any, step: float) -> Floats:
     """Points on a ring at about even spacing."""
+    corners = np.asarray(ring.coords)
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
+    at = np.arange(max(int(np.ceil(way[-1] / step)), 4))
+    at = at / len(at) * way[-1]
+    return np.column_stack([np.interp(at, way, corners[:, k]) for k in (0, 1)])
+
+
+def distances(points: Floats, border: Any) -> Floats:
+    """Distances of points from a border: with a tree of its sides, as borders of fine layers have thousands.
+
+    Args:
+        points: (n, 2) mm.
+        border: shapely line or lines, mm.
+
+    Returns:
+        (n,) mm.
+    """
     import shapely
 
-    count = max(int(np.ceil(ring.length / step)), 4)
-    at = shapely.line_interpolate_point(shapely.LineString(ring.coords), np.arange(count) / count * ring.length)
-    return np.asarray(shapely.get_coordinates(at))
+    ends = [np.asarray(line.coords) for line in shapely.get_parts(border)]
+    tree = shapely.STRtree(np.concatenate([shapely.linestrings(np.stack([e[:-1], e[1:]], axis=1)) for e in ends]))
+    of, away = tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)
+    found = np.full(len(points), np.inf)
+    found[of[0]] = away
+    return found
 
 
 def _longest_way(corners: Floats, edges: np.ndarray) -> np.ndarray:
@@ -123,8 +143,7 @@ def _drawn_back(way: Floats, polygon: Any, width_mm: float) -> Floats | None:
     import shapely
     from shapely.ops import substring
 
-    border = polygon.boundary
-    room = shapely.distance(shapely.points(way), border)
+    room = distances(way, polygon.boundary)
     wide = np.flatnonzero(room >= 0.5 * np.median(room))
     way, room = way[wide[0] : wide[-1] + 1], room[wide[0] : wide[-1] + 1]
     if len(way) < 2:

@@ -52,11 +52,11 @@ from .doubts import (
     rival_axis,
     small_body,
     turned_steps,
-    unlike_pieces,
     what_is_left,
 )
 from .outline import Outline, body_outline, without_collars
 from .outline_ends import carried_through
+from .piece_doubts import doubtful_pieces
 from .turned_faces import HINTED_TURN, Band, FoundBand, PartFaces, find_bands
 
 SAME_HEIGHT = 1e-3  # of the part's extent: centroids at one height
@@ -64,10 +64,6 @@ HINT_MM = 0.01  # how far a hint's radius may
 LEAST_SEEN, SMALL_SEEN = 0.5, 0.9  # of a body's length: with less it is no body; of one that is small against the part
 CARRIES = 0.1  # share of a root that makes a step count as what it stands on
 DRAFT_MM = 0.5  # a cone so near its mean cylinder where a sub-volume stands: cylindrical layers begin on it
-
-
-class _BareBodyError(PartError):
-    """Nothing stands on the body."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +149,10 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     outline = carried_through(solid, bare)
     if hint.radius_mm is None:
         _require_seen(mesh, bare, outline, float(solid.volume()))
-    try:
-        outline, cut, told = _cut(mesh, solid, outline, hint.radius_mm, alone)
-    except _BareBodyError as error:
-        return _about_another(mesh, hint, axis, (skin, middle, error))
+    done = _cut(mesh, solid, outline, hint.radius_mm, alone)
+    if isinstance(done, str):
+        return _about_another(mesh, hint, axis, (skin, middle, done))
+    outline, cut, told = done
     extent = skin.extent
     pieces = [cut.pieces[k] for k in (_order([piece.centroid for piece in cut.pieces], extent) if cut.pieces else [])]
     outline = outline.lifted(up)
@@ -174,7 +170,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
         *left,
         *missing_volume(mesh.name, float(solid.volume()), cut),
         *small_body(mesh.name, outline, float(solid.volume())),
-        *unlike_pieces(pieces, extent),
+        *doubtful_pieces(mesh.name, pieces, outline.lifted(-up), extent, hint.radius_mm is not None),
         *(line for root in roots for line in root.lines),
         *axis.lines,
     ]
@@ -220,8 +216,11 @@ def _require_seen(mesh: Mesh, bare: Outline, outline: Outline, whole_mm3: float)
 
 def _cut(
     mesh: Mesh, solid: Any, outline: Outline, told_mm: float | None, alone: bool
-) -> tuple[Outline, Cut, list[Warning]]:
-    """What stands on the body; where nothing does, what was taken for its steps, or nothing if that will do."""
+) -> tuple[Outline, Cut, list[Warning]] | str:
+    """What stands on the body; where nothing does, what was taken for its steps, or nothing if that will do.
+
+    Why not, where nothing does: no error yet, whose frames would hold solids beyond the process' end.
+    """
     cut = cut_off(solid, outline, mesh.noise_mm, math.inf if told_mm is None else told_mm)
     if cut.pieces or alone:
         return outline, cut, turned_steps(mesh.name, cut)
@@ -243,26 +242,24 @@ def _cut(
     )
     largest = outline.dominant()
     radius = told_mm or (outline.widest if largest is None else largest.middle_radius)
-    raise _BareBodyError(
+    return (
         f"{mesh.name}: nothing stands on its round body (radius {radius:.6g} mm); sub-volumes on the outside of"
         f" a cylinder are needed{steps}"
     )
 
 
-def _about_another(
-    mesh: Mesh, hint: BodyHint, axis: Axis, of: tuple[PartFaces, Floats, _BareBodyError]
-) -> Decomposition:
+def _about_another(mesh: Mesh, hint: BodyHint, axis: Axis, of: tuple[PartFaces, Floats, str]) -> Decomposition:
     """A part taken apart about another axis, nothing standing on the body about the one with most about it."""
     skin, middle, bare = of
     rival = None if hint != BodyHint() else axis.rival or parallel_axis(skin, axis)
     if rival is None:
-        raise bare
+        raise PartError(bare)
     x, y, z = (rival.point + middle).tolist()
     a, b, c = rival.direction.tolist()
     try:
         found = decompose(mesh, BodyHint((x, y, z), (a, b, c)))
     except PartError:
-        raise bare from None
+        raise PartError(bare) from None
     line = (
         f"{mesh.name}: nothing stands on the largest round body, with {axis.area_mm2:.0f} mm² turned about its axis;"
         f" the next one, of radius {found.body.radius_mm:.6g} mm, is taken (part.body.radius_mm says which)"

@@ -24,8 +24,6 @@ from .turned_faces import Band, FoundBand
 
 VISIBLE_MM = 0.1  # a polygon's flats farther inside the cylinder than this are worth a warning
 MISSING = 2e-4  # of the whole volume: what does not add up
-ALIKE, DIFFERENT = 0.03, 3e-3  # of the volume: pieces that are meant to be alike, and are not
-SAME_PLACE = 2e-3  # of the radius: heights and distances from the axis of pieces that are alike
 SMALL = 0.15  # of the part's volume: a body this small may be a boss
 ROUGH = 12  # slivers: so many are no accident
 DOME, DOME_RAD, SMOOTH_RAD = 0.25, np.deg2rad(30.0), np.deg2rad(20.0)  # short, of the radius; a dome bends so; by steps
@@ -309,32 +307,6 @@ def small_body(name: str, outline: Outline, whole_mm3: float) -> list[Warning]:
             " if another is meant: part.body.radius_mm, or the sub-volumes as meshes of their own",
         )
     ]
-
-
-def unlike_pieces(pieces: Sequence[CutPiece], extent: float) -> list[Warning]:
-    """A line where pieces that stand alike round the axis are not of one volume."""
-    if len(pieces) < 2:
-        return []
-    volume = np.array([volume_of(piece) for piece in pieces])
-    centre = np.array([piece.centroid for piece in pieces])
-    place = np.column_stack([np.hypot(centre[:, 0], centre[:, 1]), centre[:, 2]])
-    tall = np.array([float(np.ptp(piece.vertices[:, 2])) for piece in pieces])
-    lines = []
-    for k in range(len(pieces)):
-        for j in range(k + 1, len(pieces)):
-            near = np.abs(place[k] - place[j]).max() <= SAME_PLACE * extent and abs(tall[k] - tall[j]) <= 1e-5 * extent
-            apart = abs(volume[k] / volume[j] - 1.0)
-            if near and DIFFERENT < apart <= ALIKE:
-                lines.append(
-                    Warning(
-                        Code.BODY_UNLIKE,
-                        f"SV{k + 1} and SV{j + 1} stand alike and differ by {100 * apart:.2g} % in volume: the body's"
-                        " axis or radius may be off",
-                        sub_volume=f"SV{k + 1}",
-                    )
-                )
-                return lines
-    return lines
 
 
 def rings_of(outline: Outline) -> list[str]:

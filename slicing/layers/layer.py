@@ -30,9 +30,11 @@ __all__ = [
     "SlicingParameters",
     "make_layer",
     "require_layers",
+    "without_slivers",
 ]
 
 
+SLIVER_MM = 0.004  # mean width of a loop that no bead is laid for
 MOST_LAYERS = 100_000  # more are a wrong unit, and do not fit into memory
 
 
@@ -117,6 +119,24 @@ def require_layers(mesh: Mesh, h_layer_mm: float) -> None:
             f"{mesh.name}: h_layer_mm {h_layer_mm:g} is too thin for a part {extent:.4g} mm large;"
             f" at most {MOST_LAYERS:,} layers are cut"
         )
+
+
+def without_slivers(curves: list[Curve]) -> list[Curve]:
+    """The curves without outer loops that enclose next to nothing.
+
+    A layer that just reaches the top of a solid meets it in loops a few micrometres wide: no metal a bead is laid for.
+
+    Args:
+        curves: of a layer.
+
+    Returns:
+        Those that are wider than SLIVER_MM in the mean, holes, and what goes right round the axis.
+    """
+    return [
+        curve
+        for curve in curves
+        if not curve.closed or curve.hole or curve.winding or 2 * abs(curve.area_mm2) > SLIVER_MM * curve.length_mm
+    ]
 
 
 def make_layer(

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..curves.intersect import Curve, intersect_offsets
-from ..layers.layer import Layer, RoundBody, make_layer
+from ..layers.layer import Layer, RoundBody, make_layer, without_slivers
 from ..mesh.solid import Mesh
 from ..parameters import SlicingParameters
 
@@ -40,9 +40,9 @@ def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameter
     for height, curves in zip(
         heights.tolist(), intersect_offsets(mesh, base, heights, parameters.tolerance_mm), strict=True
     ):
-        if not curves:
+        if not (kept := without_slivers(curves)):
             break
-        layers.append(make_layer(len(layers), base.offset(height), curves, layers[-1].surface, body, step))
+        layers.append(make_layer(len(layers), base.offset(height), kept, layers[-1].surface, body, step))
     return layers
 
 

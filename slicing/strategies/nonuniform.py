@@ -41,7 +41,7 @@ import numpy as np
 
 from ..curves.face_intervals import FaceIntervals
 from ..curves.intersect import Curve, intersect
-from ..layers.layer import Body, Layer, make_layer
+from ..layers.layer import Body, Layer, make_layer, without_slivers
 from ..mesh.solid import Mesh
 from ..parameters import SlicingParameters
 from ..surfaces.surfaces import Cylinder, Plane
@@ -105,7 +105,7 @@ class _Cutter:
         """Where a surface meets the mesh; only triangles as far from the body as it lies there are looked at."""
         low, high = self._reach(surface)
         faces = self.intervals.between(low, high)
-        return intersect(self.mesh, surface, self.tolerance_mm, faces=faces)
+        return without_slivers(intersect(self.mesh, surface, self.tolerance_mm, faces=faces))
 
     @cached_property
     def _sector(self) -> tuple[float, float]:

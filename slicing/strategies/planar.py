@@ -17,7 +17,7 @@ import numpy as np
 
 from ..curves.intersect import Curve, intersect_offsets
 from ..layers.body_ends import NO_ENDS
-from ..layers.layer import Layer, RoundBody, make_layer
+from ..layers.layer import Layer, RoundBody, make_layer, without_slivers
 from ..layers.outside_body import outside_body
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
@@ -106,7 +106,7 @@ def planes_from(
     found = intersect_offsets(mesh, base, heights, parameters.tolerance_mm)
     for height, meeting in zip(heights.tolist(), found, strict=True):
         surface = base.offset(height)
-        curves = outside_body(meeting, surface, body, parameters.tolerance_mm, body_z_mm)
+        curves = without_slivers(outside_body(meeting, surface, body, parameters.tolerance_mm, body_z_mm))
         if curves:
             below = layers[-1].surface if layers else None
             layers.append(make_layer(len(layers), surface, curves, below, body, step))

@@ -22,6 +22,7 @@ from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Surface
 
 SIDES = 1024
 MARGIN_MM = 1.0
+FAR_MM = 1e3
 
 
 @dataclass(frozen=True)
@@ -94,10 +95,8 @@ def _turned(surface: Cylinder | Cone | Revolved, out_mm: float, low: float, high
         profile = list(surface.profile)
         if profile[0][1] > profile[-1][1]:
             profile = profile[::-1]
-        ends = [] if profile[0][0] <= 0 else [(profile[0][0], low - 1e3), (-1e3, low - 1e3)]
-        ends += [] if profile[-1][0] <= 0 else [(-1e3, high + 1e3), (profile[-1][0], high + 1e3)]
-        mirrored = [(-r, z) for r, z in profile[::-1]] if not ends else []
-        body = shapely.Polygon([*profile, *ends[2:], *ends[:2][::-1], *mirrored]).buffer(0)
+        right = [*_gone_on(profile[::-1])[::-1], *profile, *_gone_on(profile)]
+        body = shapely.Polygon([*right, *((-r, z) for r, z in reversed(right))]).buffer(0)
         grown = body.buffer(surface.offset_mm + out_mm, quad_segs=256)
         outline = list(grown.intersection(shapely.box(0.0, low, 1e4, high)).exterior.coords)[:-1]
     grow = 1.0 / math.sqrt(math.cos(math.pi / SIDES))  # the polygon's sides are as far out as its corners, in the mean
@@ -105,6 +104,17 @@ def _turned(surface: Cylinder | Cone | Revolved, out_mm: float, low: float, high
         outline = outline[::-1]
     solid = Manifold.revolve(CrossSection([outline]), SIDES).scale((grow, grow, 1.0))
     return solid.translate((*surface.axis_point, 0.0)).as_original()
+
+
+def _gone_on(profile: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """What lies beyond a profile's last point: straight on to the axis or far away; from a collar a cylinder."""
+    (r0, z0), (r, z) = profile[-2:]
+    if r <= 0.0:
+        return []
+    if z == z0:
+        return [(r, z + math.copysign(FAR_MM, z - profile[0][1]))] if r > r0 else [(0.0, z)]
+    steps = r / (r0 - r) if r < r0 else FAR_MM / abs(z - z0)
+    return [(r + steps * (r - r0), z + steps * (z - z0))]
 
 
 def _of_faces(vertices: np.ndarray, faces: np.ndarray, least_mm2: float) -> Section:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import trimesh
 from support.paths import ROOT
 
 from cell.atomic_files import beside
@@ -121,6 +122,16 @@ def test_streams_that_are_closed_from_the_start() -> None:
     command = f"{sys.executable} -m cell slice no.stl >&- 2>&- <&-"
     root = ROOT
     assert subprocess.run(["sh", "-c", command], cwd=root, check=False).returncode == 2
+
+
+def test_a_part_that_is_refused_is_one_line(tmp_path: Path) -> None:
+    """Solids that an error's frames still hold when the process ends would be told of by the library they are of."""
+    trimesh.creation.cylinder(50, 20, sections=64).export(tmp_path / "disc.stl")
+    command = [sys.executable, "-m", "cell", "slice", str(tmp_path / "disc.stl")]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("rbam: disc: nothing stands on its round body (radius 50 mm)")
+    assert done.stderr.count("\n") == 1
 
 
 def test_what_is_said_stays_one_line() -> None:

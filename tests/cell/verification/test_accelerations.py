@@ -8,12 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.boss_motion import boss_case, result_of
+from support.random_jobs import own_motion, random_job
 
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion, read_motion, write_motion
 from cell.verdict.check import Result
 from cell.verification.bead_samples import rows_of
-from cell.verification.motion_check import ACCELERATION_SLACK, WINDOWS, _acceleration_use, check_motion
+from cell.verification.blended_motion import RoundedRows
+from cell.verification.motion_check import (
+    ACCELERATION_SLACK,
+    WINDOWS,
+    _acceleration_use,
+    _second_differences,
+    check_motion,
+)
 
 
 @pytest.fixture(scope="module")
@@ -72,3 +80,22 @@ def test_an_even_beat_is_not_rounded(good: Result, tmp_path: Path) -> None:
     path = tmp_path / "m.csv"
     write_motion(path, replace(m, t_s=0.1 * np.arange(len(m.t_s))))
     assert read_motion(path, good.job).grain[0] == 0.0
+
+
+def test_lengths_worked_out_of_rounded_angles_are_no_spikes(tmp_path: Path) -> None:
+    # rows 0.05 mm apart on which A6 turns 1.2 deg: the sixth decimal of the angles is 0.05 % of their distance
+    assert own_motion(random_job(np.random.default_rng((5000, 0)), tmp_path)) == []
+
+
+@pytest.mark.parametrize("step_mm", [0.05, 1e-3, 1e-6, 0.0])
+def test_a_spike_shows_however_little_the_tcp_moves(good: Result, step_mm: float) -> None:
+    n, k = 41, 20
+    q = np.linspace(0.0, 0.8, n)[:, None]
+    q[k] += 0.002
+    t = np.linspace(0.0, 0.4, n)
+    m = good.motion
+    assert m is not None
+    rounded = ReadMotion(replace(m, t_s=t), np.arange(n) + 1, (), (1e-6, np.deg2rad(1e-6)))
+    rows = RoundedRows(q, 1e-3 * step_mm * np.arange(n), np.full(n, 1e-7))
+    found = _second_differences(rows, rounded, (0.0,))[0, k, 0]
+    assert 0.85 * 2 * 0.002 / 0.01**2 < found <= 2 * 0.002 / 0.01**2

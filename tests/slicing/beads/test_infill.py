@@ -16,7 +16,7 @@ from support.meshes import BODY, blade, box, box_solid, from_manifold, ring
 
 from slicing.beads.infill import Stroke, contour_rounds, zigzag
 from slicing.beads.lay import _strokes, bead_of, lay_beads, layer_beads
-from slicing.beads.middle_lines import middle_lines
+from slicing.beads.middle_lines import distances, middle_lines
 from slicing.beads.regions import islands
 from slicing.curves.intersect import Curve
 from slicing.layers.layer import Layer
@@ -317,3 +317,13 @@ def test_copies_of_a_ring_are_one_region():
     assert many.area_mm2 == pytest.approx(island.area_mm2, rel=1e-9)
     moved = affinity.translate(many.region, island.chart.period)
     assert moved.intersection(many.region).area == pytest.approx((many.periods - 1) * island.area_mm2, rel=1e-6)
+
+
+def test_distances_from_a_border_of_many_sides_are_the_plain_ones() -> None:
+    rng = np.random.default_rng(3)
+    region = shapely.Point(0, 0).buffer(20, 500) - shapely.Point(3, 1).buffer(11, 300)
+    points = rng.uniform(-25, 25, (400, 2))
+    plain = shapely.distance(shapely.points(points), region.boundary)
+    assert distances(points, region.boundary) == pytest.approx(plain, abs=1e-12)
+    line = shapely.LineString([(0, 0), (10, 0), (10, 5)])
+    assert distances(np.array([[4.0, 3.0], [12.0, 9.0]]), line) == pytest.approx([3.0, math.hypot(2, 4)])
