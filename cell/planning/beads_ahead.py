@@ -94,7 +94,8 @@ class BeadsAhead:
         """The edges of ways, by first target, rolls and configurations; and the first and last edge of each."""
         together = SearchedBead.of(self._context, begun, stop)
         start = [np.arange(len(q) - 1) + first - begun for first, _, q in ways]
-        roll, q = ([np.stack([way[i][:-1], way[i][1:]], axis=1) for way in ways] for i in (1, 2))
+        roll = [np.stack([some[:-1], some[1:]], axis=1) for _, some, _ in ways]
+        q = [np.stack([some[:-1], some[1:]], axis=1) for _, _, some in ways]
         checked = check_edges(together, *(np.concatenate(each) for each in (start, roll, q)))
         ends = np.cumsum([len(some) for some in start]).tolist()
         return checked, [(end - len(some), end - 1) for some, end in zip(start, ends, strict=True)]

@@ -19,7 +19,7 @@ from ik.chain import Floats
 from ...arrays import Ints
 from .link_poses import ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA
-from .proof_cells import Cells
+from .proof_cells import ProofCells
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +62,11 @@ class StepBends:
         return self._of[sample]
 
     def seen_from(self, link: int) -> tuple[Floats, Floats, Floats]:
-        """By how much the world's turn and place half-way are off the middle of the ends', (k, 3, 3), (k, 3); and
-        the cube of all that the joints up to the link turn, (k,).
+        """How the world moves as it is seen from a link.
+
+        Returns:
+            By how much its turn and its place half-way are off the middle of those at the ends, (k, 3, 3) and (k, 3),
+            and the cube of all that the joints up to the link turn, (k,).
         """
         if link not in self._known:
             R, p = self._poses.R[:, link], self._poses.p[:, link]
@@ -88,7 +91,9 @@ class CarriedPlanes:
         self._links = links
         self._length = float(np.linalg.norm(links.chain.origins[:, :3, 3], axis=1).sum())
 
-    def over(self, poses: LinkPoses, bends: StepBends, pairs: PairsBelow, cells: Cells) -> tuple[Ints, Ints, Floats]:
+    def over(
+        self, poses: LinkPoses, bends: StepBends, pairs: PairsBelow, cells: ProofCells
+    ) -> tuple[Ints, Ints, Floats]:
         """How far pairs are apart at the samples of their cells, less what may be missing between the samples.
 
         Args:

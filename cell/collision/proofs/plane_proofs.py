@@ -33,7 +33,7 @@ from ..pair_groups import PairGroup
 from .carried_planes import CarriedPlanes, PairsBelow, StepBends
 from .link_poses import WORLD, ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
-from .proof_cells import Cells, cells_of
+from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
 
 SPACINGS = (0.08, 0.04, 0.02, 0.01, 0.0)  # m of travel between the samples that are looked at, one after the other
@@ -204,7 +204,8 @@ class PlaneProofs:
                 cells, of = cells_of(places, step[open_], laid[open_], spacing, most + beyond)
                 near = group.pairs_within(q[cells.at], cells.laid, cells.far)
                 seen.nearer(cells.at, near.nearest(len(cells.at)))
-                value, carried, frames = self._values(poses, cells, near, (share, most), None if group.itself else bends)
+                seen_from = None if group.itself else bends
+                value, carried, frames = self._values(poses, cells, near, (share, most), seen_from)
                 off = np.maximum.reduce([share * bend[open_], *(self._bend_seen(turn[open_], i) for i in frames)])
                 value, carried = (np.minimum(each[of], each[of + 1]) for each in (value, carried))
                 at_ends[open_] = np.maximum(at_ends[open_], np.minimum(value, carried))
@@ -214,7 +215,7 @@ class PlaneProofs:
         return ProvedSteps(kept, seen), bent
 
     def _values(
-        self, poses: LinkPoses, cells: Cells, near: NearPairs, asked: tuple[float, float], bends: StepBends | None
+        self, poses: LinkPoses, cells: ProofCells, near: NearPairs, asked: tuple[float, float], bends: StepBends | None
     ) -> tuple[Floats, Floats, list[int]]:
         """What the pairs keep at least at the samples of cells.
 
@@ -247,14 +248,15 @@ class PlaneProofs:
             np.minimum.at(least, which, over)
             held = self._held(poses, cells, (planes, least), self._below(near, which_pairs), (wanted, bends))
             np.minimum.at(carried, held[1], held[2] - LESS)
-            which, at, over = (each[~held[0][which]] for each in (which, at, over))
+            stay = ~held[0][which]
+            at, over = at[stay], over[stay]
         np.minimum.at(out, at, over)
         return out - LESS, carried, np.unique(planes.frame[planes.frame >= 0]).tolist()
 
     def _held(
         self,
         poses: LinkPoses,
-        cells: Cells,
+        cells: ProofCells,
         known: tuple[_Planes, Floats],
         pairs: PairsBelow,
         asked: tuple[float, StepBends],
@@ -295,7 +297,7 @@ class PlaneProofs:
         each, of = np.unique(geom, return_inverse=True)
         return np.array([self._links.shape(g).endless for g in each.tolist()], dtype=bool)[of]
 
-    def _planes(self, poses: LinkPoses, cells: Cells, near: NearPairs, which: Ints) -> _Planes:
+    def _planes(self, poses: LinkPoses, cells: ProofCells, near: NearPairs, which: Ints) -> _Planes:
         """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
         pairs, links = self._below(near, which), self._links
         a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal

@@ -21,7 +21,7 @@ WIDER = 1 + 1e-9  # of a cell: rounding alone divides none
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
+class ProofCells:
     """Steps that lie close together.
 
     Attributes:
@@ -46,7 +46,7 @@ class Cells:
         return which, np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + first[cell][which]
 
 
-def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float) -> tuple[Cells, Ints]:
+def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float) -> tuple[ProofCells, Ints]:
     """Gather steps.
 
     Args:
@@ -73,7 +73,7 @@ def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float)
     sample, of_cell = np.empty((2, len(order) + int(alone.sum())), dtype=np.int64)
     sample[second - 1], of_cell[second - 1] = sorted_step, cell
     sample[second], of_cell[second] = sorted_step + 1, cell
-    return Cells(step[nearest], laid[nearest], of_cell, sample, far), of
+    return ProofCells(step[nearest], laid[nearest], of_cell, sample, far), of
 
 
 def _clusters(place: Floats, laid: Ints, spacing: float) -> tuple[Ints, Ints, Ints]:

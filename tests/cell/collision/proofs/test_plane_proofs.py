@@ -13,7 +13,7 @@ from cell.collision.proofs.carried_planes import PairsBelow, StepBends
 from cell.collision.proofs.convex_shapes import convex_shape
 from cell.collision.proofs.kept_along import MotionSamples, kept_along
 from cell.collision.proofs.plane_proofs import PlaneProofs, proofs_of
-from cell.collision.proofs.proof_cells import Cells, cells_of
+from cell.collision.proofs.proof_cells import ProofCells, cells_of
 from cell.collision.proofs.reach_radii import radii
 from cell.collision.table import with_table_axes
 from cell.scene.compose import compose
@@ -268,7 +268,7 @@ def test_every_pair_lies_on_either_side_of_a_plane(scenes):
         q, _ = motions(checker, rng, 0.05)
         links, every = proofs._links, np.arange(len(q))
         poses = links.poses(q)
-        cells = Cells(every, np.full(len(q), scene.n_deposits), every, every, REACH)
+        cells = ProofCells(every, np.full(len(q), scene.n_deposits), every, every, REACH)
         near = checker.pairs_within(q, cells.laid, REACH)
         planes = proofs._planes(poses, cells, near, np.arange(len(near.row)))
         for row, pair in zip(near.row.tolist(), near.geom.tolist(), strict=True):
