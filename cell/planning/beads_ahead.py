@@ -1,10 +1,10 @@
-"""Beads that follow one another, searched ahead of their turn and checked together: one proof of all costs less than many.
+"""Beads that follow one another, searched ahead of their turn and checked together: one proof costs less than many.
 
     ahead = BeadsAhead(context, firsts, stop)
     bead = ahead.bead(first, q_before)          # None: it is to be planned by itself
 
-Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself finds
-at once, or nothing: a bead that has to avoid something, or to which the arm comes from elsewhere, is left to that.
+Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
+finds at once, or nothing: a bead that has to avoid something, or to which the arm comes from elsewhere, is left to that.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class BeadsAhead:
         start = [np.arange(len(q) - 1) + first - begun for first, _, q in ways]
         roll = [np.stack([some[:-1], some[1:]], axis=1) for _, some, _ in ways]
         q = [np.stack([some[:-1], some[1:]], axis=1) for _, _, some in ways]
-        checked = check_edges(together, *(np.concatenate(each) for each in (start, roll, q)))
+        checked = check_edges(together, np.concatenate(start), np.concatenate(roll), np.concatenate(q))
         ends = np.cumsum([len(some) for some in start]).tolist()
         return checked, [(end - len(some), end - 1) for some, end in zip(start, ends, strict=True)]
 

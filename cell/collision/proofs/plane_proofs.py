@@ -31,7 +31,7 @@ from ..clearances import Clearances
 from ..near_pairs import NearPairs
 from ..pair_groups import PairGroup
 from .carried_planes import CarriedPlanes, PairsBelow, StepBends
-from .link_poses import WORLD, ArmLinks, LinkPoses
+from .link_poses import ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
 from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
@@ -62,7 +62,7 @@ class _Planes:
     Attributes:
         cell: whose they are, (p,).
         geom: the shape of the arm, (p,).
-        frame: joint with whose link the plane moves, (p,), or WORLD.
+        frame: joint with whose link the plane moves, (p,), or ``WORLD`` of ``link_poses``.
         normal: in that frame, towards the shape, (p, 3).
         offset: how far what is on the other side reaches along it, (p,), m.
     """
