@@ -19,6 +19,7 @@ from cell.collision.table import with_table_axes
 from cell.scene.compose import compose
 
 REACH, STEPS = 0.3, 20
+COUNT = 60  # steps
 
 
 @pytest.fixture(scope="module")
@@ -121,16 +122,16 @@ def test_between_a_steps_ends_no_point_of_the_arm_is_further_off_its_chord_than_
     for scene in scenes:
         proofs = PlaneProofs(Checker(scene, (0.0, 0.0), REACH))
         links = proofs._links
-        for size in (1e-3, 0.02, 0.1):
-            a = rng.uniform(scene.chain.lower, scene.chain.upper, (40, scene.chain.n))
+        for size in (1e-3, 0.02, 0.1, 0.7, 1.5):
+            a = rng.uniform(scene.chain.lower, scene.chain.upper, (COUNT, scene.chain.n))
             b = a + size * rng.normal(size=a.shape)
-            q, step = np.stack([a, b], axis=1).reshape(-1, a.shape[1]), 2 * np.arange(40)
+            q, step = np.stack([a, b], axis=1).reshape(-1, a.shape[1]), 2 * np.arange(COUNT)
             poses, halfway = links.poses(q), links.poses((a + b) / 2)
-            bend, most = proofs._bend(poses, halfway, step, np.abs(b - a)), np.zeros(40)
+            bend, most = proofs._bend(poses, halfway, step, np.abs(b - a)), np.zeros(COUNT)
             dense_poses = links.poses((a[:, None] + t * (b - a)[:, None]).reshape(-1, a.shape[1]))
             for g in links.moving.tolist():
                 R, p = dense_poses.R[:, links.owner[g]], dense_poses.p[:, links.owner[g]]
-                at = (links.shape(g).points @ np.swapaxes(R, 1, 2) + p[:, None]).reshape(40, len(t), -1, 3)
+                at = (links.shape(g).points @ np.swapaxes(R, 1, 2) + p[:, None]).reshape(COUNT, len(t), -1, 3)
                 chord = at[:, :1] + t[None, :, None] * (at[:, -1:] - at[:, :1])
                 most = np.maximum(most, np.linalg.norm(at - chord, axis=3).max(axis=(1, 2)))
             assert (most <= bend + 1e-12).all()
