@@ -2,6 +2,7 @@
 
     python bench/odd_cells.py                       # 200 random cells
     python bench/odd_cells.py --count 60 --seed 7 --keep FOLDER    # cells with a finding are kept there
+    python bench/odd_cells.py --odder               # of the kinds of tests/support/odder_models.py too
 
 Arms, torches and tables are of ``tests/support/odd_models.py``, parts and placements of ``support/random_jobs.py``; the
 table stands, indexes or moves along. Every motion that a check calls feasible is replayed by
@@ -38,12 +39,13 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="number of the first cell")
     parser.add_argument("--keep", type=Path, help="folder for the cells with a finding")
+    parser.add_argument("--odder", action="store_true", help="more kinds of models, thin, large and far ones")
     args = parsed(parser, count=2)
     count: Counter[str] = Counter()
     told, slowest = time.perf_counter(), (0.0, -1)
     for k in range(args.first, args.first + args.count):
         with tempfile.TemporaryDirectory() as folder:
-            path = odd_job(np.random.default_rng((args.seed, k)), Path(folder))
+            path = odd_job(np.random.default_rng((args.seed, k)), Path(folder), odder=args.odder)
             began = time.process_time()
             try:
                 result, wrong = own_result(path, ("csv", "npz")[k % 2])

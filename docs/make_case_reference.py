@@ -16,7 +16,7 @@ HEAD = """# Case files
 
 Everything of a run in one YAML file. Only `part` is needed; every other key has the default shown. Lengths in
 mm and angles in degrees, as each key says; paths are relative to the file; unknown keys are errors. Made from
-the definitions in `cell/case/sections.py` and `slicing/parameters.py` by `docs/make_case_reference.py`.
+the definitions in `cell/case/*sections.py` and `slicing/parameters.py` by `docs/make_case_reference.py`.
 
 """
 

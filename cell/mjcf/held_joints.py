@@ -10,9 +10,10 @@ and radians.
 
 from __future__ import annotations
 
+import re
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -21,34 +22,14 @@ from ik.chain import Floats
 from slicing import Code, Warning
 
 from ..errors import InputError
+from .couplings import check_couplings
+from .own_places import OwnPlaces
 
 HINGE, SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
 BALL, FREE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_FREE
 MM = 1e-3
 UNNAMED = "joint without a name "
-
-
-@dataclass(frozen=True)
-class OwnPlaces:
-    """What a section of a case says of the joints that are not planned.
-
-    Attributes:
-        section: "robot", "tool" or "positioner".
-        model: the section's model, for messages.
-        where: the case file, for messages.
-        held_deg: places of hinges by name, deg.
-        held_mm: places of slides by name, mm.
-    """
-
-    section: str
-    model: str
-    where: str
-    held_deg: Mapping[str, float] = field(default_factory=dict)
-    held_mm: Mapping[str, float] = field(default_factory=dict)
-
-    def error(self, text: str) -> InputError:
-        """An error that names the case file."""
-        return InputError(f"{self.where}: {self.section}{text}")
+MANY = 4  # joints without a name, said to stand at one place, that are told together
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +40,7 @@ class Held:
         joints: names of all its joints.
         home: places of the planned joints in the model's key ``home``, rad; empty where it has no such key.
         keys: names of the model's keys.
-        warnings: where every other joint stands, one each.
+        warnings: where every other joint stands, and which couplings are left out.
     """
 
     joints: tuple[str, ...]
@@ -81,7 +62,7 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
 
     Raises:
         InputError: a place is stated of a joint that is planned, not there, or of another kind; a place is outside its
-            joint's range; or a joint that is not planned is coupled to one that is.
+            joint's range; or a coupling would not hold in a motion of the planned joints.
     """
     keys = tuple(key.name for key in spec.keys)
     for k, joint in enumerate(j for j in spec.joints if not j.name):
@@ -89,7 +70,8 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
     free = [joint for joint in spec.joints if joint.name not in planned]
     has = tuple(joint.name for joint in spec.joints)
     _check_stated(spec, planned, own)
-    if not free and "home" not in keys:
+    coupled = bool(len(spec.equalities) or len(spec.tendons))
+    if not (free or coupled or "home" in keys):
         return Held(has, {}, keys, ())
     try:
         with warnings.catch_warnings():  # of flexes, which are left out and told
@@ -98,16 +80,28 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
     except ValueError as error:
         raise InputError(f"{own.model}: does not compile: {' '.join(str(error).split())}") from None
     home = model.key("home").qpos if "home" in keys else None
-    _check_coupled(model, planned, own)
-    if free:
+    told = [*check_couplings(model, planned, own)]
+    if free or coupled:
         _drop_what_drives(spec)
-    told = []
     for body in spec.bodies:
         joints = list(body.joints)
         if all(joint.name in planned for joint in joints):
             continue
         told += _fold(spec, model, body, planned, own, home)
-    return Held(has, _places(model, home, planned), keys, tuple(told))
+    return Held(has, _places(model, home, planned), keys, tuple(_few(told)))
+
+
+def _few(told: list[Warning]) -> Iterator[Warning]:
+    """Warnings, those of many joints without a name at one place as one: a cable or a cloth has hundreds."""
+    alike: dict[str, list[Warning]] = {}
+    for one in told:
+        alike.setdefault(re.sub(rf"{UNNAMED}\d+", UNNAMED, one), []).append(one)
+    for text, some in alike.items():
+        if len(some) < MANY:
+            yield from some
+        else:
+            text = text.replace(f"{UNNAMED} is not", f"{len(some)} joints without a name are not")
+            yield Warning(some[0].code, text.replace("; it stands", "; each stands"))
 
 
 def check_planned(held: Held, planned: Sequence[str], own: OwnPlaces) -> None:
@@ -143,28 +137,13 @@ def _check_stated(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -
     for key, stated, kind in (("held_deg", own.held_deg, HINGE), ("held_mm", own.held_mm, SLIDE)):
         for name in stated:
             if name in planned:
-                raise own.error(f".{key}: {name} is planned; its place is not for the case to state")
+                raise own.error(f".{key}: {name} is planned, so its position cannot be given; leave it out")
             if name not in known:
                 has = ", ".join(free) or "none"
-                raise own.error(f".{key}: {own.model} has no joint {name!r}; those that are not planned are {has}")
+                raise own.error(f".{key}: {own.model} has no joint {name!r}; the joints that are not planned are {has}")
             if known[name].type != kind:
                 other = "held_mm" if known[name].type == SLIDE else "held_deg" if known[name].type == HINGE else "none"
                 raise own.error(f".{key}: {name} is not a {'hinge' if kind == HINGE else 'slide'}; its key is {other}")
-
-
-def _check_coupled(model: mujoco.MjModel, planned: Sequence[str], own: OwnPlaces) -> None:
-    """Refuse joints that follow a planned one: frozen, they would stand elsewhere than in the shop."""
-    for e in range(model.neq):
-        if model.eq_type[e] != mujoco.mjtEq.mjEQ_JOINT or model.eq_obj2id[e] < 0:
-            continue
-        pair = [model.joint(int(i)).name for i in (model.eq_obj1id[e], model.eq_obj2id[e])]
-        moved = [name for name in pair if name in planned]
-        if len(moved) == 1:
-            other = next(name for name in pair if name not in planned)
-            raise own.error(
-                f".model: {own.model}: joint {other} follows {moved[0]} (an equality); joints that move with planned "
-                "ones are not supported: model the arm without it"
-            )
 
 
 def _fold(
@@ -206,7 +185,9 @@ def _turn_back(joint: mujoco.MjsJoint, by: Floats, own: OwnPlaces) -> None:
     if np.array_equal(by, np.eye(4)):
         return
     if joint.frame is not None:
-        raise own.error(f".model: {own.model}: {joint.name} shares its body with a joint that is not planned; use two")
+        raise own.error(
+            f".model: {own.model}: {joint.name} shares its body with a joint that is not planned; use two bodies"
+        )
     back = np.linalg.inv(by)
     joint.axis = back[:3, :3] @ np.asarray(joint.axis)
     joint.pos = back[:3, :3] @ np.asarray(joint.pos) + back[:3, 3]
@@ -284,7 +265,7 @@ def _check_range(model: mujoco.MjModel, j: int, value: float, unit: tuple[float,
         joint = model.joint(j).name
         raise own.error(
             f": {joint} is not planned and would stand at {value:g} {name}, outside its range {low:g} .. {high:g}; "
-            f"state its place: {own.section}.held_{name}: {{{joint}: ..}}"
+            f"set its position: {own.section}.held_{name}: {{{joint}: ..}}"
         )
 
 
@@ -297,7 +278,7 @@ def _warning(
         text = f"{whose}; it stands {place} ({source})"
     else:
         text = f"{whose}, and the model has no key home; it stands {place}"
-    return Warning(Code.JOINT_HELD, text + (f"; another place: {key}" if key else ""))
+    return Warning(Code.JOINT_HELD, text + (f"; {key} sets another position" if key else ""))
 
 
 def _freed(
@@ -311,6 +292,13 @@ def _freed(
         mujoco.mju_quat2Mat(R, home[at + 3 : at + 7] / np.linalg.norm(home[at + 3 : at + 7]))
         T[:3, :3], T[:3, 3] = R.reshape(3, 3), home[at : at + 3]
         if body.frame is not None and not np.allclose(T, _pose_of(spec, body)):
-            raise own.error(f".model: {own.model}: the key home moves a free body inside a frame; take the frame out")
+            raise own.error(
+                f".model: {own.model}: the key home moves a free body inside a frame; remove the frame from the MJCF"
+            )
         _put(body, T)
-    return _warning(own, model.joint(j).name, "where its body is" if home is None else "at its place", home is not None)
+    return _warning(
+        own,
+        model.joint(j).name,
+        "where its body is drawn" if home is None else "where the key has it",
+        home is not None,
+    )

@@ -112,7 +112,7 @@ def least_clearance(context: Context, samples: RunSamples, known: float) -> Leas
 
 
 def _named(context: Context, samples: RunSamples, at: int, nearest: Clearances) -> Least | None:
-    if not np.isfinite(nearest.distance[0]):
+    if nearest.distance[0] > context.checker.reach:  # beyond it only what a proof came by is known
         return None
     pair = tuple(context.checker.scene.geom_name(int(g)) for g in nearest.pair[0])
     return Least(float(nearest.distance[0]), int(samples.target[at]), pair)

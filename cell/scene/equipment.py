@@ -21,11 +21,14 @@ import numpy as np
 from ik.chain import Floats
 from slicing import Code, Warning
 
-from ..case.sections import NO_TABLE, Case
+from ..case.cell_sections import NO_TABLE
+from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.asset_files import settle_files
-from ..mjcf.held_joints import Held, OwnPlaces, check_planned, hold
+from ..mjcf.fitted_shapes import settle_fits
+from ..mjcf.held_joints import Held, check_planned, hold
 from ..mjcf.names import attach, name_all
+from ..mjcf.own_places import OwnPlaces
 from ..mjcf.torch import TorchDimensions, shape_torch
 from ..shipped import MODELS_DIR, is_path
 from ..units import METRES_PER_MM
@@ -57,34 +60,33 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
     if not path.is_file():
         known = sorted(p.parent.name for p in MODELS_DIR.glob("*/*.xml"))
         raise InputError(
-            f"{case.path}: {what}.model: no file {path}; shipped models are {', '.join(known)}, anything else is a path"
+            f"{case.path}: {what}.model: no file {path}; give a path or one of the shipped models {', '.join(known)}"
         )
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise InputError(f"{path}: not an MJCF that MuJoCo reads: {one_line(error)}") from None
+        raise InputError(f"{path}: is not an MJCF that MuJoCo can read: {one_line(error)}") from None
     settle_files(spec, path)
     return spec
 
 
 def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
     """A model with all that is named and nothing that only a simulation needs."""
-    gone = [f"{len(spec.equalities)} equality constraint(s)"] if len(spec.equalities) else []
+    gone = []
     pairs = list(spec.pairs) if what == "positioner" else []  # of the arm's pairs alone a motion is asked
     gone += [f"{len(pairs)} contact pair(s)"] if pairs else []
     gone += [f"{len(spec.flexes)} flex(es)"] if len(spec.flexes) else []
     if gone:
         text = (
-            f"{what}.model: {' and '.join(gone)} left out of the cell: what they couple stays where it is, "
-            "and what they hold or name is not looked at"
+            f"{what}.model: {' and '.join(gone)} left out of the cell: collisions that only they name are not checked"
         )
         pieces.warnings.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
     for kind in (*DRIVEN, "flexes"):  # names in them would have to follow; kinematics and contacts need none
         for element in list(getattr(spec, kind)):
             spec.delete(element)
+    _let_collide(spec)
     for pair in pairs:
         spec.delete(pair)
-    _let_collide(spec)
     _with_the_cells_options(spec, pieces.world)
     for body in spec.bodies:
         body.mocap = False  # what a user drags in a viewer stays where it is drawn
@@ -92,6 +94,7 @@ def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
         if eye.targetbody:
             eye.targetbody, eye.mode = "", mujoco.mjtCamLight.mjCAMLIGHT_FIXED
     name_all(spec, what)
+    settle_fits(spec, what)
     return spec
 
 
@@ -276,8 +279,8 @@ def _without_shape(case: Case) -> tuple[Warning, ...]:
     return (
         Warning(
             Code.TABLE_WITHOUT_SHAPE,
-            "positioner: none: nothing of a table is in the cell; what carries the part is to be among the fixtures, "
-            "or a model with joints: []",
+            "positioner: none: the cell has no table; add what carries the part to fixtures, or give a model with "
+            "joints: []",
         ),
     )
 

@@ -27,6 +27,7 @@ from ..job.job import Job
 from ..job.reordered import in_order
 from ..job.table_groups import TableGroup, table_groups
 from ..job.table_section_check import BODY
+from ..part_chunks.least import Least
 from ..planning.assemble import with_ways
 from ..planning.context import Context
 from ..planning.travels.home import HomeWays
@@ -41,8 +42,9 @@ from ..table_poses.nearer_place import CheckedWay, TurnEnd, nearer_place
 from ..table_poses.side_by_side import crew_for
 from ..table_poses.suited_poses import SuitedPose, suited_poses, upright_band, upright_poses
 from ..table_poses.table_turn import Angles, TableTurn, TurnSearch, nearest_turn, turn_time
-from .check import BuiltAt, Least, Result, SpanVerdict, TargetVerdict, failed, off_upright
+from .check import SpanVerdict, failed, off_upright
 from .group_verdicts import GroupVerdicts, Trial, place_of
+from .result import BuiltAt, Result, TargetVerdict
 
 CHECKS = 4  # poses of a group that are checked whole
 ORDERS = 4  # orders of layers that are tried

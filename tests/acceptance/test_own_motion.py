@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from support.random_jobs import own_motion, random_job
+from support.cell_models import write_case
+from support.random_jobs import own_motion, own_result, random_job
 
 
 def test_a_bead_that_is_run_back_to_is_the_same_bead_in_its_own_motion(make_case):
@@ -14,6 +15,20 @@ def test_targets_at_one_place_are_passed_at_one_time(make_case):
     beads = {"pattern": "contour_parallel", "width_mm": 5, "lead_in_mm": 2, "lead_out_mm": 2}
     path = make_case(beads=beads, sampling={"min_segment_mm": 5}, process={"least_speed_share": 0.0})
     assert own_motion(path) == []
+
+
+def test_where_nothing_comes_near_no_least_clearance_is_told(tmp_path):
+    """A wire so long that all else stays away: proofs look further than clearances are known."""
+    torch = (
+        '<mujoco><worldbody><body><geom type="cylinder" size="0.03" fromto="0 0 0.05 0 0 0.4"/>'
+        '<geom type="cylinder" size="0.012" fromto="0 0 0.42 0.3 0 0.42"/>'
+        '<geom name="wire" type="cylinder" size="0.0006" fromto="0.3 0 0.42 0.4 0 0.42"/>'
+        '<site name="tcp" pos="0.4 0 0.42" euler="0 90 0"/></body></worldbody></mujoco>'
+    )
+    result, wrong = own_result(write_case(tmp_path, "long", torch=torch, floor=False))
+    assert wrong == []
+    assert result.motion is not None
+    assert result.clearance is None
 
 
 @pytest.mark.slow

@@ -22,6 +22,7 @@ from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.collision.table import table_alone
 from cell.collision.wire import wire_checker
+from cell.errors import InputError
 from cell.job.job import prepare
 from cell.job.wire_in_metal import wire_size
 from cell.scene.composition import Piece
@@ -209,7 +210,7 @@ def test_an_arm_of_visuals_alone_is_feasible_with_a_warning_that_names_its_links
 
 @pytest.mark.parametrize(
     ("wire", "words"),
-    [([], "no wire that collides"), (["wire", "neck"], "neck (24 mm) thicker than any wire"), (["wire"], None)],
+    [([], "no wire that collides"), (["wire", "neck"], "neck (24 mm) is thicker than a wire"), (["wire"], None)],
 )
 def test_a_wire_that_is_none_is_said(wire, words, tmp_path):
     job = prepare(load_case(write_case(tmp_path, "wire", tool={"wire": wire})))
@@ -220,9 +221,12 @@ def test_a_wire_that_is_none_is_said(wire, words, tmp_path):
 
 
 def test_couplings_that_are_left_out_are_said(tmp_path):
-    arm = ARM.replace("<contact>", '<equality><joint joint1="A3" joint2="A2"/></equality><contact>')
+    coupling = '<equality><joint joint1="A3" joint2="A2" active="{}"/></equality><contact>'
+    arm = ARM.replace("<contact>", coupling.format("false"))
     job = prepare(load_case(write_case(tmp_path, "coupled", arm=arm)))
     assert [w.code for w in job.warnings if w.code is not Code.DEPOSIT_SHARE] == [Code.MODEL_ELEMENT_LEFT_OUT]
+    with pytest.raises(InputError, match="joint A3 follows A2"):
+        prepare(load_case(write_case(tmp_path, "follows", arm=ARM.replace("<contact>", coupling.format("true")))))
 
 
 @pytest.mark.parametrize("plinth", ["", '<geom name="plinth" type="box" size="0.2 0.2 0.01" pos="-3 0 0"/>'])

@@ -17,9 +17,10 @@ from cell.errors import InputError
 from cell.job.job import prepare
 from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 from cell.verification.motion_check import check_motion
 from support.odd_models import odd_models
+from support.odder_models import odder_fixtures, odder_models
 
 SAME = 1e-4  # m: least clearances of one way, sampled otherwise
 PATTERNS = ("contour_parallel", "zigzag", "raster", "contour")
@@ -72,12 +73,14 @@ def random_job(rng, folder: Path) -> Path:
     return path
 
 
-def odd_job(rng, folder: Path) -> Path:
+def odd_job(rng, folder: Path, *, odder: bool = False) -> Path:
     """The same in a cell of models as other people write them, of which the table may index or move along."""
     path = random_job(rng, folder)
     content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    for key, told in odd_models(rng, folder).items():
+    for key, told in (odder_models if odder else odd_models)(rng, folder).items():
         content[key] = {**content.get(key, {}), **told}
+    if odder:
+        content["fixtures"] = [*content.get("fixtures", []), *odder_fixtures(rng)]
     if content["positioner"]["joints"] == ["E2"]:
         content["table"].pop("E1_deg")
     mode = rng.choice(["fixed", "fixed", "indexed", "coordinated"])
@@ -97,7 +100,8 @@ def odd_job(rng, folder: Path) -> Path:
         place = rng.uniform((300, -900, 0), (1600, 900, 1600)).tolist()
         content["fixtures"] = [*content.get("fixtures", []), {"name": "ball", "mesh": "ball.stl", "position_mm": place}]
     if rng.random() < 0.5:
-        _elsewhere(content, rng.uniform((-500, -500, 0), (500, 500, 100)), float(rng.uniform(-180, 180)))
+        far = 100.0 if odder and rng.random() < 0.3 else 1.0
+        _elsewhere(content, far * rng.uniform((-500, -500, 0), (500, 500, 100)), float(rng.uniform(-180, 180)))
     if rng.random() < 0.5:  # another boss beside it, laid before or after it, or there from the start
         own = trimesh.load(folder / "boss.stl")
         turn = np.deg2rad(rng.choice([-1, 1]) * rng.uniform(35, 180))

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from cell.case.sections import Case
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 
 from .second_engine import placed, shape_of, signed_distance
 
@@ -45,6 +45,13 @@ def frame_of(pos, mat) -> np.ndarray:
     return T
 
 
+def held(section) -> dict[str, float]:
+    """Where a section of a case says that joints stand, rad and m."""
+    return {name: float(np.deg2rad(v)) for name, v in section.held_deg.items()} | {
+        name: v * 1e-3 for name, v in section.held_mm.items()
+    }
+
+
 @dataclass(eq=False)
 class Solid:
     """One shape: what it is of, what moves it, where it is in its model."""
@@ -64,10 +71,13 @@ class Solid:
 class Model:
     """A model from its file, by itself."""
 
-    def __init__(self, path, joints, of: str, wires=()) -> None:
+    def __init__(self, path, joints, of: str, wires=(), held=None) -> None:
         self.model = mujoco.MjModel.from_xml_path(str(path))
         self.data = mujoco.MjData(self.model)
         m = self.model
+        for name, value in (held or {}).items():
+            self.data.joint(name).qpos[0] = value
+        named = {int(g) for g in (*m.pair_geom1, *m.pair_geom2)}
         self.qpos = [int(m.joint(name).qposadr[0]) for name in joints]
         moved = np.zeros(m.nbody, dtype=int)
         for body in range(1, m.nbody):
@@ -90,7 +100,7 @@ class Model:
                 centre=m.geom_aabb[g, :3].copy(),
             )
             for g in range(m.ngeom)
-            if (m.geom_contype[g] or m.geom_conaffinity[g]) and g not in self.wire
+            if (m.geom_contype[g] or m.geom_conaffinity[g] or g in named) and g not in self.wire
         ]
 
     def pose(self, q) -> None:
@@ -113,9 +123,10 @@ class Witness:
     def __init__(self, result: Result) -> None:
         job, case = result.job, result.job.case
         self.motion, self.targets, self.case = result.motion, job.targets, case
-        self.arm = Model(case.path_of(case.robot.model), case.robot.joints, "robot")
-        self.torch = Model(case.path_of(case.tool.model), (), "tool", case.tool.wire)
-        self.table = Model(case.path_of(case.positioner.model), case.positioner.joints, "table")
+        self.arm = Model(case.path_of(case.robot.model), case.robot.joints, "robot", held=held(case.robot))
+        self.torch = Model(case.path_of(case.tool.model), (), "tool", case.tool.wire, held(case.tool))
+        table = case.positioner
+        self.table = Model(case.path_of(table.model), table.joints, "table", held=held(table))
         self.T_robot = frame(case.robot.position_mm, case.robot.rotation_deg)
         self.T_table = frame(case.positioner.position_mm, case.positioner.rotation_deg)
         self.fixed, self.on_table = [], []

@@ -134,7 +134,7 @@ def least_on_the_way(
 
     Returns:
         The sample at which it is or after which it comes, and the one nearest pair; a distance that is too large by
-        ``NEAREST`` or ``NEAREST_SHARE`` of it at most, whichever is more.
+        ``NEAREST`` or ``NEAREST_SHARE`` of it at most, whichever is more. None where nothing is within the reach.
     """
     step = steps_between(q, apart)
     laid = np.maximum(stage[step], stage[step + 1])
@@ -156,6 +156,8 @@ def least_on_the_way(
     steps = OpenSteps(step[k], q[step[k]], q[step[k] + 1], low[step[k]], low[step[k] + 1], laid[k])
     _halve(checker, radius, steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))), nearest)
     best = nearest.best
+    if best.distance[0] > checker.reach:  # of a proof that looked further: what else is out there is not known
+        return nearest.at, Clearances.none(1)
     return nearest.at, best if best.distance[0] > known else _closest(checker, nearest.about, nearest.there, best)
 
 

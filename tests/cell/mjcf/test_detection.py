@@ -199,3 +199,18 @@ def test_an_upright_cylinder_is_as_far_from_a_plane_as_it_stands():
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
         assert data.contact.dist.min() == pytest.approx(0.3, abs=1e-6)
+
+
+def test_a_shape_that_only_a_contact_pair_of_the_table_names_is_in_the_arms_way(make_case, tmp_path):
+    """MuJoCo asks no contact bits of such a shape; it is as hard as any other."""
+    (tmp_path / "table.xml").write_text(
+        '<mujoco><compiler autolimits="true"/><worldbody><body name="b"><geom name="guard" size="0.3"'
+        ' contype="0" conaffinity="0"/><geom name="seen" pos="0 1 0" size="0.1" contype="0" conaffinity="0"/>'
+        '<body><joint name="E1" range="-9 9"/><geom size=".1"/><body><joint name="E2" range="-9 9"/>'
+        '<geom name="plate" size=".1"/><site name="table"/></body></body></body></worldbody>'
+        '<contact><pair geom1="guard" geom2="plate"/></contact></mujoco>',
+        encoding="utf-8",
+    )
+    scene = prepare(load_case(make_case(positioner={"model": "./table.xml"}))).scene
+    hard = {name: bool(scene.contact_bits[:, scene.model.geom(name).id].any()) for name in ("guard", "seen")}
+    assert hard == {"guard": True, "seen": False}

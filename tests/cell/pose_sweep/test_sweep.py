@@ -118,7 +118,7 @@ def test_screening_and_check_agree_about_a_table_by_itself(make_case):
     settled = {}
     for turn in (-180, -90, 0, 90):
         found, result = screen(job, 90, turn), check(job, 90, turn)
-        alone = result.rows[0].detail.get("note") == "the table and what stands on it, whatever the arm does"
+        alone = result.rows[0].detail.get("note") == "the table and what stands on it, in any pose of the arm"
         settled[turn] = found is not None and found.infeasible == found.looked_at == len(job.targets)
         assert alone <= settled[turn]  # what a check says at once is not searched for
         assert found is None or not result.feasible
@@ -366,7 +366,7 @@ BAD = [
     (["--positioner", "1,2"], "--positioner"),
     (["--positioner", "1,2,x"], "--positioner"),
     (["--positioner", "-1,nan,0"], "--positioner"),
-    (["--height", "-5:5:5"], "height has to be above 0"),
+    (["--height", "-5:5:5"], "height of the support must be above 0"),
     (["--height", "0:a"], "--height"),
     (["--picture", "no/such/folder/m.png"], "does not exist"),
     (["--csv", "no/such/folder/m.csv"], "does not exist"),

@@ -19,8 +19,9 @@ from cell.report.check_report import pasted_poses
 from cell.table_poses.layer_order import shortest_order
 from cell.table_poses.table_turn import TurnSearch
 from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
 from cell.verdict.indexed import _Build, _OrderSearch
+from cell.verdict.result import Result
 from cell.verification.motion_check import check_motion
 
 

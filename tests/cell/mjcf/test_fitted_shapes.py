@@ -1,0 +1,42 @@
+"""Shapes that a model fits to a mesh stand in a cell as they stand in the model's own file."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from cell.case.read import load_case
+from cell.job.job import prepare
+
+TABLE = """<mujoco><compiler autolimits="true" angle="degree" fitaabb="{fitaabb}"/>
+<asset><mesh name="m" vertex="{vertex}" scale="-1 1 1.5" refpos="0.1 0.2 0.3" refquat="0.5 0.1 0.2 0.8"/></asset>
+<worldbody><body name="stand" pos="0 1 0"><frame pos="0.1 0.2 0.9" euler="10 20 30">{shapes}</frame></body>
+<body><joint name="E1" range="-9 9"/><geom size=".1"/><body><joint name="E2" range="-9 9"/><geom size=".1"/>
+<site name="table"/></body></body></worldbody></mujoco>"""
+KINDS = ("box", "capsule", "cylinder", "ellipsoid", "sphere")
+
+
+@pytest.mark.parametrize("fitaabb", ["false", "true"])
+def test_fitted_shapes_are_as_large_and_where_their_own_file_has_them(fitaabb, make_case, tmp_path):
+    rng = np.random.default_rng(4)
+    shapes = "".join(
+        f'<geom name="{kind}" type="{kind}" mesh="m" fitscale="1.1" pos="0 0 {k}" euler="{20 * k} 5 40"/>'
+        for k, kind in enumerate(KINDS)
+    )
+    vertex = " ".join(f"{v:.6f}" for v in (rng.normal(size=(12, 3)) * (0.05, 0.1, 0.2) + 0.1).ravel())
+    text = TABLE.format(fitaabb=fitaabb, vertex=vertex, shapes=shapes)
+    (tmp_path / "table.xml").write_text(text, encoding="utf-8")
+    where = {"model": "./table.xml", "position_mm": [0, 0, 0], "rotation_deg": [0, 0, 0]}
+    model, own = prepare(load_case(make_case(positioner=where))).scene.model, mujoco.MjModel.from_xml_string(text)
+    at, mine = mujoco.MjData(own), mujoco.MjData(model)
+    for data in (at, mine):
+        mujoco.mj_kinematics(data.model, data)
+    for kind in KINDS:
+        here, there = mine.geom(kind), at.geom(kind)
+        assert here.xpos == pytest.approx(there.xpos, abs=1e-9)
+        # a box has become a mesh of its corners, whose axes may be others
+        held = model.geom_aabb[model.geom(kind).id, 3:] if kind == "box" else model.geom(kind).size
+        assert np.sort(held) == pytest.approx(np.sort(own.geom(kind).size), abs=1e-6)
+        if kind in ("capsule", "cylinder"):
+            assert here.xmat[[2, 5, 8]] == pytest.approx(there.xmat[[2, 5, 8]], abs=1e-6)
