@@ -61,7 +61,7 @@ class Part(Section):
     absent: bool = Field(
         False, description="true: nothing is built, the cell stands alone (for `rbam check --program`)"
     )
-    mesh: FileName | None = Field(None, description="mesh of the whole part: body and sub-volumes are found in it; or")
+    mesh: FileName | None = Field(None, description="mesh of the whole part: body and sub-volumes are found in it")
     toolpath: FileName | None = Field(
         None,
         description="beads of another slicer on part.body: a table of targets (docs/formats.md), instead of meshes "

@@ -39,7 +39,7 @@ REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "sp
 class Roll(Section):
     """Angles allowed about the wire."""
 
-    fixed_deg: Angle | None = Field(None, description="one angle; or")
+    fixed_deg: Angle | None = Field(None, description="one angle")
     range_deg: tuple[Angle, Angle] | None = Field(
         None, description="lowest and highest angle; every angle between them is allowed"
     )

@@ -75,7 +75,7 @@ class Words:
             return escape(_of_played(self.result))
         if motion is not None:
             return (
-                f"The arm can weld all {n} targets in one motion that was followed and checked: "
+                f"The arm can weld all {n} targets in one motion, which was checked all along: "
                 f"{_duration(float(motion.t_s[-1]))}, {_duration(motion.arc_time)} of it with the arc on."
             )
         counts = [f"{k} {REASON_WORDS[r]}" for r, k in self._counts()]

@@ -128,7 +128,7 @@ def metal_lines(name: str, metal: Sequence[LayerMetal], parameters: BeadParamete
         heaviest = max(bare, key=lambda m: m.laid_mm3)
         most += (
             f"; {len(bare)} of them need{'s' * (len(bare) == 1)} almost no metal: layer {heaviest.layer} needs"
-            f" {heaviest.wanted_mm3:.2g} mm³ and gets {heaviest.laid_mm3:.3g} mm³"
+            f" {heaviest.wanted_mm3:.3g} mm³ and gets {heaviest.laid_mm3:.3g} mm³"
         )
     whole = sum(m.laid_mm3 for m in metal) / max(sum(m.wanted_mm3 for m in metal), 1e-300)
     why = " (pattern contour lays only the borders)" if parameters.pattern == "contour" else ""

@@ -1,6 +1,6 @@
 """Beads that fill a flat region: rounds along its border, and one bead along the middle of thin places.
 
-    strokes = contour_rounds(island, 0.5, pitch_mm=3.75, width_mm=5.0)      # in its chart
+    strokes = contour_rounds(island, 2.5, pitch_mm=3.75, width_mm=5.0, rounds=None)      # in its chart
 
 The border of the region is the edge of the material ("edge") or the centre line of the outermost bead ("centre"):
 the first round runs half a width inside it, or on it. Every further round runs a pitch = width * (1 - overlap) inside

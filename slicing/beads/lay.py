@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from .overhang import ALLOWED, Overhang, overhang_lines, overhangs
 from .regions import Island, Joint, islands
 from .seams import with_seams
 from .thickness_policy import ThicknessPlace, policy_lines, with_policy
-from .zigzag import OVER, zigzag
+from .zigzag import OVER, length_of, spread, zigzag
 
 CROWDED = 0.85  # share of the pitch: beads nearer than this are told of
 HALVINGS = 12  # of chords over a corner of the surface
@@ -170,21 +171,22 @@ def _has_thin_walls(layer: Layer, p: BeadParameters) -> bool:
 
 def _strokes(island: Island, p: BeadParameters, layer: int) -> list[Stroke]:
     """A pattern's strokes on an island."""
-    found: list[Stroke] = []
     if p.pattern == "contour":
-        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, 1, fills=False)
+        found = list(contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, 1, fills=False))
         return found + list(narrow_places(island, p.first_mm, p.width_mm, p.pitch_mm))
     pitch, across = fitted_pitch(island, p.first_mm, p.pitch_mm, p.width_mm)
+    narrow = list(narrow_places(island, p.first_mm, p.width_mm, p.pitch_mm))
     if p.pattern == "zigzag" and across > 2 * p.contours + 1:
         angle = p.angle_deg + layer * p.angle_step_deg
-        found += contour_rounds(island, p.first_mm, pitch, p.width_mm, p.contours)
+        rounds = list(contour_rounds(island, p.first_mm, pitch, p.width_mm, p.contours))
         # so far that between the round ends of two lines the round about them covers
         over = pitch - (0.5 - OVER) * p.width_mm if p.contours else 0.0
         over = min(max(over, 0.0), pitch)
-        found += zigzag(island, p.first_mm + p.contours * pitch, over, p.pitch_mm, p.width_mm, angle)
-    else:  # across a wall of few beads no lines fit within the rounds
-        found += contour_rounds(island, p.first_mm, pitch, p.width_mm, None)
-    return found + list(narrow_places(island, p.first_mm, p.width_mm, p.pitch_mm))
+        lines = partial(zigzag, island, p.first_mm + p.contours * pitch, over, width_mm=p.width_mm, angle_deg=angle)
+        wanted = island.area_mm2 / p.pitch_mm - length_of([*rounds, *narrow])
+        return [*rounds, *spread(lambda apart: list(lines(pitch_mm=apart)), wanted, p.pitch_mm, p.width_mm), *narrow]
+    # across a wall of few beads no lines fit within the rounds
+    return [*contour_rounds(island, p.first_mm, pitch, p.width_mm, None), *narrow]
 
 
 def bead_of(stroke: Stroke, island: Island, layer: int, tolerance_mm: float) -> Bead:

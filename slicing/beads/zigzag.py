@@ -2,16 +2,20 @@
 
     strokes = zigzag(island, 6.25, 1.0, pitch_mm=3.75, width_mm=5.0, angle_deg=0.0)      # in its chart
 
-The lines lie inside the given number of rounds (`slicing.beads.infill`), spread evenly at no more than a pitch. The end
-of each is joined to the next: by a straight line if that stays within the lines' region, else along its border; if that
-is too long, a new bead begins. In a ring, lines at an angle are spread so that they meet themselves after a turn. Lines
-along the way round close (angles whose rise in a turn is less than a pitch count as such).
+The lines lie inside the given number of rounds (`slicing.beads.infill`), spread evenly at no more than a given
+distance. The end of each is joined to the next: by a straight line if that stays within the lines' region, else along
+its border; if that is too long, a new bead begins. In a ring, lines at an angle are spread so that they meet themselves
+after a turn. Lines along the way round close (angles whose rise in a turn is less than a pitch count as such).
+
+The distance is the one at which the lines lay the metal that is left for them (`spread`). Their joints, the rounds that
+they run into, and rounding their number up are a surplus, which lines a little farther apart make up for: at most a
+bead's width, beyond which there would be a gap between two. Lines a little closer make up for missing metal.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +26,9 @@ from .regions import Island
 
 NUDGE = 1e-3  # outermost lines run this share of a width inside the border
 LONGEST_JOINT = 3.0  # times the pitch
+CLOSE = 0.03  # of the metal that is wanted: near enough
+CLOSEST = 0.8  # of the pitch: lines are no nearer to one another
+TRIES = 3  # of distances
 OVER = 0.1  # lines run this share of a width further into the rounds about them than they must
 
 
@@ -182,3 +189,40 @@ def _right_round(region: Any, levels: Floats, period: float, pitch_mm: float) ->
             rows.append([p for p in row if -0.5 * period <= p[0, 0] < 0.5 * period])
     yield from whole
     yield from _joined(region, rows, pitch_mm)
+
+
+def length_of(strokes: Sequence[Stroke]) -> float:
+    """Length of strokes in their chart, mm."""
+    total = 0.0
+    for stroke in strokes:
+        line = np.concatenate([stroke.line, stroke.line[:1] + stroke.shift]) if stroke.closed else stroke.line
+        total += float(np.hypot(*np.diff(line, axis=0).T).sum())
+    return total
+
+
+def spread(lines: Callable[[float], list[Stroke]], wanted_mm: float, pitch_mm: float, width_mm: float) -> list[Stroke]:
+    """The lines whose length is nearest to what is wanted.
+
+    Args:
+        lines: strokes, by the greatest distance of two of them, mm.
+        wanted_mm: length of lines that lays the metal.
+        pitch_mm: what a bead fills.
+        width_mm: of a bead.
+
+    Returns:
+        The strokes.
+    """
+    apart, best = pitch_mm, lines(pitch_mm)
+    got = length_of(best)
+    if wanted_mm <= 0.0 or got <= 0.0:
+        return best
+    off = abs(got - wanted_mm)
+    for _ in range(TRIES):
+        before, apart = apart, min(max(apart * got / wanted_mm, CLOSEST * pitch_mm), width_mm)
+        if off <= CLOSE * wanted_mm or apart == before:
+            break
+        tried = lines(apart)
+        got = length_of(tried)
+        if abs(got - wanted_mm) < off and got > 0.0:
+            best, off = tried, abs(got - wanted_mm)
+    return best
