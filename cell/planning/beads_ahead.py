@@ -4,7 +4,8 @@
     bead = ahead.bead(first, q_before)          # None: it is to be planned by itself
 
 Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
-finds at once, or nothing: a bead that has to avoid something, or to which the arm comes from elsewhere, is left to that.
+finds at once, or nothing: a bead that has to avoid something, or to which the arm comes from elsewhere, is left to
+that.
 """
 
 from __future__ import annotations

@@ -184,7 +184,7 @@ def off_bead(T: Floats, position: Floats, normal: Floats, close: Closeness) -> F
 
 
 def _bowed(solver: Solver, ways: Ways, q: Floats) -> Floats:
-    """Parts of edges, (e,), in which straight joint motion runs close to the bead: with their square it comes closer."""
+    """Parts of edges, (e,), in which straight joint motion runs close to the bead: what it is off falls as n squared."""
     edge, half = np.arange(len(q)), np.full(len(q), 0.5)
     T = solver.chain.forward((q[:, 0] + q[:, 1]) / 2)
     if ways.moving is not None:
