@@ -184,7 +184,7 @@ def off_bead(T: Floats, position: Floats, normal: Floats, close: Closeness) -> F
 
 
 def _bowed(solver: Solver, ways: Ways, q: Floats) -> Floats:
-    """Parts of edges, (e,), in which straight joint motion runs close to the bead: what it is off falls as n squared."""
+    """Parts of each edge, (e,), in which straight joint motion stays close to the bead: n**2 times as close in n."""
     edge, half = np.arange(len(q)), np.full(len(q), 0.5)
     T = solver.chain.forward((q[:, 0] + q[:, 1]) / 2)
     if ways.moving is not None:
