@@ -123,7 +123,7 @@ class TargetsAlone(StationSearch):
     def targets(self) -> Floats | None:
         """Configurations (t, j), rad, each free of collision; nothing is looked at between them."""
         for _ in range(ROUNDS):
-            way = self._way()
+            way = self.way()
             if way is None:
                 break
             q = way[2]

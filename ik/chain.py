@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+BLOCK = 256  # configurations worked on at a time: what fits a core's cache
 
 
 def skew(v: Floats) -> Floats:
@@ -104,16 +105,20 @@ class Chain:
         Returns:
             Rotations (m, n, 3, 3) and positions (m, n, 3) of the joint frames in the base frame, m.
         """
+        R, p = np.empty((*q.shape, 3, 3)), np.empty((*q.shape, 3))
+        for first in range(0, len(q), BLOCK):
+            self._put_frames(q[first : first + BLOCK], R[first : first + BLOCK], p[first : first + BLOCK])
+        return R, p
+
+    def _put_frames(self, q: Floats, R: Floats, p: Floats) -> None:
+        """As :meth:`frames`, into given arrays."""
         A, B, C = self._rotation_terms
         s, v = np.sin(q), 1.0 - np.cos(q)
         local = A + s[..., None, None] * B + v[..., None, None] * C
-        R = np.empty_like(local)
-        p = np.empty((*q.shape, 3))
         R[:, 0], p[:, 0] = local[:, 0], self.origins[0, :3, 3]
         for i in range(1, self.n):
             R[:, i] = R[:, i - 1] @ local[:, i]
             p[:, i] = p[:, i - 1] + R[:, i - 1] @ self.origins[i, :3, 3]
-        return R, p
 
     def forward(self, q: Floats) -> Floats:
         """Pose of the TCP.

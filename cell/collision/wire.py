@@ -1,7 +1,7 @@
 """The wire on travels: it may touch the part where it is welded, and is a rod like any other on the way across.
 
     checker = wire_checker(setup.checker)            # None where the tool has no wire
-    c = checker.clearances(q, stage)                 # of the wire from the part, out to a few mm
+    c = checker.clearances(q, stage)                 # of the wire from the part, out to 20 mm
 
 Drawn back along itself, a wire leaves the part the way it came; across, what its torch clears it need not clear. Metres
 and radians.
@@ -18,7 +18,7 @@ from ..scene.contacts import SOLID
 from ..scene.scene import Scene
 from .checker import NEVER, Checker
 
-WIRE_REACH = 1e-2  # m: nothing is asked for but not to touch, yet far samples and corners are proved free sooner
+WIRE_REACH = 20e-3  # m: nothing is asked for but not to touch, yet far samples and corners are proved free sooner
 
 
 def wire_checker(checker: Checker) -> Checker | None:

@@ -34,15 +34,35 @@ from ..units import METRES_PER_MM
 
 @dataclass(frozen=True)
 class Steps:
-    """How densely a motion is sampled.
+    """How far samples of a motion are apart at most; along beads less where ``Closeness`` asks for it.
 
     Attributes:
-        position: m.
-        angle: rad, of the wire's direction, of the roll and of every joint.
+        position: along a bead, m.
+        angle: along a bead, rad, of the wire's direction, of the roll and of every joint.
+        travel_angle: between beads, rad, of every joint.
     """
 
-    position: float = 8e-3
-    angle: float = np.deg2rad(1.0)
+    position: float = 16e-3
+    angle: float = np.deg2rad(2.0)
+    travel_angle: float = np.deg2rad(1.0)
+
+
+@dataclass(frozen=True)
+class Closeness:
+    """How close to the bead straight joint motion is to run.
+
+    Attributes:
+        bead_distance: of the TCP from the bead at most, m.
+        wire_angle: of the wire from the deposition direction at most, rad.
+        halvings: of steps at most; each quarters what they are off.
+    """
+
+    bead_distance: float = 0.03e-3
+    wire_angle: float = np.deg2rad(0.03)
+    halvings: int = 6
+
+
+CLOSE = Closeness()
 
 
 def settings_of(job: Job) -> Settings:

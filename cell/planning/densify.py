@@ -10,7 +10,7 @@ Metres and radians.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,26 +25,9 @@ from ..collision.proofs.kept_along import MotionSamples, kept_along
 from ..collision.proofs.motion_bounds import joint_travel_bound
 from ..failure import Failure, Kind, Place, Where
 from ..rigid import frames, great_circle
-from .context import Context
+from .context import CLOSE, Closeness, Context
 from .edge_check import Stretch, between
-
-
-@dataclass(frozen=True)
-class Closeness:
-    """How close to the bead straight joint motion is to run.
-
-    Attributes:
-        bead_distance: of the TCP from the bead at most, m.
-        wire_angle: of the wire from the deposition direction at most, rad.
-        halvings: of steps at most; each quarters what they are off.
-    """
-
-    bead_distance: float = 0.03e-3
-    wire_angle: float = np.deg2rad(0.03)
-    halvings: int = 6
-
-
-CLOSE = Closeness()
+from .edge_tracking import off_bead
 
 
 def densified(
@@ -124,10 +107,7 @@ def _open(context: Context, stretch: Stretch, close: Closeness) -> Ints:
     along = b - a
     s = np.clip(((T[:, :3, 3] - a) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
     position, normal = on_bead(context, edge, s)
-    off = np.linalg.norm(T[:, :3, 3] - position, axis=1)
-    # half the chord, since an angle as small as this is lost in its cosine
-    wire_angle = 2 * np.arcsin(np.clip(np.linalg.norm(T[:, :3, 2] + normal, axis=1) / 2, 0.0, 1.0))
-    return np.flatnonzero((off > close.bead_distance) | (wire_angle > close.wire_angle))
+    return np.flatnonzero(off_bead(T, position, normal, close) > 1.0)
 
 
 def _seen(context: Context, q: Floats, table: Floats) -> Floats:

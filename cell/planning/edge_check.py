@@ -168,13 +168,16 @@ class CheckedEdges:
 
     def whole(self) -> Stretch:
         """All edges, which follow each other, as one stretch."""
+        return self.run(0, len(self.start) - 1)
+
+    def run(self, a: int, b: int) -> Stretch:
+        """Edges from one to another, which follow each other, as one stretch."""
         edge = self.track.edge
-        last = len(self.start) - 1
         # an edge's last sample is the next edge's first
-        mine = np.flatnonzero((self.track.fraction < 1) | (edge == last))
-        q = np.concatenate([self.q[:, 0], self.q[-1:, 1]])
-        roll = np.concatenate([self.roll[:, 0], self.roll[-1:, 1]])
-        return self._stretch(self.start[0], q, roll, mine)
+        mine = np.flatnonzero((edge >= a) & (edge <= b) & ((self.track.fraction < 1) | (edge == b)))
+        q = np.concatenate([self.q[a : b + 1, 0], self.q[b : b + 1, 1]])
+        roll = np.concatenate([self.roll[a : b + 1, 0], self.roll[b : b + 1, 1]])
+        return self._stretch(self.start[a], q, roll, mine)
 
     def _stretch(self, start: int, q: Floats, roll: Floats, mine: Ints) -> Stretch:
         track = self.track

@@ -29,11 +29,12 @@ from ..motion.motion import JUMP
 from ..rigid import frames
 from ..scene.placement import Placed
 from ..units import MARGIN_UNITS
-from .context import Steps
+from .context import CLOSE, Closeness, Steps
 
 DENSE = np.deg2rad(3.0)  # most that a joint turns between samples of a way that is followed from its beginning
 CLOSEST = 2.0**-24  # share of an edge: what still turns further within it jumps
 SAME_CONFIGURATION = 1e-6  # rad: configurations nearer than this are one
+BOWED, MOST_PARTS = 1.1, 16.0  # times what is measured half-way, and parts of an edge for that at most
 MOST_STEPS = 720  # of an edge that is followed step by step
 
 
@@ -152,7 +153,7 @@ def track_edges(
     """
     ways = Ways.of(placed, start, roll)
     reach = np.maximum(np.abs(q[:, 1] - q[:, 0]).max(axis=1), ways.table_turn)
-    edge, t = _sampled(ways, reach, steps)
+    edge, t = _sampled(ways, reach, steps, _bowed(solver, ways, q))
     Ts = ways.at(edge, t)
     guess = q[edge, 0] + t[:, None] * (q[edge, 1] - q[edge, 0])
     inner = (t > 0) & (t < 1)
@@ -174,10 +175,39 @@ def track_edges(
     return _with_dense(solver, ways, q, limits, track, again) if len(again) else track
 
 
-def _sampled(ways: Ways, reach: Floats, steps: Steps) -> tuple[Ints, Floats]:
-    """Edge and place of samples dense enough for all edges, ends included; reach: of all axes, (e,), rad."""
+def off_bead(T: Floats, position: Floats, normal: Floats, close: Closeness) -> Floats:
+    """How far poses of the TCP (m, 4, 4) are off points and deposition directions, (m,), as shares of what they may."""
+    off = np.linalg.norm(T[:, :3, 3] - position, axis=1)
+    # half the chord, since an angle as small as this is lost in its cosine
+    wire_angle = 2 * np.arcsin(np.clip(np.linalg.norm(T[:, :3, 2] + normal, axis=1) / 2, 0.0, 1.0))
+    return np.maximum(off / close.bead_distance, wire_angle / close.wire_angle)
+
+
+def _bowed(solver: Solver, ways: Ways, q: Floats) -> Floats:
+    """Parts of each edge, (e,), in which straight joint motion stays close to the bead: n**2 times as close in n."""
+    edge, half = np.arange(len(q)), np.full(len(q), 0.5)
+    T = solver.chain.forward((q[:, 0] + q[:, 1]) / 2)
+    if ways.moving is not None:
+        T = ways.moving.seen(T, ways.table_at(edge, half))
+    p, n = ways.position, ways.normal
+    along = p[:, 1] - p[:, 0]
+    t = np.clip(((T[:, :3, 3] - p[:, 0]) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
+    off = off_bead(T, ways.points(edge, t), _slerp(n[:, 0], n[:, 1], ways.swing, t), CLOSE)
+    return np.minimum(np.sqrt(BOWED * off), MOST_PARTS)
+
+
+def _sampled(ways: Ways, reach: Floats, steps: Steps, least: Floats) -> tuple[Ints, Floats]:
+    """Edge and place of samples dense enough for all edges, ends included.
+
+    Args:
+        ways: the edges.
+        reach: how far any axis turns on each, (e,), rad.
+        steps: how far samples are apart at most.
+        least: parts of each at least, (e,).
+    """
     count = np.maximum.reduce(
         [
+            least,
             np.linalg.norm(ways.position[:, 1] - ways.position[:, 0], axis=1) / steps.position,
             np.maximum.reduce([ways.swing, np.abs(ways.turn), reach]) / steps.angle,
         ]

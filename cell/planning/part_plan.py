@@ -24,6 +24,7 @@ from ..arrays import Ints
 from ..failure import Failure, Place, Where
 from ..progress import Progress, counted
 from .bead_search import MOST_SEARCHES, BeadPlan, BeadSearch
+from .beads_ahead import BeadsAhead
 from .configurations import evaluate
 from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead, Stretch
@@ -124,14 +125,16 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
     travel_failures: dict[int, Failure] = {}
     last: Stretch | None = None
     reduced = reduced_budget(context)
-    judge = LossJudge(context, run.firsts[0], run.share)
+    judge, ahead = LossJudge(context, run.firsts[0], run.share), BeadsAhead(context, run.firsts, run.stop)
     for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
         if run.known is not None and run.known.bead.first == first:
             bead = run.known.bead
             judge.knows(bead, run.known.spent)
         else:
             q_before = run.q_before if last is None else last.q_targets[-1]
-            bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
+            found = None if judge.lost else ahead.bead(first, q_before)
+            in_full = partial(plan_bead, context, first, stop, q_before)
+            bead = found or judge.plan(first, stop, q_before, in_full)
         if bead.whole and stop < context.span.stop:
             bead, _ = that_can_leave(context, bead)
         if last is not None and bead.whole:

@@ -111,7 +111,7 @@ class StationSearch:
             The whole bead, checked; None if that was not found.
         """
         for _ in range(ROUNDS):
-            way = self._way()
+            way = self.way()
             if way is None:
                 break
             group, roll, q = way
@@ -128,7 +128,7 @@ class StationSearch:
                 self._avoid(ends, group, roll[ends])
         return None
 
-    def _way(self) -> tuple[int, Floats, Floats] | None:
+    def way(self) -> tuple[int, Floats, Floats] | None:
         """The cheapest way that is free at the stations: group, rolls (t,) and configurations (t, j) of all targets."""
         found = self._through_stations()
         if found is None:

@@ -24,7 +24,7 @@ from .plane_proofs import proofs_of
 
 SPARE = 3e-3  # m: so much more is aimed at, for what is put in between or rounded afterwards
 NEARLY = 0.975  # of the least that is seen is aimed at as well: the least clearance need not be looked for again
-BEND = 1e-4  # m that may be given for what is between samples
+BEND = 4e-4  # m that may be given for what is between samples
 
 
 @dataclass(frozen=True, eq=False)

@@ -116,6 +116,16 @@ def curvature(radius: Floats, turn: Floats) -> Floats:
     return np.asarray((turn * radius * (2 * np.cumsum(turn, axis=1) - turn)).sum(axis=1))
 
 
+# of the third derivative: what is off the parabola through a step's ends and middle is |t (t - 1/2) (t - 1)| / 6 of it
+OFF_PARABOLA = 1 / (72 * np.sqrt(3.0))
+
+
+def change_of_curvature(radius: Floats, turn: Floats) -> Floats:
+    """Greatest third derivative along steps, as :func:`curvature`, (m,), m: a third turn about the same axes."""
+    outer = np.cumsum(turn, axis=1)
+    return np.asarray((radius * (outer**3 - (outer - turn) ** 3)).sum(axis=1))
+
+
 class CoupledBounds:
     """Bounds for one scene's arm and table, with the table's axes behind the arm's joints.
 

@@ -20,7 +20,6 @@ from __future__ import annotations
 import weakref
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,15 +30,16 @@ from ..checker import Checker
 from ..clearances import Clearances
 from ..near_pairs import NearPairs
 from ..pair_groups import PairGroup
-from .convex_shapes import ConvexShape, convex_shape
-from .motion_bounds import curvature
+from .carried_planes import CarriedPlanes, PairsBelow, StepBends
+from .link_poses import ArmLinks, LinkPoses
+from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
+from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
 
 SPACINGS = (0.08, 0.04, 0.02, 0.01, 0.0)  # m of travel between the samples that are looked at, one after the other
-BEYOND_STILL, BEYOND_ITSELF = 0.03, 0.1  # m: how much further than what is wanted is looked out to
+BEYOND_STILL, BEYOND_ITSELF = 0.06, 0.1  # m: how much further than what is wanted is looked out to
 LESS = 1e-8  # m, of rounding
 ONE_PLANE = 2e-4  # m: shapes that reach no further over a plane than this share it
-WORLD = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,49 +56,13 @@ class ProvedSteps:
 
 
 @dataclass(frozen=True, eq=False)
-class _LinkPoses:
-    """Where the arm's links are at samples, base frame.
-
-    Attributes:
-        R: of the joints' frames, (m, n, 3, 3).
-        p: (m, n, 3), m.
-        centres: of the arm's shapes, (m, g, 3), m.
-        way: travel up to each, of what travels most, (m,), m.
-    """
-
-    R: Floats
-    p: Floats
-    centres: Floats
-    way: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class _Cells:
-    """Runs of steps, each proved from one sample of it.
-
-    Attributes:
-        at: the sample that is looked at, (c,).
-        laid: deposits laid there, (c,).
-        cell: of each sample of the runs, (t,).
-        sample: likewise; the ends of a run are among them.
-        far: distance out to which is looked, m.
-    """
-
-    at: Ints
-    laid: Ints
-    cell: Ints
-    sample: Ints
-    far: float
-
-
-@dataclass(frozen=True, eq=False)
 class _Planes:
     """Planes, each between some shape of the arm and what is on its other side.
 
     Attributes:
         cell: whose they are, (p,).
         geom: the shape of the arm, (p,).
-        frame: joint with whose link the plane moves, (p,), or WORLD.
+        frame: joint with whose link the plane moves, (p,), or ``WORLD`` of ``link_poses``.
         normal: in that frame, towards the shape, (p, 3).
         offset: how far what is on the other side reaches along it, (p,), m.
     """
@@ -130,20 +94,12 @@ class PlaneProofs:
             one_plane: shapes that reach no further over a plane than this share it, m.
         """
         self._spacings, self._one_plane = spacings, one_plane
-        scene = self._scene = checker.scene
-        self._chain = scene.chain
-        solid = scene.arm_geom & scene.contact_bits.any(axis=0)
         still = PairGroup(checker, itself=False)
         itself = PairGroup(checker, itself=True, beside=still)
         self._groups = ((still, 1.0, beyond[0]), (itself, 2.0, beyond[1]))
-        self._radius = radii(scene)
-        self._T_world_base = scene.T_world_base()
-        self._owner, self._shapes = _arm_shapes(checker, solid)
-        self._moving = np.flatnonzero(solid)
-        self._centre = np.stack([self._shapes[g].middle for g in self._moving.tolist()])
-        self._size = np.array([self._shapes[g].size for g in self._moving.tolist()])
-        self._still: dict[int, ConvexShape] = {}
-        self._data = checker.posed()
+        self._radius = radii(checker.scene)
+        self._links = ArmLinks(checker)
+        self._carried = CarriedPlanes(self._links)
 
     def along(
         self, q: Floats, step: Ints, laid: Ints, wanted: Floats | float, bend: float, share: float = 0.0
@@ -164,17 +120,42 @@ class PlaneProofs:
         if not len(step):
             return ProvedSteps(np.zeros(0), Clearances.none(len(q)))
         least = np.broadcast_to(np.asarray(wanted, dtype=float), len(step))
-        parts = self._parts(q, step, bend)
-        if parts.max() > 1:
-            return self._in_parts(q, step, laid, (least, share), parts)
-        return self._whole(q, step, laid, (least, share))
+        rows = np.flatnonzero(np.bincount(step, minlength=len(q)) + np.bincount(step + 1, minlength=len(q)))
+        if len(rows) < len(q):
+            found = self.along(q[rows], np.searchsorted(rows, step), laid, least, bend, share)
+            seen = Clearances.none(len(q))
+            seen.put(rows, found.seen)
+            return ProvedSteps(found.kept, seen)
+        found, bent = self._whole(q, step, laid, (least, share), bend)
+        nearest = share * float(found.seen.distance.min(initial=np.inf))
+        least = np.maximum(least, nearest) if np.isfinite(nearest) else least
+        near = np.minimum(found.seen.distance[step], found.seen.distance[step + 1])
+        # what is too near at an end is no further off in the middle
+        again = np.flatnonzero((found.kept < least) & (bent > bend) & (near >= least))
+        if len(again):
+            parts = np.ceil(np.sqrt(bent[again] / bend)).astype(np.int64)
+            finer = self._in_parts(q, step[again], laid[again], (least[again], share), parts)
+            found.kept[again] = np.maximum(found.kept[again], finer.kept)
+            found.seen.nearer(np.arange(len(q)), finer.seen)
+        return found
 
-    def _bend(self, q: Floats, step: Ints) -> Floats:
-        """How far any point of the arm is off the straight line between its places at the ends of steps, (k,), m."""
-        return curvature(self._radius, np.abs(q[step + 1] - q[step])) / 8
+    def _bend(self, poses: LinkPoses, halfway: LinkPoses, step: Ints, turn: Floats) -> Floats:
+        """How far any point of the arm is off the straight line between its places at the ends of steps, (k,), m.
 
-    def _parts(self, q: Floats, step: Ints, bend: float) -> Ints:
-        return np.maximum(np.ceil(np.sqrt(self._bend(q, step) / bend)), 1).astype(np.int64)
+        That is measured half-way. The parabola through all three places is as far off at most, and the way off the
+        parabola by the third derivative times |t (t - 1/2) (t - 1)| / 6, which is a ``OFF_PARABOLA`` at most.
+        """
+        off = halfway.centres - (poses.centres[step] + poses.centres[step + 1]) / 2
+        skew = halfway.R - (poses.R[step] + poses.R[step + 1]) / 2
+        # of what is 1 from its centre
+        turned = np.sqrt((skew**2).sum(axis=(2, 3)))
+        away = np.sqrt((off**2).sum(axis=2)) + turned[:, self._links.joint] * self._links.size
+        measured = away.max(axis=1) + OFF_PARABOLA * change_of_curvature(self._radius, turn)
+        return np.minimum(curvature(self._radius, turn) / 8, measured)
+
+    def _bend_seen(self, turn: Floats, link: int) -> Floats:
+        """The same as it is seen from a link, from which only the joints after it turn."""
+        return curvature(self._radius[link + 1 :], turn[:, link + 1 :]) / 8
 
     def _in_parts(self, q: Floats, step: Ints, laid: Ints, wanted: tuple[Floats, float], parts: Ints) -> ProvedSteps:
         """The same with steps divided into equal parts."""
@@ -188,7 +169,7 @@ class PlaneProofs:
         finer[at] = q[step[of]] + share[:, None] * (q[step[of] + 1] - q[step[of]])
         last = (first + parts)[ends] + shift[ends]
         finer[last] = q[step[ends] + 1]
-        found = self._whole(finer, at, laid[of], (wanted[0][of], wanted[1]))
+        found, _ = self._whole(finer, at, laid[of], (wanted[0][of], wanted[1]), np.inf)
         seen = Clearances.none(len(q))
         sample = np.full(len(finer), -1)
         sample[at[first]], sample[last] = step, step[ends] + 1
@@ -196,77 +177,131 @@ class PlaneProofs:
         seen.put(sample[there], found.seen.rows(there))
         return ProvedSteps(np.minimum.reduceat(found.kept, first), seen)
 
-    def _whole(self, q: Floats, step: Ints, laid: Ints, wanted: tuple[Floats, float]) -> ProvedSteps:
+    def _whole(
+        self, q: Floats, step: Ints, laid: Ints, wanted: tuple[Floats, float], most_bend: float
+    ) -> tuple[ProvedSteps, Floats]:
+        """What is proved of steps as they are, and what was taken off for what is between their ends, (k,), m.
+
+        Where that is more than ``most_bend`` and is all that is missing, nothing more is looked at.
+        """
         kept, seen = np.full(len(step), np.inf), Clearances.none(len(q))
-        poses = self._poses(q)
-        bend = self._bend(q, step)
-        least = wanted[0]
+        turn, links = np.abs(q[step + 1] - q[step]), self._links
+        poses, halfway = links.poses(q), links.poses((q[step] + q[step + 1]) / 2)
+        places, bends = links.places(poses), StepBends(poses, halfway, step, turn)
+        bend, least = self._bend(poses, halfway, step, turn), wanted[0]
+        bent = bend.copy()
         for group, share, beyond in self._groups:
-            mine = np.full(len(step), -np.inf)
+            mine, at_ends = np.full(len(step), -np.inf), np.full(len(step), -np.inf)
             for spacing in self._spacings:
                 nearest = wanted[1] * float(seen.distance.min())
                 if np.isfinite(nearest):
                     least = np.maximum(wanted[0], nearest)
-                open_ = np.flatnonzero(mine < least)
+                # where both ends are far enough off, another look helps less than another sample between them
+                open_ = np.flatnonzero((mine < least) & ~((bent > most_bend) & (at_ends >= least)))
                 if not len(open_):
                     break
                 most = float(least[open_].max())
-                cells, of = _cells(poses.way, step[open_], laid[open_], spacing, most + beyond)
+                cells, of = cells_of(places, step[open_], laid[open_], spacing, most + beyond)
                 near = group.pairs_within(q[cells.at], cells.laid, cells.far)
                 seen.nearer(cells.at, near.nearest(len(cells.at)))
-                value = self._values(poses, cells, near, share, most)
-                # samples of a cell follow one another: a step's ends are its own and the next
-                at = np.arange(len(open_)) + of
-                mine[open_] = np.maximum(mine[open_], np.minimum(value[at], value[at + 1]) - share * bend[open_])
+                seen_from = None if group.itself else bends
+                value, carried, frames = self._values(poses, cells, near, (share, most), seen_from)
+                off = np.maximum.reduce([share * bend[open_], *(self._bend_seen(turn[open_], i) for i in frames)])
+                value, carried = (np.minimum(each[of], each[of + 1]) for each in (value, carried))
+                at_ends[open_] = np.maximum(at_ends[open_], np.minimum(value, carried))
+                mine[open_] = np.maximum(mine[open_], np.minimum(value - off, carried))
+                bent[open_] = np.maximum(bent[open_], off)
             kept = np.minimum(kept, mine)
-        return ProvedSteps(kept, seen)
+        return ProvedSteps(kept, seen), bent
 
-    def _poses(self, q: Floats) -> _LinkPoses:
-        R, p = self._chain.frames(q)
-        joint = self._owner[self._moving]
-        centres = np.empty((len(q), len(joint), 3))
-        for j in np.unique(joint).tolist():
-            mine = joint == j
-            centres[:, mine] = self._centre[mine] @ np.swapaxes(R[:, j], -1, -2) + p[:, j, None]
-        moved = np.sqrt((np.diff(centres, axis=0) ** 2).sum(axis=2)).max(axis=1, initial=0.0)
-        return _LinkPoses(R, p, centres, np.concatenate([[0.0], np.cumsum(moved)]))
+    def _values(
+        self, poses: LinkPoses, cells: ProofCells, near: NearPairs, asked: tuple[float, float], bends: StepBends | None
+    ) -> tuple[Floats, Floats, list[int]]:
+        """What the pairs keep at least at the samples of cells.
 
-    def _values(self, poses: _LinkPoses, cells: _Cells, near: NearPairs, share: float, wanted: float) -> Floats:
-        """What the pairs keep at least at the samples of cells, (t,), m."""
-        travel = share * self._travel(poses, cells)
+        Args:
+            poses: at the samples.
+            cells: of steps.
+            near: pairs at the samples that are looked at.
+            asked: what counts of the arm's travel, and what is wanted, m.
+            bends: of the steps, where planes may be carried.
+
+        Returns:
+            What is kept at the samples, (t,), m; what those pairs keep on the steps to and from the samples whose
+            planes are carried along, (t,), m; and the links with which the other planes move.
+        """
+        share, wanted = asked
+        travel = share * self._links.travel(poses, cells.sample, cells.at[cells.cell])
         most = np.zeros(len(cells.at))
         np.maximum.at(most, cells.cell, travel)
         # what stays far enough off by its travel alone needs no plane
         off = near.distance - most[near.row] >= wanted
         far = np.full(len(cells.at), cells.far)
         np.minimum.at(far, near.row[off], near.distance[off])
-        out = far[cells.cell] - travel
-        planes = self._planes(poses, cells, near, np.flatnonzero(~off))
-        first = np.searchsorted(cells.cell, np.arange(len(cells.at) + 1))
-        count = np.diff(first)[planes.cell]
-        which = np.repeat(np.arange(len(planes.cell)), count)
-        at = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + first[planes.cell][which]
-        np.minimum.at(out, at, self._over(poses, planes, which, cells.sample[at]))
-        return out - LESS
+        out, carried = far[cells.cell] - travel, np.full(len(travel), np.inf)
+        which_pairs = np.flatnonzero(~off)
+        planes = self._planes(poses, cells, near, which_pairs)
+        which, at = cells.samples_of(planes.cell)
+        over = self._over(poses, planes, which, cells.sample[at])
+        if bends is not None:
+            least = np.full(len(planes.cell), np.inf)
+            np.minimum.at(least, which, over)
+            held = self._held(poses, cells, (planes, least), self._below(near, which_pairs), (wanted, bends))
+            np.minimum.at(carried, held[1], held[2] - LESS)
+            stay = ~held[0][which]
+            at, over = at[stay], over[stay]
+        np.minimum.at(out, at, over)
+        return out - LESS, carried, np.unique(planes.frame[planes.frame >= 0]).tolist()
 
-    def _travel(self, poses: _LinkPoses, cells: _Cells) -> Floats:
-        """How far any point of the arm is at most from where it is at the sample that is looked at, (t,), m."""
-        a, b = cells.sample, cells.at[cells.cell]
-        # the chord of a turn, of what is 1 from its centre
-        chord = np.sqrt(((poses.R[a] - poses.R[b]) ** 2).sum(axis=(2, 3)) / 2.0)
-        away = np.sqrt(((poses.centres[a] - poses.centres[b]) ** 2).sum(axis=2))
-        out: Floats = (away + chord[:, self._owner[self._moving]] * self._size).max(axis=1)
-        return out
+    def _held(
+        self,
+        poses: LinkPoses,
+        cells: ProofCells,
+        known: tuple[_Planes, Floats],
+        pairs: PairsBelow,
+        asked: tuple[float, StepBends],
+    ) -> tuple[NDArray[np.bool_], Ints, Floats]:
+        """Planes that still and others that are carried along, where that is better.
 
-    def _planes(self, poses: _LinkPoses, cells: _Cells, near: NearPairs, which: Ints) -> _Planes:
-        """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
-        geom, cell = near.geom[which], near.row[which]
-        owner = self._owner[geom]
+        Returns:
+            Planes in place of which others are carried, (p,); places among the cells' samples, and what is held there.
+        """
+        (planes, least), (wanted, bends) = known, asked
+        key, of_pair = (each.cell * len(self._links.owner) + each.geom for each in (planes, pairs))
+        keys = np.setdiff1d(key[least < wanted], of_pair[self._endless(pairs.other)])
+        mine = np.flatnonzero(np.isin(of_pair, keys))
+        if not len(mine):
+            return np.zeros(len(key), dtype=bool), mine, np.zeros(0)
+        some = PairsBelow(pairs.cell[mine], pairs.geom[mine], pairs.other[mine], pairs.normal[mine])
+        which, at, value = self._carried.over(poses, bends, some, cells)
+        still, moving = np.full(len(keys), np.inf), np.full(len(keys), np.inf)
+        there = np.isin(key, keys)
+        np.minimum.at(still, np.searchsorted(keys, key[there]), least[there])
+        of = np.searchsorted(keys, of_pair[mine])[which]
+        np.minimum.at(moving, of, value)
+        better = moving > still
+        taken = better[of]
+        return np.isin(key, keys[better]), at[taken], value[taken]
+
+    def _below(self, near: NearPairs, which: Ints) -> PairsBelow:
+        """Pairs of the arm and what stands still."""
+        geom, owner = near.geom[which], self._links.owner[near.geom[which]]
         swap = owner[:, 1] > owner[:, 0]
         a, b = np.where(swap, geom[:, 1], geom[:, 0]), np.where(swap, geom[:, 0], geom[:, 1])
-        frame = np.minimum(owner[:, 0], owner[:, 1])
         # from what is on the other side towards the shape
-        normal = np.where(swap[:, None], near.normal[which], -near.normal[which]) @ self._T_world_base[:3, :3]
+        normal = np.where(swap[:, None], near.normal[which], -near.normal[which]) @ self._links.T_world_base[:3, :3]
+        return PairsBelow(near.row[which], a, b, normal)
+
+    def _endless(self, geom: Ints) -> NDArray[np.bool_]:
+        """Which shapes have no end, (k,)."""
+        each, of = np.unique(geom, return_inverse=True)
+        return np.array([self._links.shape(g).endless for g in each.tolist()], dtype=bool)[of]
+
+    def _planes(self, poses: LinkPoses, cells: ProofCells, near: NearPairs, which: Ints) -> _Planes:
+        """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
+        pairs, links = self._below(near, which), self._links
+        a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal
+        frame = links.owner[b]
         on_link = np.flatnonzero(frame >= 0)
         R = poses.R[cells.at[cell[on_link]], frame[on_link]]
         normal[on_link] = np.einsum("kij,ki->kj", R, normal[on_link])
@@ -275,49 +310,27 @@ class PlaneProofs:
         new = np.append(True, (np.diff(cell) != 0) | (np.diff(a) != 0) | (np.diff(frame) != 0))[: len(a)]
         leads = np.flatnonzero(new)
         leader = leads[np.cumsum(new) - 1] if len(leads) else leads
-        under = self._reach(b, frame, normal[leader])
+        under = links.reach(b, normal[leader])
         shares = under <= under[leader] + self._one_plane
         offset = np.full(len(a), -np.inf)
         np.maximum.at(offset, leader[shares], under[shares])
         alone = np.flatnonzero(~shares)
-        offset[alone] = self._reach(b[alone], frame[alone], normal[alone])
+        offset[alone] = links.reach(b[alone], normal[alone])
         kept = new | ~shares
         return _Planes(cell[kept], a[kept], frame[kept], normal[kept], offset[kept])
 
-    def _reach(self, geom: Ints, frame: Ints, normal: Floats) -> Floats:
-        """How far shapes reach along normals, each in the frame of its plane, (p,), m."""
-        out = np.empty(len(geom))
-        for g in np.unique(geom).tolist():
-            mine = geom == g
-            out[mine] = self._shape(g).support(normal[mine])
-        return out
-
-    def _shape(self, geom: int) -> ConvexShape:
-        """A shape in the frame of its joint; of what stands still in the base frame."""
-        if self._owner[geom] >= 0:
-            return self._shapes[geom]
-        if geom not in self._still:
-            base = self._T_world_base
-            R = base[:3, :3].T @ self._data.geom_xmat[geom].reshape(3, 3)
-            p = base[:3, :3].T @ (self._data.geom_xpos[geom] - base[:3, 3])
-            self._still[geom] = convex_shape(self._scene.model, geom, R, p)
-        return self._still[geom]
-
-    def _over(self, poses: _LinkPoses, planes: _Planes, which: Ints, sample: Ints) -> Floats:
+    def _over(self, poses: LinkPoses, planes: _Planes, which: Ints, sample: Ints) -> Floats:
         """How far shapes are on their side of planes at samples, (c,), m."""
         geom, frame, normal = planes.geom[which], planes.frame[which], planes.normal[which]
-        joint = self._owner[geom]
+        joint = self._links.owner[geom]
         off = poses.p[sample, joint]
         link = np.flatnonzero(frame >= 0)
         if len(link):
             normal[link] = np.einsum("kij,kj->ki", poses.R[sample[link], frame[link]], normal[link])
             off[link] -= poses.p[sample[link], frame[link]]
-        out = np.einsum("ki,ki->k", normal, off) - planes.offset[which]
         own = np.einsum("kij,ki->kj", poses.R[sample, joint], normal)
-        for g in np.unique(geom).tolist():
-            mine = geom == g
-            out[mine] -= self._shapes[g].support(-own[mine])
-        return out
+        over: Floats = np.einsum("ki,ki->k", normal, off) - planes.offset[which] - self._links.reach(geom, -own)
+        return over
 
 
 _made: weakref.WeakKeyDictionary[Checker, PlaneProofs] = weakref.WeakKeyDictionary()
@@ -332,46 +345,3 @@ def proofs_of(checker: object) -> PlaneProofs | None:
     if checker not in _made:
         _made[checker] = PlaneProofs(checker)
     return _made[checker]
-
-
-def _cells(way: Floats, step: Ints, laid: Ints, spacing: float, far: float) -> tuple[_Cells, Ints]:
-    """Runs of steps that follow one another, at most so much travel long, and the cell of each step, (k,)."""
-    goes_on = (np.diff(step) == 1) & (np.diff(laid) == 0)
-    run = np.append(0, np.cumsum(~goes_on))[: len(step)]
-    first = np.searchsorted(run, run)
-    if spacing > 0:
-        length = way[step + 1] - way[step[first]]  # from the beginning of the run
-        last = np.searchsorted(run, run, side="right") - 1
-        share = np.maximum(length[last] / np.maximum(np.ceil(length[last] / spacing), 1.0), 1e-9)
-        part = np.minimum(((length - (way[step + 1] - way[step]) / 2) / share).astype(np.int64), len(step))
-    else:
-        part = np.arange(len(step)) - first
-    new = np.append(True, (np.diff(run) != 0) | (np.diff(part) != 0))[: len(step)]
-    cell = np.cumsum(new) - 1
-    begin = np.flatnonzero(new)
-    count = np.diff(np.append(begin, len(step)))
-    at = step[begin] + (count + 1) // 2
-    # its steps' first samples, and one more
-    of = np.repeat(np.arange(len(begin)), count + 1)
-    sample = np.arange(len(of)) - np.repeat(np.cumsum(count + 1) - (count + 1), count + 1) + step[begin][of]
-    return _Cells(at, laid[begin], of, sample, far), cell
-
-
-def _arm_shapes(checker: Checker, solid: NDArray[np.bool_]) -> tuple[Ints, dict[int, ConvexShape]]:
-    """Joint that carries each geom, (ngeom,), or WORLD, and the arm's shapes in the frames of their joints."""
-    scene = checker.scene
-    model, base = scene.model, scene.T_world_base()
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    joint = {int(body): i for i, body in enumerate(model.jnt_bodyid[scene.arm_joints])}
-    R, p = (x[0] for x in scene.chain.frames(data.qpos[scene.arm_qpos][None]))
-    owner, shapes = np.full(model.ngeom, WORLD), {}
-    for g in np.flatnonzero(solid).tolist():
-        body = int(model.geom_bodyid[g])
-        while body not in joint:
-            body = int(model.body_parentid[body])
-        i = owner[g] = joint[body]
-        turn = (base[:3, :3] @ R[i]).T
-        place = R[i].T @ (base[:3, :3].T @ (data.geom_xpos[g] - base[:3, 3]) - p[i])
-        shapes[g] = convex_shape(model, g, turn @ data.geom_xmat[g].reshape(3, 3), place)
-    return owner, shapes

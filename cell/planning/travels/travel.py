@@ -199,7 +199,7 @@ class _Travel:
 
     def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> Way | None:
         """The whole travel, if it is free: out, by the corners across, and in."""
-        middle = sampled(across, self.context.settings.steps.angle)
+        middle = sampled(across, self.context.settings.steps.travel_angle)
         q = np.concatenate([leave, middle[1:], arrive[::-1][1:]])
         found = _collision(self.context, q, self.stage)
         if isinstance(found, Failure):

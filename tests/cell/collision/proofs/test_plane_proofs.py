@@ -9,14 +9,17 @@ from cell import prepare
 from cell.case.read import parse_case
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
+from cell.collision.proofs.carried_planes import PairsBelow, StepBends
 from cell.collision.proofs.convex_shapes import convex_shape
 from cell.collision.proofs.kept_along import MotionSamples, kept_along
-from cell.collision.proofs.plane_proofs import PlaneProofs, _Cells, _cells, proofs_of
+from cell.collision.proofs.plane_proofs import PlaneProofs, proofs_of
+from cell.collision.proofs.proof_cells import ProofCells, cells_of
 from cell.collision.proofs.reach_radii import radii
 from cell.collision.table import with_table_axes
 from cell.scene.compose import compose
 
 REACH, STEPS = 0.3, 20
+COUNT = 60  # steps
 
 
 @pytest.fixture(scope="module")
@@ -78,11 +81,11 @@ def test_nothing_is_nearer_where_little_is_looked_at(scenes):
             q, apart = motions(checker, rng, size)
             step = np.flatnonzero(np.diff(apart) == 0)
             laid = np.full(len(step), scene.n_deposits)
-            proved = proofs.along(q, step, laid, 0.1, 1e-3)
             every = dense(q, step, rng)
             near = checker.clearances(every.reshape(-1, q.shape[1]), np.repeat(laid, 9)).distance
             least = np.minimum(near, REACH).reshape(len(step), -1).min(axis=1)
-            known = np.minimum(proved.kept, REACH)
+            each = [proofs.along(q, step[apart[step] == k], laid[apart[step] == k], 0.1, 1e-3) for k in range(3)]
+            known = np.minimum(np.concatenate([proved.kept for proved in each]), REACH)
             assert (known <= least + 1e-7).all()
             known_of.append(known)
     assert (np.concatenate(known_of) > 0).sum() > 100
@@ -95,17 +98,80 @@ def test_no_point_of_the_arm_travels_further_than_it_is_said_to(scenes):
         checker = Checker(scene, (0.0, 0.0), REACH)
         proofs = PlaneProofs(checker)
         q, _ = motions(checker, rng, 0.02)
-        poses = proofs._poses(q)
+        links = proofs._links
+        poses = links.poses(q)
         sample = rng.permutation(len(q))
-        cells = _Cells(np.arange(len(q)), np.zeros(len(q)), np.arange(len(q)), sample, REACH)
-        travel, most = proofs._travel(poses, cells), np.zeros(len(q))
-        for g, shape in proofs._shapes.items():
-            R, p = poses.R[:, proofs._owner[g]], poses.p[:, proofs._owner[g]]
+        travel, most = links.travel(poses, sample, np.arange(len(q))), np.zeros(len(q))
+        for g in links.moving.tolist():
+            shape, R, p = links.shape(g), poses.R[:, links.owner[g]], poses.p[:, links.owner[g]]
             at = shape.points @ np.swapaxes(R, 1, 2) + p[:, None]
             most = np.maximum(most, np.linalg.norm(at[sample] - at, axis=2).max(axis=1))
         assert (most <= travel + 1e-9).all()
         share.append(most[travel > 0] / travel[travel > 0])
     assert np.median(np.concatenate(share)) > 0.7
+
+
+def test_between_a_steps_ends_no_point_of_the_arm_is_further_off_its_chord_than_it_is_said_to(scenes):
+    rng = np.random.default_rng(29)
+    share = []
+    t = np.linspace(0, 1, 17)[:, None]
+    for scene in scenes:
+        proofs = PlaneProofs(Checker(scene, (0.0, 0.0), REACH))
+        links = proofs._links
+        for size in (1e-3, 0.02, 0.1, 0.7, 1.5):
+            a = rng.uniform(scene.chain.lower, scene.chain.upper, (COUNT, scene.chain.n))
+            b = a + size * rng.normal(size=a.shape)
+            q, step = np.stack([a, b], axis=1).reshape(-1, a.shape[1]), 2 * np.arange(COUNT)
+            poses, halfway = links.poses(q), links.poses((a + b) / 2)
+            bend, most = proofs._bend(poses, halfway, step, np.abs(b - a)), np.zeros(COUNT)
+            dense_poses = links.poses((a[:, None] + t * (b - a)[:, None]).reshape(-1, a.shape[1]))
+            for g in links.moving.tolist():
+                R, p = dense_poses.R[:, links.owner[g]], dense_poses.p[:, links.owner[g]]
+                at = (links.shape(g).points @ np.swapaxes(R, 1, 2) + p[:, None]).reshape(COUNT, len(t), -1, 3)
+                chord = at[:, :1] + t[None, :, None] * (at[:, -1:] - at[:, :1])
+                most = np.maximum(most, np.linalg.norm(at - chord, axis=3).max(axis=(1, 2)))
+            assert (most <= bend + 1e-12).all()
+            share.append(np.median(most / bend))
+    assert np.median(share) > 0.6
+
+
+def test_over_planes_that_are_carried_along_nothing_is_nearer_than_said(scenes):
+    """Held against the distances of the pairs themselves, between the ends of the steps as well."""
+    rng = np.random.default_rng(31)
+    rest: list[float] = []
+    for scene in scenes:
+        table = tuple(rng.uniform(*scene.table_range.T))
+        checker = Checker(scene, table, REACH)
+        proofs = PlaneProofs(checker)
+        links, model, data = proofs._links, scene.model, mujoco.MjData(scene.model)
+        data.qpos[scene.table_qpos] = table
+        for size in (0.002, 0.01, 0.05):
+            q, apart = motions(checker, rng, size)
+            step = np.flatnonzero(np.diff(apart) == 0)
+            turn = np.abs(q[step + 1] - q[step])
+            poses, halfway = links.poses(q), links.poses((q[step] + q[step + 1]) / 2)
+            laid = np.full(len(step), scene.n_deposits)
+            cells, of = cells_of(links.places(poses), step, laid, 0.1, 0.2)
+            near = proofs._groups[0][0].pairs_within(q[cells.at], cells.laid, 0.2)
+            below = proofs._below(near, np.flatnonzero(near.distance > 0))
+            mine = np.flatnonzero(~proofs._endless(below.other))
+            pairs = PairsBelow(*(getattr(below, name)[mine] for name in ("cell", "geom", "other", "normal")))
+            which, at, over = proofs._carried.over(poses, StepBends(poses, halfway, step, turn), pairs, cells)
+            known = dict(zip(zip(which.tolist(), at.tolist(), strict=True), over.tolist(), strict=True))
+            for k in rng.permutation(len(pairs.cell))[:25].tolist():
+                some = np.flatnonzero(cells.cell[of] == pairs.cell[k])
+                i = int(rng.choice(some))
+                told = min(known[k, int(of[i])], known[k, int(of[i]) + 1])
+                true = np.inf
+                for t in (0.0, 0.3, 0.5, 0.8, 1.0):
+                    data.qpos[scene.arm_qpos] = (1 - t) * q[step[i]] + t * q[step[i] + 1]
+                    mujoco.mj_kinematics(model, data)
+                    pair = int(pairs.geom[k]), int(pairs.other[k])
+                    true = min(true, mujoco.mj_geomDistance(model, data, *pair, 10.0, None))
+                assert told <= true + 1e-6
+                rest.append(true - told)
+    assert len(rest) > 100
+    assert np.quantile(rest, 0.2) < 2e-3
 
 
 def test_along_a_flat_wall_few_samples_prove_all(scenes):
@@ -197,32 +263,47 @@ def test_every_pair_lies_on_either_side_of_a_plane(scenes):
         checker = Checker(scene, (0.0, 0.0), REACH)
         proofs = PlaneProofs(checker, one_plane=0.2)
         q, _ = motions(checker, rng, 0.05)
-        poses, every = proofs._poses(q), np.arange(len(q))
-        cells = _Cells(every, np.full(len(q), scene.n_deposits), every, every, REACH)
+        links, every = proofs._links, np.arange(len(q))
+        poses = links.poses(q)
+        cells = ProofCells(every, np.full(len(q), scene.n_deposits), every, every, REACH)
         near = checker.pairs_within(q, cells.laid, REACH)
         planes = proofs._planes(poses, cells, near, np.arange(len(near.row)))
         for row, pair in zip(near.row.tolist(), near.geom.tolist(), strict=True):
-            b, a = sorted(pair, key=lambda g: proofs._owner[g])
-            mine = (planes.cell == row) & (planes.geom == a) & (planes.frame == proofs._owner[b])
-            assert (proofs._shape(b).support(planes.normal[mine]) <= planes.offset[mine] + 1e-9).any()
+            b, a = sorted(pair, key=lambda g: links.owner[g])
+            mine = (planes.cell == row) & (planes.geom == a) & (planes.frame == links.owner[b])
+            assert (links.shape(b).support(planes.normal[mine]) <= planes.offset[mine] + 1e-9).any()
         shared += len(near.row) - len(planes.cell)
     assert shared > 50
 
 
-def test_runs_of_steps_end_where_something_is_laid():
+def test_steps_of_a_cell_lie_close_together_and_have_the_same_laid():
     rng = np.random.default_rng(19)
+    shared = 0
     for spacing in (0.0, 0.3, 10.0):
-        step = np.flatnonzero(rng.random(60) < 0.8)
-        laid = np.sort(rng.integers(0, 5, len(step)))
-        way = np.cumsum(rng.random(61) * 0.2)
-        cells, cell = _cells(way, step, laid, spacing, 1.0)
-        assert (laid == cells.laid[cell]).all()
+        step = np.flatnonzero(rng.random(90) < 0.8)
+        laid = np.sort(rng.integers(0, 3, len(step)))
+        # back and forth, as a zigzag: neighbours in place are none in time
+        along = np.abs((np.arange(91) * 0.1) % 2.0 - 1.0)
+        places = np.stack([along, 0.02 * np.arange(91)], axis=1) + 0.01 * rng.random((91, 2))
+        cells, of = cells_of(places, step, laid, spacing, 1.0)
+        assert (cells.sample[of] == step).all()
+        assert (cells.sample[of + 1] == step + 1).all()
+        assert (cells.cell[of] == cells.cell[of + 1]).all()
+        assert (laid == cells.laid[cells.cell[of]]).all()
+        assert (np.diff(cells.cell) >= 0).all()
+        middle = (places[step] + places[step + 1]) / 2
         for c in range(len(cells.at)):
-            mine, samples = step[cell == c], cells.sample[cells.cell == c]
-            assert samples.tolist() == [*mine.tolist(), mine[-1] + 1]
+            mine = cells.cell[of] == c
+            samples = cells.sample[cells.cell == c]
+            assert sorted(samples.tolist()) == sorted({*step[mine].tolist(), *(step[mine] + 1).tolist()})
             assert cells.at[c] in samples
-            if spacing and len(mine) > 1:
-                assert way[samples[-1]] - way[samples[0]] <= spacing + 0.4
+            assert np.ptp(middle[mine], axis=0).max() <= spacing * (1 + 1e-6) or mine.sum() == 1
+            shared += int((np.diff(step[mine]) > 1).sum())
+        which, at = cells.samples_of(np.array([1, 0]))
+        assert (cells.cell[at] == np.array([1, 0])[which]).all()
+        assert len(at) == np.isin(cells.cell, [0, 1]).sum()
+        assert (len(cells.at) == len(step)) == (spacing == 0.0)
+    assert shared > 10
 
 
 class Posts:

@@ -1,0 +1,137 @@
+"""Planes that move with a shape of the arm, beside which stands what stands still.
+
+    held = CarriedPlanes(links).over(poses, bends, pairs, cells)       # of each pair at each sample of its cell
+
+A plane that stands still where a torch is over a curved part holds for a few millimetres of its way; one that is
+carried along turns with it, as the part's surface does. How far what stands still reaches over it is a product of its
+corners with the normal, as it is in each configuration. Seen from the link, what stands still moves on a curve: off the
+straight line between its places at the ends of a step by what is measured half-way, and the third derivative. Metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ...arrays import Ints
+from .link_poses import ArmLinks, LinkPoses
+from .motion_bounds import OFF_PARABOLA
+from .proof_cells import ProofCells
+
+
+@dataclass(frozen=True, eq=False)
+class PairsBelow:
+    """Pairs of a shape of the arm and what stands still.
+
+    Attributes:
+        cell: whose they are, (p,).
+        geom: the shape of the arm, (p,).
+        other: what stands still, (p,).
+        normal: from that towards the shape in the sample that was looked at, base frame, (p, 3).
+    """
+
+    cell: Ints
+    geom: Ints
+    other: Ints
+    normal: Floats
+
+
+class StepBends:
+    """How the world moves as it is seen from links, between the ends of steps and half-way."""
+
+    def __init__(self, poses: LinkPoses, halfway: LinkPoses, step: Ints, turn: Floats) -> None:
+        """Prepare.
+
+        Args:
+            poses: at the samples.
+            halfway: in the middles of the steps.
+            step: the steps by their first samples, (k,).
+            turn: of each joint on each, (k, n), rad.
+        """
+        self._poses, self._halfway, self._step = poses, halfway, step
+        self._turn = turn
+        self._of = np.full(len(poses.p), -1)
+        self._of[step] = np.arange(len(step))
+        self._known: dict[int, tuple[Floats, Floats, Floats]] = {}
+
+    def steps_after(self, sample: Ints) -> Ints:
+        """The steps that begin at samples; -1 where none does."""
+        return self._of[sample]
+
+    def seen_from(self, link: int) -> tuple[Floats, Floats, Floats]:
+        """How the world moves as it is seen from a link.
+
+        Returns:
+            By how much its turn and its place half-way are off the middle of those at the ends, (k, 3, 3) and (k, 3),
+            and the cube of all that the joints up to the link turn, (k,).
+        """
+        if link not in self._known:
+            R, p = self._poses.R[:, link], self._poses.p[:, link]
+            at = np.einsum("kij,ki->kj", R, p)
+            R_half, p_half = self._halfway.R[:, link], self._halfway.p[:, link]
+            a, b = self._step, self._step + 1
+            skew = np.swapaxes(R_half - (R[a] + R[b]) / 2, 1, 2)
+            off = (at[a] + at[b]) / 2 - np.einsum("kij,ki->kj", R_half, p_half)
+            self._known[link] = skew, off, self._turn[:, : link + 1].sum(axis=1) ** 3
+        return self._known[link]
+
+
+class CarriedPlanes:
+    """Planes on one checker's arm."""
+
+    def __init__(self, links: ArmLinks) -> None:
+        """Prepare.
+
+        Args:
+            links: the arm.
+        """
+        self._links = links
+        self._length = float(np.linalg.norm(links.chain.origins[:, :3, 3], axis=1).sum())
+
+    def over(
+        self, poses: LinkPoses, bends: StepBends, pairs: PairsBelow, cells: ProofCells
+    ) -> tuple[Ints, Ints, Floats]:
+        """How far pairs are apart at the samples of their cells, less what may be missing between the samples.
+
+        Args:
+            poses: at the samples.
+            bends: of the steps.
+            pairs: the pairs; none of the others is endless.
+            cells: of the steps.
+
+        Returns:
+            Pair, place among the cells' samples, and distance over its plane at least on the steps of the cell that
+            begin or end there, (c,) each, m.
+        """
+        links = self._links
+        joint = links.owner[pairs.geom]
+        normal = np.einsum("kij,ki->kj", poses.R[cells.at[pairs.cell], joint], pairs.normal)
+        above = -links.reach(pairs.geom, -normal)
+        which, at = cells.samples_of(pairs.cell)
+        sample, link = cells.sample[at], joint[which]
+        outward = np.einsum("kij,kj->ki", poses.R[sample, link], normal[which])
+        below = links.reach(pairs.other[which], outward) - np.einsum("ki,ki->k", outward, poses.p[sample, link])
+        bent = np.zeros(len(pairs.cell))
+        np.maximum.at(bent, which, self._bent(bends, pairs, which, sample))
+        return which, at, above[which] - below - bent[which]
+
+    def _bent(self, bends: StepBends, pairs: PairsBelow, which: Ints, sample: Ints) -> Floats:
+        """How far any point of a pair's other shape is off a straight line, seen from the shape's link, (c,), m."""
+        links, out = self._links, np.zeros(len(which))
+        step = bends.steps_after(sample)
+        shapes = {g: links.shape(g) for g in np.unique(pairs.other).tolist()}
+        middle = np.array([shapes[g].middle for g in pairs.other.tolist()]).reshape(-1, 3)
+        size = np.array([shapes[g].size for g in pairs.other.tolist()])
+        furthest = np.linalg.norm(middle, axis=1) + size + self._length
+        joint = links.owner[pairs.geom]
+        for j in np.unique(joint).tolist():
+            mine = np.flatnonzero((joint[which] == j) & (step >= 0))
+            skew, off, cube = (each[step[mine]] for each in bends.seen_from(j))
+            of = which[mine]
+            moved = np.linalg.norm(off + np.einsum("kij,kj->ki", skew, middle[of]), axis=1)
+            turned = np.sqrt((skew**2).sum(axis=(1, 2))) * size[of]
+            out[mine] = moved + turned + OFF_PARABOLA * furthest[of] * cube
+        return out

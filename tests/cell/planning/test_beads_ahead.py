@@ -1,0 +1,78 @@
+"""Beads that are searched ahead of their turn are those that are found one by one, and are as free."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.boss_motion import boss_case
+from support.searches import setup_of
+
+from cell.planning.beads_ahead import BeadsAhead
+from cell.planning.part_plan import plan_bead
+
+
+@pytest.fixture(scope="module", params=["free", {"fixed_deg": 0.0}], ids=["free", "held"])
+def boss(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ahead")
+    return setup_of(boss_case(folder, roll=request.param, sampling={"min_segment_mm": 2.0}))
+
+
+def beads_of(job):
+    firsts = tuple(np.flatnonzero(np.diff(job.targets.path, prepend=-1)).tolist())
+    return firsts, [*firsts[1:], len(job.targets.path)]
+
+
+def test_they_are_what_each_is_by_itself(boss):
+    job, context = boss
+    firsts, stops = beads_of(job)
+    ahead, q_before = BeadsAhead(context, firsts, stops[-1]), None
+    asked = context.asked
+    for first, stop in zip(firsts, stops, strict=True):
+        found = ahead.bead(first, q_before)
+        assert found is not None
+        assert found.whole
+        assert (found.first, found.stop) == (first, stop)
+        alone = plan_bead(context, first, stop, q_before)
+        (one,), (other,) = found.stretches, alone.stretches
+        for name in ("q_targets", "roll", "q", "edge", "fraction", "position", "margin"):
+            assert (getattr(one, name) == getattr(other, name)).all(), name
+        # free between the samples as well
+        for t in (0.0, 0.4, 0.8):
+            between = one.q[:-1] + t * np.diff(one.q, axis=0)
+            true = context.checker.clearances(between, context.deposits_before[one.edge[:-1]]).distance
+            true = np.minimum(true, context.checker.reach)
+            assert (np.minimum(one.kept[:-1], context.checker.reach) <= true + 1e-7).all()
+        assert (one.kept[:-1] >= context.settings.kept).all()
+        q_before = one.q_targets[-1]
+    assert context.asked > asked
+
+
+def test_a_bead_that_is_come_to_from_elsewhere_is_left_to_a_search_of_its_own(boss):
+    job, context = boss
+    firsts, stops = beads_of(job)
+    ahead = BeadsAhead(context, firsts, stops[-1])
+    first = ahead.bead(firsts[0], None)
+    assert first is not None
+    end = first.stretches[0].q_targets[-1]
+    assert ahead.bead(firsts[1], end + 0.3) is None
+
+
+def test_a_bead_that_is_not_free_is_not_given_out(boss):
+    job, context = boss
+    firsts, stops = beads_of(job)
+    given = []
+    for clearance in np.arange(0.0125, 0.0185, 0.0005).tolist():
+        narrow = replace(context, settings=replace(context.settings, clearance=clearance))
+        ahead, q_before, count = BeadsAhead(narrow, firsts, stops[-1]), None, 0
+        for first in firsts:
+            found = ahead.bead(first, q_before)
+            if found is None:
+                break
+            count += 1
+            (one,) = found.stretches
+            near = context.checker.clearances(one.q, context.deposits_before[one.edge]).distance
+            assert near.min() >= clearance
+            q_before = one.q_targets[-1]
+        given.append(count)
+    assert given[0] == len(firsts)
+    assert given[-1] == 0
