@@ -66,6 +66,10 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
     except ValueError as error:
         raise InputError(f"{path}: not an MJCF that MuJoCo reads: {one_line(error)}") from None
     settle_files(spec, path)
+    # bodies that are fused and shapes that are dropped would be missed where the model is compiled by itself: what is
+    # told of a site or a shape is told in the frame of its own body. Masses say nothing here.
+    spec.compiler.fusestatic = spec.compiler.discardvisual = False
+    spec.compiler.settotalmass = -1.0
     return spec
 
 

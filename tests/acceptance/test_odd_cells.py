@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.cell_models import ARM, TABLE, write_case
 from support.random_jobs import odd_job, own_result
 
 from cell.case.read import load_case
@@ -58,3 +59,22 @@ def test_every_shape_stands_in_the_cell_as_its_own_file_has_it(seed, tmp_path):
         q = rng.uniform(scene.chain.lower, scene.chain.upper)
         off = shapes_off(scene, job.case, q, rng.uniform(-2, 2, 2) * scene.has_axis)
         assert max(off.values()) < 1e-6, off
+
+
+def test_bodies_that_a_model_fuses_carry_tool_and_part_where_they_were(tmp_path):
+    """Of a model compiled by itself a site's place is told in the body that it is fused into."""
+    from support.own_shapes import shapes_off
+
+    turned = '<body name="{}" pos="0.02 0.01 {}" euler="0.1 0.3 0.2">{}</body>'
+    flange = '<site name="flange" pos="0.185 0 0" quat="0.7071067811865476 0 0.7071067811865475 0"/>'
+    place = '<site name="table" pos="0 0 0.15"/>'
+    arm = ARM.replace(flange, turned.format("tool0", 0, flange))
+    table = TABLE.replace(place, turned.format("top", 0.05, place))
+    fused = [text.replace("<compiler ", '<compiler fusestatic="true" discardvisual="true" ') for text in (arm, table)]
+    parts = []
+    for name, (a, t) in {"plain": (arm, table), "fused": fused}.items():
+        job = prepare(load_case(write_case(tmp_path, name, arm=a, table=t)))
+        scene = job.scene
+        assert max(shapes_off(scene, job.case, scene.home, np.array([0.5, 1.0])).values()) < 1e-6
+        parts.append(scene.T_base_part(0.5, 1.0))
+    assert np.allclose(*parts, atol=1e-9)
