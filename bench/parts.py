@@ -86,7 +86,7 @@ class Clock:
 
 def run(part: str, targets: int, fill: str, roll: str, twin: str, help_too: bool) -> dict[str, Any]:
     """One part through all stages, in this process."""
-    import cell.cli.main as main
+    import cell.cli.check_command as check_command
     import cell.html.check_page
     import cell.remedy_search.search
     import cell.report.check_document
@@ -107,12 +107,12 @@ def run(part: str, targets: int, fill: str, roll: str, twin: str, help_too: bool
     clock.seconds["other"] = made + checked - sum(v for k, v in clock.seconds.items() if k != "imports")
     remedies = []
     if help_too and not result.feasible:
-        most = main.HELP_SECONDS + main.HELP_CHECKS * result.seconds
+        most = check_command.HELP_SECONDS + check_command.HELP_CHECKS * result.seconds
         remedies = clock.timed("help", lambda: list(cell.remedy_search.search.remedies(result, None, most)))()
     with tempfile.TemporaryDirectory() as folder:
         page, document = Path(folder) / "page.html", Path(folder) / "report.json"
-        clock.timed("page", lambda: _put_page(main, page, result, remedies))()
-        clock.timed("json", lambda: _put_json(main, document, result, remedies))()
+        clock.timed("page", lambda: _put_page(page, result, remedies))()
+        clock.timed("json", lambda: _put_json(document, result, remedies))()
         sizes = page.stat().st_size, document.stat().st_size
     return {
         "targets": len(job.targets),
@@ -129,16 +129,18 @@ def run(part: str, targets: int, fill: str, roll: str, twin: str, help_too: bool
     }
 
 
-def _put_page(main: Any, path: Path, result: Any, remedies: list[Any]) -> None:
+def _put_page(path: Path, result: Any, remedies: list[Any]) -> None:
+    from cell.atomic_files import write_text
     from cell.html.check_page import html_report
 
-    main.write_text(path, html_report(result, remedies))
+    write_text(path, html_report(result, remedies))
 
 
-def _put_json(main: Any, path: Path, result: Any, remedies: list[Any]) -> None:
+def _put_json(path: Path, result: Any, remedies: list[Any]) -> None:
+    from cell.cli.console import put_json
     from cell.report.check_document import streamed_report
 
-    main._put_json(str(path), streamed_report(result, remedies))
+    put_json(str(path), streamed_report(result, remedies))
 
 
 def row_of(name: list[str], found: dict[str, Any]) -> list[Any]:

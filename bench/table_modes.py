@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT))
 from bench_arguments import parsed  # noqa: E402
 
 from cell import Case, load_case, prepare, with_changes  # noqa: E402
-from cell.case.sections import Table  # noqa: E402
+from cell.case.table_section import Table  # noqa: E402
 from cell.verdict.as_asked import check_as_asked  # noqa: E402
 from cell.verdict.table_use import table_use  # noqa: E402
 

@@ -33,9 +33,10 @@ from .scene.compose import Scene as Scene
 from .scene.compose import compose as compose
 from .shipped import DEFAULT_CASE as DEFAULT_CASE
 from .shipped import MODELS_DIR as MODELS_DIR
-from .verdict.check import Result as Result
-from .verdict.check import TargetVerdict as TargetVerdict
 from .verdict.check import check as check
+from .verdict.failure_words import failure_in_words as failure_in_words
+from .verdict.result import Result as Result
+from .verdict.result import TargetVerdict as TargetVerdict
 from .verification.motion_check import MotionResult as MotionResult
 from .verification.motion_check import check_motion as check_motion
 from .view.layer_picture import slice_picture as slice_picture
@@ -66,6 +67,7 @@ __all__ = [
     "compare_paper",
     "compose",
     "export_program",
+    "failure_in_words",
     "grid",
     "html_compare",
     "html_report",

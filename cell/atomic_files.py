@@ -44,15 +44,13 @@ def check_writable(path: str | Path) -> Path:
     shown = Path(path)
     try:
         if os.path.abspath(path).startswith(NO_FILES):
-            raise InputError(f"{shown}: is a device; the name of a file is needed (- writes to standard output)")
+            raise InputError(f"{shown}: is a device; give the name of a file (- writes to standard output)")
         target = Path(os.path.realpath(path))
         mode = target.stat().st_mode if target.exists() else None
         if mode is not None and stat.S_ISDIR(mode):
-            raise InputError(f"{shown}: is a folder; the name of a file is needed")
+            raise InputError(f"{shown}: is a folder; give the name of a file")
         if mode is not None and not stat.S_ISREG(mode):
-            raise InputError(
-                f"{shown}: is no ordinary file; the name of a file is needed (- writes to standard output)"
-            )
+            raise InputError(f"{shown}: is not an ordinary file; give the name of a file (- writes to standard output)")
         if not target.parent.is_dir():
             raise InputError(f"{shown}: the folder {target.parent} does not exist")
         if os.path.islink(target):
@@ -83,12 +81,12 @@ def check_outputs(outputs: Mapping[str, str | None], inputs: Iterable[str | Path
             continue
         key = _identity(check_writable(str(path)))
         if key in taken:
-            raise InputError(f"{option}: {path} is the file of {taken[key]} as well; each needs one of its own")
+            raise InputError(f"{option}: {path} is also the file of {taken[key]}; each needs a file of its own")
         taken[key] = option
     for name in inputs if taken else ():
         found = taken.get(_identity(name))
         if found is not None:
-            raise InputError(f"{found}: {outputs[found]} is read by this run ({name}); name another file")
+            raise InputError(f"{found}: {outputs[found]} is read by this run ({name}); give another file")
 
 
 def _identity(path: str | Path) -> object:

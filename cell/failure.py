@@ -111,24 +111,24 @@ class RollBetween:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """What is wrong, by how much, and where. What a kind carries stands beside it in :class:`Kind`.
+    """What is wrong, by how much, and where. :class:`Kind` says which attributes a kind of failure has.
 
     Attributes:
         kind: what is wrong.
-        measure: by how much, in ``unit``; None where that is not known.
-        limit: what is asked for.
-        axis: that is concerned.
-        contact: of a collision.
-        singularity: of a margin that is too small: "wrist", "elbow", "shoulder" or "sigma".
+        measure: the amount, in ``unit``; None where it is not known.
+        limit: the amount that is allowed or needed, in ``unit``.
+        axis: the axis concerned.
+        contact: the pair of a collision.
+        singularity: the margin that is too small: "wrist", "elbow", "shoulder" or "sigma".
         sigma: smallest singular value there.
-        roll_deg: roll of the candidate that is measured.
-        between: what is known of a roll between the samples.
-        because: what stops the arm in the configuration that it would have to keep.
-        place: where.
+        roll_deg: roll of the configuration that was measured.
+        between: a roll between the samples at which the target is reached.
+        because: the failure of the configuration that the arm would have to keep.
+        place: the target, bead, travel or rows concerned.
         effort: how far the search went.
-        locked_by: layers without which it would work.
-        cause: of a deposition that is held up, of an overhang, or of beads out of order.
-        proved: whether every configuration was looked at.
+        locked_by: layers that cause the collision: without them the target is free.
+        cause: details of a slow deposition, of an overhang, or of beads out of order.
+        proved: whether it is proved that no configuration can do it.
     """
 
     kind: Kind
@@ -149,14 +149,14 @@ class Failure:
 
     @property
     def reason(self) -> str:
-        """One of the reasons of reports: on the way everything but a speed is "no_path"."""
+        """The reason in reports; between targets it is "no_path" for everything but a speed."""
         if self.place.where in (Where.TARGET, Where.ROWS) or self.kind.reason == "speed":
             return self.kind.reason
         return "no_path"
 
     @property
     def root(self) -> Failure:
-        """What stops the arm: the failure behind this one, or itself."""
+        """The failure behind this one, or this one itself."""
         return self if self.because is None else self.because
 
     @property
@@ -167,12 +167,12 @@ class Failure:
 
     @property
     def unit(self) -> str:
-        """Of measure and limit."""
+        """Unit of measure and limit."""
         return MARGIN_UNITS[self.singularity][0] if self.kind is Kind.SINGULAR and self.singularity else self.kind.unit
 
     @property
     def where(self) -> Where:
-        """On what it is."""
+        """Whether it concerns a target, a bead, a travel or rows."""
         return self.place.where
 
     @property
@@ -182,7 +182,7 @@ class Failure:
 
     @property
     def from_target(self) -> int | None:
-        """The target that the way leaves."""
+        """The target from which the way leads on."""
         return self.place.from_target
 
     @property
@@ -192,15 +192,15 @@ class Failure:
 
     @property
     def rounded(self) -> bool:
-        """Whether it is the rounding of a corner that comes too near."""
+        """Whether only the rounded corner comes too near."""
         return self.contact is not None and self.contact.seen is Seen.ROUNDED
 
     def at(self, place: Place) -> Failure:
-        """The same at another place."""
+        """The same failure at another place."""
         return replace(self, place=place)
 
     def seen(self, seen: Seen) -> Failure:
-        """The same collision, found otherwise."""
+        """The same collision, found in another way."""
         return self if self.contact is None else replace(self, contact=replace(self.contact, seen=seen))
 
     def document(self) -> dict[str, Any]:

@@ -117,11 +117,11 @@ class Slowed:
 
 @dataclass(frozen=True, slots=True)
 class Hanging:
-    """What of a layer lies over nothing.
+    """The part of a layer that overhangs.
 
     Attributes:
         area_mm2: of what hangs.
-        begins_mm2: of that, where metal begins over nothing.
+        begins_mm2: of that, where metal begins with nothing below.
         place_mm: where, part frame.
     """
 

@@ -263,7 +263,9 @@ def _gone(worker: _Worker) -> Exception:
     worker.process.join(END_S)
     code = worker.process.exitcode
     if code is not None and code == -getattr(signal, "SIGKILL", 0):
-        return InputError("a worker process was killed (too little memory?): no verdict; --jobs 1 needs least")
+        return InputError(
+            "a worker process was killed (too little memory?): no verdict; --jobs 1 needs the least memory"
+        )
     return RuntimeError(f"a worker process is gone (exit code {code})")
 
 

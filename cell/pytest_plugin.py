@@ -20,7 +20,7 @@ import pytest
 
 if TYPE_CHECKING:
     from .case.sections import Expect
-    from .verdict.check import Result
+    from .verdict.result import Result
 
 
 class Unexpected(Exception):

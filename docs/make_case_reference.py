@@ -14,9 +14,9 @@ from cell.case.problems import section_of
 
 HEAD = """# Case files
 
-Everything of a run in one YAML file. Only `part` is needed; every other key has the default shown. Lengths in
-mm and angles in degrees, as each key says; paths are relative to the file; unknown keys are errors. Made from
-the definitions in `cell/case/sections.py` and `slicing/parameters.py` by `docs/make_case_reference.py`.
+A case file is a YAML file that holds everything of a run. Only `part` is needed; every other key has the default
+shown. Lengths are in mm and angles in degrees, as each key says. Paths are relative to the file. Unknown keys are
+errors. `docs/make_case_reference.py` makes this page from `cell/case/*sections.py` and `slicing/parameters.py`.
 
 """
 

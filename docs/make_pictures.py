@@ -20,7 +20,7 @@ import numpy as np
 from PIL import Image
 
 from cell import MODELS_DIR, Case, Result, check, load_case, parse_case, picture, prepare, slice_picture, with_changes
-from cell.case.sections import Support
+from cell.case.part_sections import Support
 from cell.job.job import slice_part
 from cell.job.part_input import read_part
 from cell.verdict.as_asked import check_as_asked

@@ -1,4 +1,4 @@
-"""Write docs/paper_poses.md: what becomes of the paper's two table poses, and how far that hangs on its gaps.
+"""Write docs/paper_poses.md: the verdicts at the paper's two table poses under different assumptions.
 
 ``python docs/paper_poses.py`` takes some minutes. Every figure is a whole check of the shipped propeller's blade
 (motion, limits, singularities, collisions), at each placement of the positioner and each roll about the wire.
@@ -20,31 +20,31 @@ TEXT = """# The paper's two table poses
 
 Lettori et al. (2024) tried the propeller's blade with the table at E1 = -45, E2 = 0 and found that the arm
 could not reach all targets, because of singularities; at E1 = 90, E2 = 180 the whole path was free. The paper
-gives neither the place of the positioner in the cell, nor how the blade is turned on the table, nor the roll
-about the wire that its imported planes fixed. The shipped case assumes:
+does not give the position of the positioner, the direction of the blade on the table, or the roll about the wire
+that its imported planes fixed. The shipped case assumes:
 
 - the blade points along -x of the table (azimuth 180 degrees), so that it is deposited 45 degrees off upright
-  at -45/0 and straight up at 90/180, which is what tilting a table is for;
+  at -45/0 and straight up at 90/180, which is the purpose of a tilting table;
 - the positioner stands {x:g} mm in front of the arm, its frame turned by {yaw:g} degrees about z, so that it
   tilts across the arm's plane;
 - the roll is held at {roll:g} degrees: the torch's neck lies across the part's axis.
 
-The table below changes these assumptions one by one. It gives the targets that come out feasible, of {n}, and
-for each pose the reason that most of the others have. Made by `python docs/paper_poses.py` from whole checks
+The table below changes these assumptions one by one. It gives the number of feasible targets, of {n}, and
+for each pose the reason of most others. `python docs/paper_poses.py` makes it from whole checks
 (motion, joint limits, singularity margins, collisions with {clearance:g} mm of clearance). For a positioner
-turned by -90 degrees the cell is the mirror image, and the rolls are given with their sign turned.
+turned by -90 degrees the cell is the mirror image, and the rolls have the opposite sign.
 
 """
 
 READING = """
-**What it says.** With the roll held where the shipped case holds it, the paper's two verdicts come out by
-computation alone. They are no property of the table poses, though:
+**Result.** With the roll of the shipped case the computation gives the paper's two verdicts. They do not
+follow from the table poses alone, though:
 
 - with a free roll {free}:
-  what the paper's set-up missed is the freedom about the wire, which its planes took away;
-- held between 75 and 120 degrees, the roll spoils 90/180 as well, though hardly a target is out of reach by
-  itself there: the wire swings by 59 degrees to either side over the blade's root, and takes the arm through
-  its wrist singularity on the way. A check of points alone does not see this.
+  the paper's set-up did not use the freedom about the wire, because its planes fixed the roll;
+- held between 75 and 120 degrees, the roll makes 90/180 infeasible as well, although hardly any target by itself is out
+  of reach there: the wire swings by 59 degrees to either side over the blade's root and takes the arm through
+  its wrist singularity. A check of single points does not find this.
 """
 
 

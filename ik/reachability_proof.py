@@ -88,7 +88,7 @@ def certify(
     first_step: float = np.deg2rad(60.0),
     block: int = BLOCK,
 ) -> Certificates:
-    """Settle which targets can be reached at some roll.
+    """Decide which targets can be reached at some roll.
 
     Args:
         chain: the arm with its tool.

@@ -38,8 +38,9 @@ class Candidates:
     """Configurations of m poses.
 
     Attributes:
-        q: inside the limits, (m, g, k, n), rad, NaN-padded.
-        raw: before the limits, (m, g, n), rad, NaN where the pose is out of reach for that group.
+        q: configurations inside the limits, (m, g, k, n), rad: of m poses, in g groups (the closed form's eight
+            branches), in up to k whole turns, n joints; NaN where there are fewer.
+        raw: one configuration of each group before the limits, (m, g, n), rad, NaN where there is none.
         over: how far ``raw`` is outside each limit, (m, g, n), rad.
         reach_excess: how far the wrist centre is out of reach, (m,), m; NaN where the solver cannot tell.
         exhaustive: whether no further configurations exist.
@@ -53,13 +54,13 @@ class Candidates:
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """(m, g, k): which configurations exist inside the limits."""
+        """Which configurations exist inside the limits, (m, g, k)."""
         return np.isfinite(self.q[..., 0])
 
 
 @dataclass(frozen=True, eq=False)
 class Solver:
-    """An arm with the way its configurations are found.
+    """An arm and the method that finds its configurations.
 
     Attributes:
         chain: the arm with its tool.
@@ -79,7 +80,7 @@ class Solver:
 
         Args:
             chain: the arm with its tool.
-            kind: "auto" takes the closed form where the arm has one; "closed_form" insists; "dls" does without.
+            kind: "auto" takes the closed form if the arm has one, "closed_form" needs one, "dls" never uses it.
 
         Raises:
             ValueError: an unknown kind, or a closed form asked of an arm that has none.
@@ -95,7 +96,7 @@ class Solver:
 
     @property
     def name(self) -> str:
-        """What solves: "closed form" or "damped least squares"."""
+        """Name of the method: "closed form" or "damped least squares"."""
         return "damped least squares" if self.form is None else "closed form"
 
     @cached_property
@@ -120,7 +121,7 @@ class Solver:
             Ts_base_tcp: (m, 4, 4), m, base frame.
 
         Returns:
-            Candidates; see there.
+            The configurations.
         """
         if self.form is None:
             return self._by_least_squares(Ts_base_tcp)

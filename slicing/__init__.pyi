@@ -25,6 +25,7 @@ from .layers.body_ends import body_ends as body_ends
 from .layers.layer import SlicedSubVolume as SlicedSubVolume
 from .mesh.hull import hull_planes as hull_planes
 from .mesh.load import load_mesh as load_mesh
+from .mesh.load import solid_from_arrays as solid_from_arrays
 from .mesh.solid import Bools as Bools
 from .mesh.solid import Mesh as Mesh
 from .mesh.solid import PartError as PartError
@@ -123,6 +124,7 @@ __all__ = [
     "slice_body",
     "slice_sub_volume",
     "slices_document",
+    "solid_from_arrays",
     "targets_rows",
     "toolpath_shape",
     "travels",

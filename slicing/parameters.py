@@ -35,17 +35,22 @@ class SlicingParameters:
 
     strategy: Annotated[
         Strategy,
-        Meaning("conical and revolved need such a body; planar takes any, the others a cylinder"),
+        Meaning(
+            "kind of layers; conical needs a conical body, revolved a profile, planar any body, the others a cylinder"
+        ),
     ] = "nonuniform"
     h_layer_mm: Annotated[Height, Meaning("preferred thickness of a layer")] = 1.73
     h_min_mm: Annotated[Height, Meaning("least thickness that the process can lay")] = 1.39
     h_max_mm: Annotated[Height, Meaning("greatest thickness that the process can lay")] = 2.2
     tolerance_mm: Annotated[
-        float, Ge(1e-4), Le(100), Meaning("largest distance of a layer's chords from its exact curve")
+        float, Ge(1e-4), Le(100), Meaning("largest distance between a layer's chords and its exact curve")
     ] = 0.01
     thickness: Annotated[
         Literal["report", "trim", "merge"],
-        Meaning("what becomes of beads outside h_min .. h_max: they stay, end there, or the layer above lays them"),
+        Meaning(
+            "for beads outside h_min_mm .. h_max_mm: only a warning, end the bead there, or let the layer "
+            "above lay the metal"
+        ),
     ] = "report"
 
     def __post_init__(self) -> None:
@@ -58,19 +63,21 @@ class SlicingParameters:
 @documented
 @dataclass(frozen=True)
 class SeamPlace:
-    """A place for the seams of some closed beads; the last place that fits a bead goes."""
+    """A place for the seams of some closed beads; the last place that fits a bead counts."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid"}  # of entries in a case file
 
-    sub_volume: Annotated[str | None, Meaning("whose beads; all sub-volumes' where left out")] = None
-    layers: Annotated[tuple[LayerNumber, LayerNumber] | None, Meaning("first and last; all where left out")] = None
-    angle_deg: Annotated[Angle | None, Meaning("angle about the body's axis, or")] = None
-    xyz_mm: Annotated[Point | None, Meaning("a point of the part")] = None
+    sub_volume: Annotated[str | None, Meaning("sub-volume that the place is for; all of them where left out")] = None
+    layers: Annotated[tuple[LayerNumber, LayerNumber] | None, Meaning("first and last layer; all where left out")] = (
+        None
+    )
+    angle_deg: Annotated[Angle | None, Meaning("place of the seams as an angle about the body's axis")] = None
+    xyz_mm: Annotated[Point | None, Meaning("place of the seams as a point of the part instead")] = None
 
     def __post_init__(self) -> None:
         require_allowed(self)
         if (self.angle_deg is None) == (self.xyz_mm is None):
-            raise PartError("a place of seams needs one of angle_deg, xyz_mm")
+            raise PartError("seams: a place needs one of angle_deg, xyz_mm")
         if self.layers is not None and self.layers[0] > self.layers[1]:
             raise PartError("layers: needs first <= last")
 
@@ -85,43 +92,58 @@ class SeamPlace:
 class BeadParameters:
     """Which beads a layer is laid in, where they start, and in which order."""
 
-    pattern: Annotated[Pattern, Meaning("the layers' borders alone (as in the paper), or what fills them too")] = (
-        "contour"
-    )
-    width_mm: Annotated[float, Ge(0.05), Le(1000), Meaning("of a bead")] = 5.0
-    overlap: Annotated[float, Ge(0), Le(0.9), Meaning("of neighbouring beads, as a share of the width")] = 0.25
+    pattern: Annotated[
+        Pattern, Meaning("contour: only the layers' borders (as in the paper); the others fill the layer as well")
+    ] = "contour"
+    width_mm: Annotated[float, Ge(0.05), Le(1000), Meaning("width of a bead")] = 5.0
+    overlap: Annotated[float, Ge(0), Le(0.9), Meaning("overlap of neighbouring beads, as a share of the width")] = 0.25
     border: Annotated[
         Literal["centre", "edge"] | None,
-        Meaning("a layer's border is its outer bead's centre line or edge; contour: centre, others: edge"),
+        Meaning(
+            "whether a layer's border is the centre line or the edge of its outer bead; default: centre "
+            "for contour, else edge"
+        ),
     ] = None
     thin_walls: Annotated[
         Literal["middle", "border"],
-        Meaning("contour: where a wall is thinner than 1.5 pitches one bead in its middle, or its two borders"),
+        Meaning(
+            "of pattern contour, where a wall is thinner than 1.5 pitches: one bead in its middle, or both borders"
+        ),
     ] = "middle"
-    contours: Annotated[int, Ge(0), Le(1000), Meaning("rounds along the border before zigzag lines")] = 1
-    contours_first: Annotated[bool, Meaning("borders before what is within them, or after it")] = True
-    angle_deg: Annotated[Angle, Meaning("of zigzag lines, against the way round the body (planes: across z)")] = 0.0
-    angle_step_deg: Annotated[Angle, Meaning("added to angle_deg from layer to layer")] = 90.0
+    contours: Annotated[int, Ge(0), Le(1000), Meaning("of pattern zigzag: number of rounds along the border")] = 1
+    contours_first: Annotated[bool, Meaning("whether the borders are laid before the infill, or after it")] = True
+    angle_deg: Annotated[
+        Angle, Meaning("angle of zigzag lines to the direction round the body (planes: to the direction across z)")
+    ] = 0.0
+    angle_step_deg: Annotated[Angle, Meaning("angle added to angle_deg from one layer to the next")] = 90.0
     metal_share: Annotated[
         tuple[Annotated[float, Ge(0.01), Le(1)], Annotated[float, Ge(1), Le(100)]] | None,
-        Meaning("least and greatest metal for its length that a bead may carry, as a share, by its speed; none: 1"),
+        Meaning(
+            "least and greatest metal per length that a bead may carry, as a share of the usual; the speed "
+            "changes for it; none: 1"
+        ),
     ] = None
     seam: Annotated[
         Literal["aligned", "spread", "chosen"],
-        Meaning("closed beads start near the seam below, far from it, or at a chosen place"),
+        Meaning("where closed beads start: near the seam below, far from it, or at a chosen place"),
     ] = "aligned"
-    seam_angle_deg: Annotated[Angle | None, Meaning("chosen place: angle about the body's axis, or")] = None
-    seam_xyz_mm: Annotated[Point | None, Meaning("a point of the part")] = None
-    seams: Annotated[tuple[SeamPlace, ...], Meaning("places of some sub-volumes' or layers' own")] = ()
-    alternate: Annotated[bool, Meaning("every other layer runs the other way round")] = False
+    seam_angle_deg: Annotated[Angle | None, Meaning("of seam: chosen, the place as an angle about the body's axis")] = (
+        None
+    )
+    seam_xyz_mm: Annotated[Point | None, Meaning("of seam: chosen, the place as a point of the part instead")] = None
+    seams: Annotated[tuple[SeamPlace, ...], Meaning("places of the seams of single sub-volumes or layers")] = ()
+    alternate: Annotated[bool, Meaning("whether every other layer is laid in the opposite direction")] = False
     order: Annotated[
         Literal["given", "short"] | None,
-        Meaning("of a layer's beads: as found, or with little travel; contour: given, others: short"),
+        Meaning("order of a layer's beads: as cut, or with little travel; default: given for contour, else short"),
     ] = None
     lead_in_mm: Annotated[
-        Distance, Meaning("length by which the arc starts before the seam (open beads: run back)")
+        Distance,
+        Meaning("length of closed beads before the seam; an open bead first runs back by it, within the layer"),
     ] = 0.0
-    lead_out_mm: Annotated[Distance, Meaning("length by which the arc continues past the seam")] = 0.0
+    lead_out_mm: Annotated[
+        Distance, Meaning("length of closed beads past the seam; an open bead runs back by it at its end")
+    ] = 0.0
 
     def __post_init__(self) -> None:
         require_allowed(self)

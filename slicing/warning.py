@@ -116,5 +116,5 @@ def _again(code: str, text: str, sub_volume: str, layer: int | None) -> Warning:
 
 
 def typed(line: str) -> Warning:
-    """A line as a typed warning; one that has no code yet is of the code ``other``."""
+    """A line as a typed warning; a line without a code gets the code ``other``."""
     return line if isinstance(line, Warning) else Warning(Code.OTHER, line)

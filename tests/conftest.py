@@ -16,7 +16,7 @@ from support.browser import NAMES, Browser
 from support.cases import boss_mesh, little_case
 
 if TYPE_CHECKING:
-    from cell.verdict.check import Result
+    from cell.verdict.result import Result
 
 pytest_plugins = ["pytester"]
 

@@ -147,14 +147,14 @@ def test_the_cell_takes_of_slicing_what_it_exports() -> None:
 # where values by name may be of any kind, and why: elsewhere a class says what there is
 ANY_VALUES = {
     "JSON, YAML or a page's data is made": """
-        cell/case/problems cell/case/read cell/cli/console cell/cli/main cell/compare/compare cell/failure
+        cell/case/problems cell/case/read cell/cli/console cell/cli/sweep_command cell/compare/compare cell/failure
         cell/html/check_page cell/html/comparison_page cell/html/pack cell/html/scene cell/html/series
         cell/html/shapes cell/html/sweep_page cell/html/words cell/job/part_input cell/motion/deposition_speed
         cell/pose_sweep/grid cell/pose_sweep/log cell/pose_sweep/picked_pose cell/pose_sweep/ranking
         cell/pose_sweep/sweep cell/pose_sweep/variants cell/remedy_search/changes cell/remedy_search/remedy
         cell/remedy_search/seam_changes cell/report/check_document cell/report/check_report
         cell/report/motion_report cell/report/program_document cell/report/sweep_lines
-        cell/verdict/all_reasons cell/verdict/check cell/verdict/table_use cell/verdict/words
+        cell/verdict/all_reasons cell/verdict/result cell/verdict/table_use cell/verdict/words
         cell/verification/bead_order cell/view/sweep_map_picture slicing/beads/overhang
         slicing/beads/thickness_policy slicing/document slicing/surfaces/surfaces slicing/warning""",
     "the variables of a KRL program": "cell/programs/krl/data cell/programs/krl/state cell/programs/krl/values",

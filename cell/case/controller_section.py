@@ -38,9 +38,9 @@ _MOVES = re.compile(
 
 def _program_name(name: str) -> str:
     if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]{{0,{MOST_PROGRAM_NAME - 1}}}", name):
-        raise ValueError(f"is 1 to {MOST_PROGRAM_NAME} of the characters A-Z a-z 0-9 _, the first of them a letter")
+        raise ValueError(f"must be 1 to {MOST_PROGRAM_NAME} of the characters A-Z a-z 0-9 _ and begin with a letter")
     if name.upper() in KRL_WORDS:
-        raise ValueError("is a word of the language; another name is needed")
+        raise ValueError("is a word of KRL; another name is needed")
     return name
 
 
@@ -50,23 +50,23 @@ def _lines(value: object) -> object:
 
 def _hook_line(text: str) -> str:
     if not text.isascii() or not text.isprintable():
-        raise ValueError("has ASCII characters only")
+        raise ValueError("must have ASCII characters only")
     done = re.search(r"\bDO\b(.*)", text.partition(";")[0], re.IGNORECASE)  # by a TRIGGER
     if _MOVES.match(text) or (done and _MOVES.match(done.group(1))):
         raise ValueError("may not move the arm, change a frame or a speed, or branch: a hook calls a sub-program")
     if not text.strip():
-        raise ValueError("is a line that is not empty")
+        raise ValueError("must not be an empty line")
     try:
         pieces = list(string.Formatter().parse(text))
     except ValueError as error:
-        raise ValueError(f"is no template ({error}); braces of the program itself are doubled: {{{{ }}}}") from None
+        raise ValueError(f"is not a template ({error}); write braces of KRL twice: {{{{ }}}}") from None
     for _, name, spec, conversion in pieces:
         if name is None:
             continue
         if name not in HOOK_FIELDS:
-            raise ValueError(f"has no field {{{name}}}; fields are {', '.join(HOOK_FIELDS)}")
+            raise ValueError(f"has an unknown field {{{name}}}; the fields are {', '.join(HOOK_FIELDS)}")
         if conversion is not None or not _FORMAT.fullmatch(spec or "") or (spec and name in TEXT_FIELDS):
-            raise ValueError(f"field {{{name}}}: a format is like 03d, .2f or g, of numbers only")
+            raise ValueError(f"field {{{name}}}: a format must be like 03d, .2f or g, and only numbers have one")
     return text
 
 
@@ -74,7 +74,7 @@ def _pattern(text: str) -> str:
     try:
         re.compile(text)
     except (re.error, RecursionError, OverflowError) as error:
-        raise ValueError(f"is no regular expression ({error})") from None
+        raise ValueError(f"is not a regular expression ({error})") from None
     return text
 
 
@@ -99,30 +99,36 @@ class BaseSection(FrameSection):
     """A base frame of the controller's list."""
 
     machine: Annotated[int, within(1, 32)] | None = Field(
-        None, description="MACHINE_DEF that moves it: the frame is given in its flange; none: it stands in the world"
+        None,
+        description="number of the MACHINE_DEF that moves the frame, which is given in its flange; none: it "
+        "stands in the world",
     )
 
 
 class Thinning(Section):
     """Points of a bead that the program may leave out."""
 
-    chord_mm: Distance = Field(0.02, description="largest distance of what is left from what was checked; 0: none")
-    angle_deg: Annotated[float, within(0, 180)] = Field(0.05, description="largest turn of the tool, likewise")
+    chord_mm: Distance = Field(
+        0.02, description="largest distance between the thinned bead and the checked one; 0: no point is left out"
+    )
+    angle_deg: Annotated[float, within(0, 180)] = Field(
+        0.05, description="largest angle between the tool on the thinned bead and on the checked one"
+    )
 
 
 class Hooks(Section):
-    """Lines written where something happens, with {field}s: program, sub_volume, layer, bead, target, speed_mm_s."""
+    """Lines of the program at events; fields are {program}, {sub_volume}, {layer}, {bead}, {target}, {speed_mm_s}."""
 
     arc_on: ArcLines = Field(
         ["ARC_ON ( ) ;bead {bead} layer {layer} target {target} of {sub_volume}"],
-        description="by default the call of a sub-program of the user's",
+        description="lines where the arc starts; default: the call of a sub-program that you write",
     )
     arc_off: ArcLines = Field(
         ["ARC_OFF ( ) ;bead {bead} layer {layer} target {target} of {sub_volume}"],
-        description="the same for the end of the arc",
+        description="lines where the arc ends; default: likewise",
     )
-    layer_start: HookLines = Field([";layer {layer} of {sub_volume} starts"], description="a comment")
-    layer_end: HookLines = Field([";layer {layer} of {sub_volume} ends"], description="a comment")
+    layer_start: HookLines = Field([";layer {layer} of {sub_volume} starts"], description="lines where a layer starts")
+    layer_end: HookLines = Field([";layer {layer} of {sub_volume} ends"], description="lines where a layer ends")
 
     @model_validator(mode="after")
     def _told_apart(self) -> Hooks:
@@ -131,66 +137,75 @@ class Hooks(Section):
             lines = getattr(self, name)
             skeleton = re.sub(r"\{\w+(:[^}]*)?\}", "{}", lines[0]).strip().upper() if lines else name
             if skeleton in first:
-                raise ValueError(f"{name} begins as {first[skeleton]} does; read back, they could not be told apart")
+                raise ValueError(
+                    f"{name} begins like {first[skeleton]}; make them different, so that a program that "
+                    "is read can tell them apart"
+                )
             first[skeleton] = name
         return self
 
 
 class ReadSection(Section):
-    """How programs of others are read: regular expressions, searched in every line, case ignored; and tables."""
+    """How programs are read: regular expressions, searched in every line without regard to case, and tables."""
 
     arc_on: Patterns = Field(
         [r"^ARC_?ON\s*\(", r"^;\s*process_on\b", r"#ArcOn(After)?MoveStd\b", r"^A[12]0\s*\(\s*ARC_STRT"],
-        description="the arc burns from here on; named groups become fields",
+        description="the arc is on after this line; named groups become fields",
     )
     arc_off: Patterns = Field(
         [r"^ARC_?OFF\s*\(", r"^;\s*process_off\b", r"#ArcOff(After)?MoveStd\b", r"^A[12]0\s*\(\s*ARC_OFF"],
-        description="the arc is off from here on",
+        description="the arc is off after this line",
     )
     layer_start: Patterns = Field([r"^;\s*layer[ :_]*(start[ :_]*)?(?P<layer>\d+)\s*$"], description="a layer begins")
     layer_end: Patterns = Field([r"^;\s*layer[ :_]*end[ :_]*(?P<layer>\d+)\s*$"], description="a layer ends")
-    harmless: Patterns = Field(
-        [r"^ArcMainNG\s*\("], description="statements that move nothing, though nobody else can know"
+    harmless: Patterns = Field([r"^ArcMainNG\s*\("], description="statements that are known to move nothing")
+    tool_data: dict[Number, FrameSection] = Field(
+        default_factory=dict, description="TOOL_DATA[n]: frames in the flange"
     )
-    tool_data: dict[Number, FrameSection] = Field(default_factory=dict, description="TOOL_DATA[n], in the flange")
-    base_data: dict[Number, BaseSection] = Field(default_factory=dict, description="BASE_DATA[n]")
+    base_data: dict[Number, BaseSection] = Field(
+        default_factory=dict, description="BASE_DATA[n]: frames in the world, or in the flange of a machine"
+    )
     machines: dict[Number, FrameSection] = Field(
-        default_factory=dict, description="MACHINE_DEF[n].ROOT, in the controller's world"
+        default_factory=dict, description="MACHINE_DEF[n].ROOT: frames in the controller's world"
     )
 
 
 class ControllerSection(Section):
-    """The robot's controller: what programs are written with (KUKA KRC, KRL) and read with."""
+    """The robot's controller: how programs are written for it (KUKA KRC, KRL) and how they are read."""
 
     program: ProgramName | None = Field(
-        None, description="name of the main module, at most 24 characters; made of the case's name where left out"
+        None, description="name of the main module, at most 24 characters; left out: made from the case's name"
     )
     tool: Number | FrameSection | None = Field(
-        None, description="number of the torch in TOOL_DATA, or its frame; none: the case's torch, as a literal frame"
+        None,
+        description="number of the torch in TOOL_DATA, or its frame; left out: the case's torch as a literal frame",
     )
     base: Number | FrameSection | None = Field(
         None,
         description="number in BASE_DATA, or a frame in the table's flange (in the arm's base where no axis moves the "
-        "table); none: where the part stands",
+        "table); left out: the part's frame",
     )
     machine: Annotated[int, within(1, 32)] = Field(2, description="index of the table in MACHINE_DEF")
     blend_mm: Annotated[float, within(0, 1000)] | None = Field(
-        None, description="C_DIS within beads; process.blend_mm where left out"
+        None, description="C_DIS within beads; left out: process.blend_mm"
     )
-    advance: Annotated[int, within(0, 5)] = Field(3, description="$ADVANCE: points computed ahead; 0 stops in each")
+    advance: Annotated[int, within(0, 5)] = Field(
+        3, description="$ADVANCE: number of points computed ahead; with 0 the arm stops in each"
+    )
     points_a_module: Annotated[int, within(10, 100_000)] = Field(
-        1000, description="moves of one file; longer layers are split. Known programs have 500 to 2500"
+        1000,
+        description="largest number of moves in one file; longer layers are split; known programs have 500 to 2500",
     )
-    axis_speed_percent: Percent = Field(30.0, description="$VEL_AXIS of moves of axes")
+    axis_speed_percent: Percent = Field(30.0, description="$VEL_AXIS of PTP moves")
     axis_acceleration_percent: Percent = Field(50.0, description="$ACC_AXIS")
     external_speed_percent: Percent = Field(100.0, description="$VEL_EXTAX: the table's axes")
     acceleration_mm_s2: Annotated[float, within(1, 1e5)] = Field(2300.0, description="$ACC.CP")
     turn_speed_deg_s: Annotated[float, within(0.1, 1e4)] = Field(200.0, description="$VEL.ORI1 and $VEL.ORI2")
     memory_mb: Annotated[float, within(0.1, 1000)] = Field(
-        4.0, description="of the controller for programs; a larger program is warned of"
+        4.0, description="the controller's memory for programs; a warning tells of a larger program"
     )
     points_a_second: Annotated[float, within(0.1, 1000)] = Field(
-        4.0, description="of a bead, above which the advance run is known to stall; warned of"
+        4.0, description="points of a bead in a second above which a controller may slow down; a warning tells of more"
     )
     thinning: Thinning = Thinning()
     hooks: Hooks = Hooks()
@@ -200,7 +215,7 @@ class ControllerSection(Section):
     def _program_is_no_hook(self) -> ControllerSection:
         called = {re.split(r"\W", line.strip(), maxsplit=1)[0].upper() for line in self.all_hooks()}
         if self.program is not None and self.program.upper() in called:
-            raise ValueError(f"program: {self.program} is the name of what a hook calls; another name is needed")
+            raise ValueError(f"program: a hook calls a sub-program named {self.program}; another name is needed")
         return self
 
     def all_hooks(self) -> list[str]:

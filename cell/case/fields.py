@@ -50,13 +50,13 @@ ControllerFrame = tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle]
 def _no_control(text: str) -> str:
     """Refuse characters that no name has and that some readers take for its end."""
     if any(ord(c) < 32 or ord(c) == 127 for c in text):
-        raise ValueError("is a name without control characters")
+        raise ValueError("must be without control characters")
     return text
 
 
 def _path_pieces(text: str) -> str:
     if any(len(piece.encode("utf-8", "replace")) > 255 for piece in text.split("/")):
-        raise ValueError("is the name of a file, at most 255 bytes between slashes")
+        raise ValueError("must be the name of a file with at most 255 bytes between slashes")
     return text
 
 

@@ -31,9 +31,9 @@ def values_of(text: object) -> list[float]:
         for item in text:
             found += _few(item)
             if len(found) > MOST_VALUES:
-                raise ValueError(f"has more than {MOST_VALUES} values at once")
+                raise ValueError(f"has more than {MOST_VALUES} values")
         if not found:
-            raise ValueError(f"is not {FORMS}")
+            raise ValueError(f"must be {FORMS}")
         return found
     return _few(text)
 
@@ -41,7 +41,7 @@ def values_of(text: object) -> list[float]:
 def _few(text: object) -> list[float]:
     """The numbers of one text or number."""
     if isinstance(text, bool) or not isinstance(text, (int, float, str)):
-        raise ValueError(f"is not {FORMS}")
+        raise ValueError(f"must be {FORMS}")
     try:
         numbers = [float(v) for v in str(text).split(":")]
     except (ValueError, OverflowError):  # a whole number may be larger than any other
@@ -51,9 +51,9 @@ def _few(text: object) -> list[float]:
     if len(numbers) == 1:
         return numbers
     if len(numbers) != 3 or not numbers[0] <= numbers[1] or not numbers[2] > 0:
-        raise ValueError(f"is not {FORMS}")
+        raise ValueError(f"must be {FORMS}")
     low, high, step = numbers
     count = (high - low) / step  # infinite where the step is next to nothing
     if not count <= MOST_VALUES:
-        raise ValueError(f"has {count:.3g} values; at most {MOST_VALUES} at once")
+        raise ValueError(f"has {count:.3g} values; at most {MOST_VALUES} are allowed")
     return [low + i * step for i in range(math.floor(count + 1e-9) + 1)]

@@ -41,31 +41,31 @@ def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
     if problem["type"] in ("greater_than_equal", "less_than_equal"):
         message = _range_in_words(where, problem["ctx"]) or message
     if key == "roll" and problem["type"] == "literal_error":
-        message = "is free, or {fixed_deg: ..}, or {range_deg: [low, high]}"
+        message = "must be free, {fixed_deg: ..} or {range_deg: [low, high]}"
     shown = "" if isinstance(value, dict) and value == content else f" (is {shortened(value)})"
     return f"{key}: {message[:1].lower() + message[1:]}{shown}"
 
 
 _IN_WORDS = {
     "missing": "has too few values",
-    "string_too_short": "is a name of at least one character",
-    "string_too_long": "is a shorter name",
-    "int_from_float": "is a whole number",
-    "int_parsing": "is a whole number",
-    "int_parsing_size": "is a whole number of fewer digits",
-    "int_type": "is a whole number",
+    "string_too_short": "must be a name of at least one character",
+    "string_too_long": "must be a shorter name",
+    "int_from_float": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_parsing_size": "must be a whole number of fewer digits",
+    "int_type": "must be a whole number",
     "too_long": "has too many values",
     "too_short": "has too few values",
-    "model_type": "is a section of keys and values",
-    "dataclass_type": "is a section of keys and values",
-    "list_type": "is a list",
-    "dict_type": "is a mapping of keys to values",
-    "tuple_type": "is a list of numbers",
-    "float_parsing": "is a number",
-    "float_type": "is a number",
-    "finite_number": "is a finite number",
-    "string_type": "is a text",
-    "bool_parsing": "is true or false",
+    "model_type": "must be a section of keys and values",
+    "dataclass_type": "must be a section of keys and values",
+    "list_type": "must be a list",
+    "dict_type": "must be a mapping of keys to values",
+    "tuple_type": "must be a list of numbers",
+    "float_parsing": "must be a number",
+    "float_type": "must be a number",
+    "finite_number": "must be a finite number",
+    "string_type": "must be a text",
+    "bool_parsing": "must be true or false",
 }
 
 
@@ -108,7 +108,7 @@ def _range_in_words(where: list[str], limit: dict[str, float]) -> str | None:
     field = None if section is None else keys_of(section).get(name)
     found = [] if field is None else _ranges([field.metadata, field.annotation])
     mine = next((pair for pair in found if pair[0] == limit.get("ge") or pair[1] == limit.get("le")), None)
-    return None if mine is None else f"is {mine[0]:g} to {mine[1]:g}"
+    return None if mine is None else f"must be {mine[0]:g} to {mine[1]:g}"
 
 
 def _ranges(of: Any) -> list[tuple[float, float]]:

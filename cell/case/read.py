@@ -20,9 +20,10 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from ..errors import InputError
 from ..shipped import case_path, is_path
+from .cell_sections import NO_TABLE
 from .fields import FileName
 from .problems import first_problem, shortened
-from .sections import NO_TABLE, Case
+from .sections import Case
 from .yaml12 import load_yaml
 
 MOST_BYTES = 2**22  # of a case file
@@ -54,7 +55,7 @@ def _read(path: Path, read: list[Path]) -> object:
         with path.open("rb") as file:  # no more than allowed, whatever the file is
             raw = file.read(MOST_BYTES + 1)
         if len(raw) > MOST_BYTES:
-            raise InputError(f"{path}: has more than {MOST_BYTES // 2**20} MiB; a case file has less")
+            raise InputError(f"{path}: has more than {MOST_BYTES // 2**20} MiB, the most that is read")
         text = raw.decode("utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
@@ -75,13 +76,15 @@ def _read(path: Path, read: list[Path]) -> object:
     try:
         name = EXTENDS.validate_python(content["extends"])
     except ValidationError:
-        raise InputError(f"{path}: extends: is the name of a case file (is {shortened(content['extends'])})") from None
+        raise InputError(
+            f"{path}: extends: must be the name of a case file (is {shortened(content['extends'])})"
+        ) from None
     base = path.parent / name
     if base.resolve() in [known.resolve() for known in read]:
-        raise InputError(f"{path}: extends: goes round in a circle")
+        raise InputError(f"{path}: extends: a case file extends itself, directly or through others")
     below = _read(base, read)
     if not isinstance(below, dict):
-        raise InputError(f"{base}: a case file is a mapping with at least the section part")
+        raise InputError(f"{base}: must be a mapping of keys to values, with at least the section part")
     kept = {key: value for key, value in below.items() if key not in _OWN}
     _rebase(kept, Path(name).parent)
     return _merged(kept, content)
@@ -143,7 +146,7 @@ def parse_case(content: object, path: str | Path = "case.yaml") -> Case:
     """
     path = Path(path)
     if not isinstance(content, dict):
-        raise InputError(f"{path}: a case file is a mapping with at least the section part")
+        raise InputError(f"{path}: must be a mapping of keys to values, with at least the section part")
     try:
         case = Case.model_validate(content)
     except ValidationError as error:
@@ -157,12 +160,14 @@ def _check_toolpath(case: Case) -> None:
     """Refuse what does not go with beads of another slicer."""
     part = case.part
     if part.mesh is not None or part.sub_volumes:
-        raise InputError(f"{case.path}: part: give toolpath, or meshes to slice (mesh, sub_volumes), not both")
+        raise InputError(f"{case.path}: part: give either toolpath or meshes to slice (mesh, sub_volumes)")
     if part.body is None:
-        raise InputError(f"{case.path}: part.body: needs radius_mm (or profile_mm): what the toolpath's beads lie on")
+        raise InputError(
+            f"{case.path}: part.body: needs radius_mm or profile_mm, the body that the toolpath's beads lie on"
+        )
     for key, given in (("part.take", part.take), ("part.built", part.built), ("slicing.body", case.slicing.body)):
         if given:
-            raise InputError(f"{case.path}: {key}: does not go with part.toolpath, which is laid whole on its body")
+            raise InputError(f"{case.path}: {key}: leave it out: a toolpath is laid whole, on its body")
 
 
 def with_changes(case: Case, **changes: Any) -> Case:
@@ -201,10 +206,12 @@ def _check_part(case: Case) -> None:
     part = case.part
     if part.absent:
         if part.mesh is not None or part.sub_volumes or part.toolpath is not None or part.body is not None:
-            raise InputError(f"{case.path}: part.absent: nothing is built: no mesh, sub_volumes, toolpath or body")
+            raise InputError(
+                f"{case.path}: part.absent: leave mesh, sub_volumes, toolpath and body out: nothing is built"
+            )
         return
     if part.mesh is not None and part.sub_volumes:
-        raise InputError(f"{case.path}: part: give mesh (the whole part) or sub_volumes, not both")
+        raise InputError(f"{case.path}: part: give either mesh (the whole part) or sub_volumes")
     if part.toolpath is not None:
         _check_toolpath(case)
         return
@@ -217,4 +224,6 @@ def _check_part(case: Case) -> None:
             f"{case.path}: part: needs mesh (the whole part), or sub_volumes (closed meshes) and body (radius_mm)"
         )
     if part.body is None:
-        raise InputError(f"{case.path}: part.body: needs radius_mm, the radius of the cylinder they stand on")
+        raise InputError(
+            f"{case.path}: part.body: needs radius_mm, the radius of the cylinder that the sub-volumes stand on"
+        )

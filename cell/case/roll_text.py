@@ -20,7 +20,7 @@ def parse_roll(text: str) -> Literal["free"] | Roll:
     """A roll as the command line writes it.
 
     Raises:
-        InputError: it is none of free, fixed:DEG, range:LO:HI.
+        InputError: it must be free, fixed:DEG, range:LO:HI.
     """
     kind, *numbers = text.split(":")
     try:
@@ -33,7 +33,9 @@ def parse_roll(text: str) -> Literal["free"] | Roll:
             return Roll(range_deg=(values[0], values[1]))
     except (ValueError, ValidationError):
         pass
-    raise InputError(f"--roll: {text!r} is none of free, fixed:DEG, range:LO:HI (LO <= HI, at most 360 apart)")
+    raise InputError(
+        f"--roll: {text!r} is not a roll; free, fixed:DEG or range:LO:HI is needed (LO <= HI, at most 360 apart)"
+    )
 
 
 def roll_text(roll: Roll | str) -> str:

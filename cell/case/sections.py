@@ -1,8 +1,8 @@
-"""The sections of a case file: keys, defaults, and what is allowed.
+"""The whole case, and its sections about the run: roll, checks, process, sweep and what is expected.
 
     Case.model_validate({"part": {"sub_volumes": ["blade.stl"], "body": {"radius_mm": 20}}})
 
-Lengths in mm and angles in degrees, as every key says. Reading files and wording errors is ``cell.case.read``'s.
+Lengths in mm and angles in degrees, as every key says. ``cell.case.read`` reads the files and words the errors.
 """
 
 from __future__ import annotations
@@ -13,326 +13,71 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from slicing import BeadParameters, Meaning, SlicingParameters
-
 from ..printable import printable
+from .cell_sections import NO_TABLE, Fixture, Positioner, Robot, Torch
 from .controller_section import ControllerSection
 from .fields import (
-    MOST_LIST,
     Angle,
     Angles,
-    Angles3,
-    AxisRate,
-    ControllerFrame,
-    Coordinate,
     Coordinates,
     Count,
     Distance,
     FileName,
-    Length,
-    Name,
     RightAngle,
     Seconds,
     Section,
     Speed,
     Title,
-    Tolerance,
-    Vec2,
-    Vec3,
-    asked,
     within,
 )
-from .table_section import Table as Table
+from .part_sections import NO_PART, BeadsSection, Part, Sampling, Slicing, Support
+from .table_section import Table
 
-NO_PART = "none"  # as part: nothing is built
-NO_TABLE = "none"  # as positioner.model: the part stands still, on nothing that is modelled
 REASONS = ("unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity", "overhang")
-
-
-class BodySection(Section):
-    """The central body the sub-volumes stand on, its axis along the part's z: a cylinder, a cone or a profile."""
-
-    radius_mm: Coordinate | None = Field(None, description="of the cylinder, or of the cone at z = 0")
-    half_angle_deg: Annotated[float, within(-89, 89)] | None = Field(
-        None, description="of the cone, between axis and rulings; above 0 it widens upwards"
-    )
-    profile_mm: Annotated[list[Vec2], Field(max_length=MOST_LIST)] | None = Field(
-        None, description="(r, z) points of a body of revolution, for a radius"
-    )
-    axis_xy_mm: Vec2 = Field((0.0, 0.0), description="where the axis stands in the part's frame")
-    z_mm: Vec2 | None = Field(None, description="lower and upper end of the cylinder or cone along the part's z axis")
-    mesh: FileName | None = Field(None, description="the body's own shape; a cylinder where it is left out")
-
-    @field_validator("z_mm")
-    @classmethod
-    def _ends_in_order(cls, value: Vec2 | None) -> Vec2 | None:
-        if value is not None and value[0] >= value[1]:
-            raise ValueError("the lower end must be below the upper end")
-        return value
-
-    @model_validator(mode="after")
-    def _one_shape(self) -> BodySection:
-        if (self.radius_mm is None) == (self.profile_mm is None):
-            raise ValueError("needs either radius_mm (with half_angle_deg for a cone) or profile_mm")
-        if self.profile_mm is not None and (self.half_angle_deg is not None or self.z_mm is not None):
-            raise ValueError("profile_mm says the whole shape: half_angle_deg and z_mm do not go with it")
-        if self.half_angle_deg is None and self.radius_mm is not None and self.radius_mm <= 0:
-            raise ValueError(f"radius_mm must be above 0, not {self.radius_mm:g}")
-        return self
-
-
-class Part(Section):
-    """The part: its sub-volumes, its body, and where it stands on the table.
-
-    `part: none` is short for `{absent: true}`: nothing is built, and programs are checked against the cell alone.
-    """
-
-    absent: bool = Field(False, description="nothing is built: the cell alone, for `rbam check --program`")
-    mesh: FileName | None = Field(None, description="the whole part in one mesh: body and sub-volumes are found; or")
-    toolpath: FileName | None = Field(
-        None,
-        description="beads of another slicer, a table of targets (docs/formats.md), on the body below; instead of "
-        "meshes to slice",
-    )
-    toolpath_normal: Literal["up", "radial"] | None = Field(
-        None,
-        description="deposition direction where the toolpath has none: along the part's z, or off that axis",
-    )
-    toolpath_metal: Literal["above", "below"] = Field(
-        "above",
-        description="where a bead's metal lies: above its targets (on what it is laid on) or below them (on its top)",
-    )
-    sub_volumes: list[FileName] = Field(default_factory=list, description="one closed mesh each, on the body below")
-    take: list[Name] = Field(
-        default_factory=list,
-        description="names of the sub-volumes to build (SV1, ..; BODY: the body alone); empty: all",
-    )
-    built: list[str] = Field(
-        default_factory=list,
-        description="names of sub-volumes that are built already: they are there from the start, and not taken",
-    )
-    body: BodySection | None = Field(None, description="what the sub-volumes stand on")
-    units: Literal["mm", "cm", "m", "inch"] = Field("mm", description="of its meshes")
-    position_mm: Vec3 = Field((0.0, 0.0, 0.0), description="of the part's frame, on the support or the faceplate")
-    rotation_deg: Angle = Field(0.0, description="turn of the part about the table's normal")
-
-
-class Support(Section):
-    """A cylinder between the faceplate and the part."""
-
-    radius_mm: Length = Field(description="of the cylinder")
-    height_mm: Length = Field(description="how far the part stands above the faceplate")
-
-
-@asked
-class Slicing(SlicingParameters):
-    """How the layers are cut.
-
-    Its other keys are stated in ``slicing.parameters``.
-    """
-
-    body: Annotated[
-        Literal["planar"] | None,
-        Meaning("planar: the body is printed as well, first, as BODY, in planar layers along its axis"),
-    ] = None
-
-
-class Sampling(Section):
-    """How the layers' curves become targets."""
-
-    chord_tolerance_mm: Tolerance = Field(
-        0.3, description="largest distance of the bead from the straight way between two targets"
-    )
-    min_segment_mm: Annotated[float, within(0.01, 1e5)] = Field(
-        3.0, description="least distance between two targets of a bead"
-    )
-
-
-@asked
-class BeadsSection(BeadParameters):
-    """Which beads a layer is laid in, where they start, and in which order.
-
-    Its keys, overlap and seam and all others, are stated in ``slicing.parameters``.
-    """
 
 
 class Roll(Section):
     """Angles allowed about the wire."""
 
-    fixed_deg: Angle | None = Field(None, description="this angle alone, or")
-    range_deg: tuple[Angle, Angle] | None = Field(None, description="any angle from the first to the second")
+    fixed_deg: Angle | None = Field(None, description="one angle")
+    range_deg: tuple[Angle, Angle] | None = Field(
+        None, description="lowest and highest angle; every angle between them is allowed"
+    )
 
     @model_validator(mode="after")
     def _one_of(self) -> Roll:
         if (self.fixed_deg is None) == (self.range_deg is None):
-            raise ValueError("is free, or {fixed_deg: ..}, or {range_deg: [low, high]}")
+            raise ValueError("must be free, {fixed_deg: ..} or {range_deg: [low, high]}")
         if self.range_deg is not None and not 0 <= self.range_deg[1] - self.range_deg[0] <= 360:
             raise ValueError("range_deg needs low <= high, at most 360 apart")
         return self
 
 
-class Robot(Section):
-    """The arm: a shipped model's name or an MJCF file, where it stands, and what its joints are called."""
-
-    model: FileName = Field("kr70_r2100", description="name of a shipped model, or an MJCF file")
-    position_mm: Vec3 = Field((0.0, 0.0, 0.0), description="of its base, in the cell's world")
-    rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
-    joints: Annotated[list[Name], Field(min_length=1, max_length=50)] = Field(
-        ["A1", "A2", "A3", "A4", "A5", "A6"], description="from the base on; six or seven hinges with ranges"
-    )
-    held_deg: dict[str, Angle] = Field(
-        default_factory=dict,
-        description="where other hinges of the model stand; left out: as in its key home, or else at its zero",
-    )
-    held_mm: dict[str, Coordinate] = Field(default_factory=dict, description="the same for slides: a track, a lift")
-    flange: Name = Field("flange", description="site that the tool is mounted on")
-    base: Name = Field("base_link", description="body whose frame the report's base_* columns are given in")
-    home_deg: list[Angle] | None = Field(
-        None, description="where the program starts and ends; the MJCF's key home where left out, if it has one"
-    )
-    max_speed_deg_s: list[AxisRate] | None = Field(None, description="where the MJCF does not carry them")
-    max_acceleration_deg_s2: list[AxisRate] | None = Field(
-        None, description="instead of the MJCF's; where that has none, full speed in half a second"
-    )
-
-
-class Torch(Section):
-    """The tool: a shipped model's name or an MJCF file; for cmt_torch its dimensions."""
-
-    model: FileName = Field("cmt_torch", description="name of a shipped model, or an MJCF file")
-    tcp: Name = Field("tcp", description="site at the wire's tip, its z along the wire")
-    wire: list[Name] = Field(["torch_wire"], description="geoms that may touch the part")
-    dimensions: dict[str, Coordinate] = Field(default_factory=dict, description="of cmt_torch, see its README")
-    held_deg: dict[str, Angle] = Field(default_factory=dict, description="where hinges of the tool stand, see robot")
-    held_mm: dict[str, Coordinate] = Field(
-        default_factory=dict, description="where slides of the tool stand, see robot"
-    )
-
-
-class Calibration(Section):
-    """The positioner as it was measured: the controller's frames, each [X, Y, Z, A, B, C] in mm and deg.
-
-    Each axis turns about the z of its frame: root, axis 1, E1, axis 2, E2, flange.
-    """
-
-    root_mm_deg: ControllerFrame = Field(description="in the cell's world; KUKA: MACHINE_DEF[n].ROOT")
-    axis_1_mm_deg: ControllerFrame = Field((0.0,) * 6, description="of the first axis, in the root; KUKA: $ET1_TA1KR")
-    axis_2_mm_deg: ControllerFrame | None = Field(
-        None, description="of the second axis, in the first at E1 = 0; KUKA: $ET1_TA2A1"
-    )
-    flange_mm_deg: ControllerFrame | None = Field(
-        None, description="of the table, in the last axis; KUKA: $ET1_TFLA3; the model's where left out"
-    )
-
-
-class Positioner(Section):
-    """The table: a shipped model's name or an MJCF file, where it stands, and what its joints are called.
-
-    `positioner: none` is short for `{model: none}`: the part stands still, its frame at position_mm.
-    """
-
-    model: FileName = Field(
-        "kp2_hv500", description="name of a shipped model, or an MJCF file; none: the part stands still"
-    )
-    position_mm: Vec3 = Field((1500.0, 0.0, 0.0), description="of its base, in the cell's world")
-    rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="about x, y, z of the world, in this order")
-    joints: Annotated[list[Name], Field(max_length=2)] = Field(
-        ["E1", "E2"],
-        description="tilt, then turn; one alone, or [] for a fixed table. A hinge without range is endless",
-    )
-    table: Name = Field("table", description="site of the faceplate, its z along the normal")
-    calibration: Calibration | None = Field(
-        None, description="where its axes and its table were measured, instead of where they are drawn"
-    )
-    held_deg: dict[str, Angle] = Field(
-        default_factory=dict, description="where hinges of the model stand that are not among joints, see robot"
-    )
-    held_mm: dict[str, Coordinate] = Field(default_factory=dict, description="the same for slides")
-    max_speed_deg_s: list[AxisRate] | None = Field(
-        None,
-        description="one for each of joints, instead of the MJCF's, for motions from outside that move the table; "
-        "none known: no limit",
-    )
-    max_acceleration_deg_s2: list[AxisRate] | None = Field(
-        None,
-        description="one for each of joints, instead of the MJCF's; where that has none, full speed in half a second",
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _none_has_no_joints(cls, value: object) -> object:
-        if isinstance(value, dict) and value.get("model") == NO_TABLE:
-            return {"joints": [], **value}
-        return value
-
-    @model_validator(mode="after")
-    def _joints_of_none(self) -> Positioner:
-        if self.model == NO_TABLE and self.joints:
-            raise ValueError("model: none has no joints; leave joints out")
-        if len(set(self.joints)) < len(self.joints):
-            raise ValueError(
-                f"joints: {self.joints[0]} is listed twice; the second {self.joints[0]} does not turn the table"
-            )
-        return self
-
-
-class Box(Section):
-    """A box fixture."""
-
-    size_mm: tuple[Length, Length, Length] = Field(description="along x, y, z")
-
-
-class CylinderFixture(Section):
-    """An upright cylinder fixture."""
-
-    radius_mm: Length = Field(description="of the cylinder")
-    height_mm: Length = Field(description="along z")
-
-
-class Fixture(Section):
-    """Something that stands in the cell: one of box, cylinder or mesh."""
-
-    name: Name = Field(description="what reports call it")
-    box: Box | None = None
-    cylinder: CylinderFixture | None = None
-    mesh: FileName | None = Field(None, description="a closed mesh")
-    units: Literal["mm", "cm", "m", "inch"] = Field("mm", description="of the mesh")
-    position_mm: Vec3 = Field((0.0, 0.0, 0.0), description="of its centre; of a mesh, where its own origin lies")
-    rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="about x, y, z, in this order")
-    on: Literal["floor", "table"] = Field("floor", description="frame it is given in and moves with")
-
-    @model_validator(mode="after")
-    def _one_shape(self) -> Fixture:
-        if sum(shape is not None for shape in (self.box, self.cylinder, self.mesh)) != 1:
-            raise ValueError("needs exactly one of box, cylinder, mesh")
-        return self
-
-
 class Checks(Section):
-    """What a target has to keep."""
+    """Clearances, margins and limits that a target has to keep."""
 
-    clearance_mm: Distance = Field(5.0, description="least distance between the arm with its torch and anything else")
-    wrist_deg: RightAngle = Field(5.0, description="least angle of A5 from where A4 and A6 are in line")
+    clearance_mm: Distance = Field(5.0, description="least distance between the arm with its torch and everything else")
+    wrist_deg: RightAngle = Field(5.0, description="least angle of A5 from the pose in which A4 and A6 are in line")
     elbow_deg: RightAngle = Field(5.0, description="least angle of the elbow from stretched or folded flat")
     shoulder_mm: Annotated[float, within(0, 1e4)] = Field(
         50.0, description="least distance of the wrist's centre from the axis of A1"
     )
     sigma: Annotated[float, within(0, 10)] = Field(
-        0.02, description="smallest singular value; arms without a spherical wrist only"
+        0.02, description="least singular value of the Jacobian; only for arms without a spherical wrist"
     )
-    off_bead_mm: Distance = Field(0.05, description="largest distance of the TCP from the bead, of motions from files")
+    off_bead_mm: Distance = Field(0.05, description="motions from files: largest distance of the TCP from the bead")
     off_wire_deg: Annotated[float, within(0, 180)] = Field(
-        0.05, description="largest turn of the wire off its direction, likewise"
+        0.05, description="motions from files: largest angle of the wire to its direction"
     )
     gravity_max_deg: Annotated[float, within(0, 180)] | None = Field(
-        None, description="largest angle between the deposition direction and up; null does not limit it"
+        None, description="largest angle between the deposition direction and up; null: no limit"
     )
     overhang_mm: Distance | None = Field(
-        None, description="how far a layer may stand out over what lies below it; null: half a bead, and only a warning"
+        None, description="largest overhang of a layer over what lies below it; null: a warning above half a bead"
     )
     every_target: bool = Field(
         False,
-        description="look at every target of a part that cannot be built, however long that takes (`rbam check --all`)",
+        description="check every target of a part that cannot be built, however long that takes (`rbam check --all`)",
     )
 
 
@@ -342,41 +87,40 @@ class Ik(Section):
     solver: Literal["auto", "closed_form", "dls"] = Field(
         "auto", description="closed form where the arm has one, else damped least squares (dls)"
     )
-    roll_step_deg: Annotated[float, within(0.5, 90)] = Field(
-        15.0, description="distance between the rolls that are tried"
-    )
+    roll_step_deg: Annotated[float, within(0.5, 90)] = Field(15.0, description="step between the rolls that are tried")
     seeds: Annotated[int, within(1, 256)] = Field(
-        16, description="configurations from which least squares start, for each target"
+        16, description="number of start configurations of least squares for each target"
     )
 
 
 class Process(Section):
     """Speeds and moves of the deposition."""
 
-    deposition_speed_mm_s: Speed = Field(8.0, description="of the torch along a bead")
-    travel_speed_mm_s: Speed = Field(100.0, description="of the torch between beads")
+    deposition_speed_mm_s: Speed = Field(8.0, description="speed of the TCP along a bead")
+    travel_speed_mm_s: Speed = Field(100.0, description="speed of the TCP while it leaves and approaches the part")
     retract_mm: Annotated[float, within(0.01, 1e4)] = Field(
-        30.0, description="how far the torch draws back from a bead before it travels"
+        30.0, description="distance by which the torch draws back from a bead before it travels"
     )
     blend_mm: Annotated[float, within(0, 1000)] = Field(
         1.0,
-        description="distance each way over which the controller rounds corners of a bead (KUKA: C_DIS); below 0.01: "
-        "it stops in them",
+        description="distance before and after a corner of a bead at which the controller rounds it (KUKA: C_DIS); "
+        "below 0.01 it stops in the corner",
     )
     least_speed_share: Annotated[float, within(0, 1)] = Field(
-        0.5, description="of the deposition speed, to be held over every 5 mm of a bead; below it is infeasible"
+        0.5, description="least share of the deposition speed over any 5 mm of a bead; a lower speed is infeasible"
     )
-    dwell_s: Seconds = Field(0.0, description="wait between the layers of a sub-volume, retracted")
+    dwell_s: Seconds = Field(0.0, description="wait between the layers of a sub-volume, with the torch retracted")
     arc_on_s: Seconds = Field(0.0, description="wait at the start of a bead while the arc is struck")
     arc_off_s: Seconds = Field(0.0, description="wait at the end of a bead while the crater is filled")
     travel_attempts: Annotated[int, within(1, 1_000_000)] = Field(
-        3000, description="configurations tried for a way between two beads where the simple ones are not free"
+        3000, description="number of configurations tried for a travel where the direct ones are not free"
     )
-    density_g_cm3: Annotated[float, within(0.01, 100)] = Field(7.85, description="of the metal, for its mass")
-    wire_diameter_mm: Annotated[float, within(0.01, 100)] = Field(1.2, description="of the wire, for its length")
+    density_g_cm3: Annotated[float, within(0.01, 100)] = Field(7.85, description="density of the metal")
+    wire_diameter_mm: Annotated[float, within(0.01, 100)] = Field(1.2, description="diameter of the wire")
     speed_by_thickness: list[tuple[Distance, Speed]] | None = Field(
         None,
-        description="rows [thickness_mm, speed_mm_s], thickness growing, interpolated; for one deposition speed",
+        description="rows [thickness_mm, speed_mm_s] by growing thickness, interpolated; instead of "
+        "deposition_speed_mm_s",
     )
 
     @field_validator("speed_by_thickness")
@@ -390,12 +134,12 @@ class Process(Section):
 
 
 class Placements(Section):
-    """A grid of places of the positioner; what is left out stays as the case has it."""
+    """Grid of positions of the positioner; keys that are left out stay as in the case."""
 
-    x_mm: Coordinates | None = Field(None, description="in the cell's world")
-    y_mm: Coordinates | None = Field(None, description="in the cell's world")
-    z_mm: Coordinates | None = Field(None, description="in the cell's world")
-    rz_deg: Angles | None = Field(None, description="turn about the world's z axis")
+    x_mm: Coordinates | None = Field(None, description="x in the cell's world")
+    y_mm: Coordinates | None = Field(None, description="y in the cell's world")
+    z_mm: Coordinates | None = Field(None, description="z in the cell's world")
+    rz_deg: Angles | None = Field(None, description="rotation about the world's z axis")
 
 
 class Mark(Section):
@@ -403,28 +147,30 @@ class Mark(Section):
 
     E1_deg: Angle = Field(description="tilt")
     E2_deg: Angle = Field(description="turn")
-    label: Title = Field(description="what the map calls it")
+    label: Title = Field(description="name on the map")
 
 
 class Sweep(Section):
-    """What `rbam sweep` tries: each a number, a list, or a text LO:HI:STEP; its options go before this."""
+    """Grid of `rbam sweep`: each value is a number, a list or a text LO:HI:STEP; options of the command win."""
 
-    E1_deg: Angles | None = Field(None, description="tilts; the axis' range by 45 where left out")
-    E2_deg: Angles | None = Field(None, description="turns; the axis' range by 45 where left out")
+    E1_deg: Angles | None = Field(None, description="tilts; left out: the axis' range in steps of 45")
+    E2_deg: Angles | None = Field(None, description="turns; left out: the axis' range in steps of 45")
     roll: list[Literal["free"] | Roll] = Field(default_factory=list, description="rolls to try instead of the case's")
     positioner: Placements | None = None
     height_mm: Coordinates | None = Field(
-        None, description="of the support, or of the part over the faceplate without one"
+        None, description="heights of the support; without one, heights of the part above the faceplate"
     )
-    marks: list[Mark] = Field(default_factory=list, description="poses to point out on maps")
+    marks: list[Mark] = Field(default_factory=list, description="poses to mark on the map")
 
 
 class Expect(Section):
-    """What a case is expected to give, for pytest."""
+    """Verdict that pytest expects of the case."""
 
     verdict: Literal["feasible", "infeasible"] = Field(description="feasible or infeasible")
     infeasible: Count | None = Field(None, description="number of infeasible targets")
-    reasons: dict[str, Count] | list[str] | None = Field(None, description="counts by reason, or the reasons alone")
+    reasons: dict[str, Count] | list[str] | None = Field(
+        None, description="number of targets by reason, or only the reasons"
+    )
 
     @field_validator("reasons")
     @classmethod
@@ -436,12 +182,12 @@ class Expect(Section):
 
 
 class Case(Section):
-    """A whole case; see the module's docstring."""
+    """A whole case: part, slicing, cell, process and checks. docs/cases.md lists the keys."""
 
     extends: FileName | None = Field(
-        None, description="another case this one changes; name, description, expect stay its own"
+        None, description="case file that this one changes; name, description and expect are not taken from it"
     )
-    name: Title | None = Field(None, description="of the case, in reports")
+    name: Title | None = Field(None, description="name of the case in reports")
     description: str | None = Field(None, description="a sentence for reports")
     part: Part
     support: Support | None = None
@@ -454,7 +200,7 @@ class Case(Section):
     tool: Torch = Torch()
     positioner: Positioner = Positioner()
     fixtures: list[Fixture] = Field(default_factory=list)
-    floor: bool = Field(True, description="a floor at z = 0, which nothing may touch")
+    floor: bool = Field(True, description="whether a floor lies at z = 0, which nothing may touch")
     checks: Checks = Checks()
     ik: Ik = Ik()
     process: Process = Process()

@@ -17,8 +17,10 @@ from .fields import MOST_LIST, Angle, LayerNumber, Name, Section, within
 class TablePoseSection(Section):
     """The pose for a sub-volume, or for a run of its layers."""
 
-    sub_volume: Name = Field(description="whose layers")
-    layers: tuple[LayerNumber, LayerNumber] | None = Field(None, description="first and last; all where left out")
+    sub_volume: Name = Field(description="sub-volume that the pose is for")
+    layers: tuple[LayerNumber, LayerNumber] | None = Field(
+        None, description="first and last layer; left out: all of them"
+    )
     E1_deg: Angle = Field(0.0, description="tilt")
     E2_deg: Angle = Field(0.0, description="turn")
 
@@ -30,36 +32,37 @@ class TablePoseSection(Section):
 
 
 class Table(Section):
-    """Angles of the positioner, and whether they change."""
+    """Angles of the positioner, and how they change during the run."""
 
     mode: Literal["fixed", "indexed", "coordinated", "best"] = Field(
         "fixed",
-        description="fixed: one pose for the whole run; indexed: one for each sub-volume or run of layers; "
-        "coordinated: the table moves along the beads; best: one for the whole run, which is searched",
+        description="fixed: one pose for the whole part; indexed: one pose for each sub-volume or run of layers; "
+        "coordinated: the table moves along the beads; best: one pose for the whole part, which is searched",
     )
-    E1_deg: Angle = Field(0.0, description="tilt; with fixed, and where a coordinated axis is not among axes")
-    E2_deg: Angle = Field(0.0, description="turn; likewise")
+    E1_deg: Angle = Field(0.0, description="tilt; of mode fixed, and of coordinated where E1 is not among axes")
+    E2_deg: Angle = Field(0.0, description="turn; of mode fixed, and of coordinated where E2 is not among axes")
     poses: Annotated[list[TablePoseSection], Field(max_length=MOST_LIST)] = Field(
         default_factory=list,
-        description="of indexed, in the order in which they are built; every layer once; searched where left out",
+        description="of mode indexed: poses in the order in which the layers are built, every layer once; left out: "
+        "they are searched",
     )
     axes: Annotated[list[Literal["E1", "E2"]], Field(min_length=1, max_length=2)] | None = Field(
-        None, description="of coordinated: which axes move; all that the positioner has where left out"
+        None, description="of mode coordinated: axes that move; left out: all axes of the positioner"
     )
     upright_deg: Annotated[float, within(0, 180)] | None = Field(
-        None, description="of coordinated: how far off up the deposition direction may be; 10 where left out"
+        None, description="of mode coordinated: largest angle between the deposition direction and up; left out: 10"
     )
 
     @model_validator(mode="after")
     def _keys_of_mode(self) -> Table:
         if self.poses and self.mode != "indexed":
-            raise ValueError(f"poses go with mode: indexed, not with {self.mode}")
+            raise ValueError(f"poses need mode: indexed, not {self.mode}")
         for key in ("axes", "upright_deg"):
             if getattr(self, key) is not None and self.mode != "coordinated":
-                raise ValueError(f"{key} goes with mode: coordinated, not with {self.mode}")
+                raise ValueError(f"{key} needs mode: coordinated, not {self.mode}")
         if self.axes is not None and len(set(self.axes)) < len(self.axes):
             raise ValueError(f"axes: {self.axes[0]} is listed twice")
         given = {"E1_deg", "E2_deg"} & self.model_fields_set
         if given and self.mode in ("indexed", "best"):
-            raise ValueError(f"mode: {self.mode} has poses of its own; {sorted(given)[0]} does not go with it")
+            raise ValueError(f"mode: {self.mode} has poses of its own; leave {sorted(given)[0]} out")
         return self

@@ -56,7 +56,7 @@ class Loader(_Base):
             return super().construct_object(node, deep)
         except (ValueError, LookupError, TypeError, AttributeError, OverflowError):
             said = str(getattr(node, "value", ""))[:40]
-            problem = f"{said!r} is no {str(node.tag).removeprefix(_TAG)}"
+            problem = f"{said!r} is not of the type {str(node.tag).removeprefix(_TAG)}"
             raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark) from None
 
     def construct_mapping(self, node: yaml.Node, deep: bool = False) -> dict[Hashable, Any]:
@@ -67,7 +67,7 @@ class Loader(_Base):
                 if not isinstance(key, yaml.ScalarNode) or key.tag.endswith(":merge"):
                     continue
                 if key.value in seen:
-                    problem = f"the key {key.value[:40]!r} stands twice"
+                    problem = f"the key {key.value[:40]!r} is given twice"
                     raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
                 seen.add(key.value)
         found: dict[Hashable, Any] = super().construct_mapping(node, deep)
@@ -82,7 +82,7 @@ def _whole(loader: Any, node: yaml.ScalarNode) -> int:
 
 
 def _date(_: Any, node: Any) -> None:
-    problem = f"{node.value[:40]!r} would be a date; put it in quotes"
+    problem = f"{node.value[:40]!r} would be read as a date; put it in quotes"
     raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
 
 
@@ -134,7 +134,7 @@ def _check_size(text: str) -> None:
             if anchor is not None:
                 sizes[anchor] = 1
         if count > MOST_NODES:
-            problem = f"holds more than {MOST_NODES} values, its aliases filled in"
+            problem = f"holds more than {MOST_NODES} values with its aliases filled in"
             raise yaml.composer.ComposerError(None, None, problem, mark)
         if len(open_) > MOST_DEPTH:
             problem = f"nests deeper than {MOST_DEPTH} levels"

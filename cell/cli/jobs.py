@@ -20,5 +20,5 @@ def jobs_of(args: argparse.Namespace) -> int:
     if args.jobs is None:
         return cores()
     if args.jobs < 1:
-        raise InputError(f"--jobs: {args.jobs} is not a number of processes; 1 or more")
+        raise InputError(f"--jobs: {args.jobs} is not a number of processes; 1 or more is needed")
     return int(args.jobs)

@@ -1,7 +1,5 @@
 """What ``rbam replay`` does: a window, a browser, a picture or a film of a checked case, or of a motion from a file.
 
-    show(args, case)          # args from cell.cli.arguments
-
 Whatever stands in the way (a folder, a display, an encoder, OpenGL) is said before the check, not after it.
 """
 
@@ -13,27 +11,33 @@ from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from .bar import Bars
+from .exit_codes import FEASIBLE
+from .given_case import load
 from .jobs import jobs_of
 from .speech import is_quiet
 
 if TYPE_CHECKING:
     from ..case.sections import Case
     from ..job.job import Job
-    from ..verdict.check import Result
+    from ..verdict.result import Result
 
 SPEED = 5.0
 
 
-def show(args: argparse.Namespace, case: Case) -> None:
+def run(args: argparse.Namespace) -> int:
     """Check a case and show it.
 
-    Args:
-        args: of the command.
-        case: the case.
+    Returns:
+        The exit code.
 
     Raises:
         InputError: one line.
     """
+    _show(args, load(args))
+    return FEASIBLE
+
+
+def _show(args: argparse.Namespace, case: Case) -> None:
     if args.speed is not None and not 0 < args.speed < float("inf"):
         raise InputError(f"--speed: {args.speed} is not a number above 0")
     if args.motion is not None or args.program is not None:
@@ -71,7 +75,7 @@ def _motion_alone(args: argparse.Namespace) -> None:
         if getattr(args, option.removeprefix("--")) is not None:
             raise InputError(f"{option}: does not go with {given}, which holds its own table angles")
     if args.jobs is not None:
-        raise InputError(f"--jobs: does not go with {given}, for which no motion is searched")
+        raise InputError(f"--jobs: does not go with {given}, with which no motion is searched")
     if args.motion is not None:
         check_suffix(args.motion)
 
@@ -84,7 +88,7 @@ def _at_pose(args: argparse.Namespace, case: Case) -> Case:
     if args.e1 is not None or args.e2 is not None:
         raise InputError("--sweep: picks the table angles; leave --e1 and --e2 out")
     from ..case.read import with_changes
-    from ..case.sections import Table
+    from ..case.table_section import Table
     from ..pose_sweep.picked_pose import picked_pose
 
     pose = picked_pose(case, args.sweep, args.pose or "best")
@@ -104,7 +108,7 @@ def _needs(args: argparse.Namespace, *options: str) -> None:
     }
     for option in options:
         if getattr(args, option.removeprefix("--")) not in (None, False):
-            raise InputError(f"{option}: goes with {wants[option]}")
+            raise InputError(f"{option}: needs {wants[option]}")
 
 
 def _checked(args: argparse.Namespace, case: Case) -> Result:
@@ -131,7 +135,7 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
 
 def _checked_program(args: argparse.Namespace, job: Job) -> Result:
     from ..view.shown_motion import played_program
-    from .program_command import checked_program
+    from .program_file import checked_program
 
     found = checked_program(args.program, job)
     if found.findings and not is_quiet():

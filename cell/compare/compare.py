@@ -48,7 +48,8 @@ from slicing import (
     worst_angle,
 )
 
-from ..case.sections import Case, Sampling
+from ..case.part_sections import Sampling
+from ..case.sections import Case
 from ..errors import InputError
 from ..job.job import ends_of
 from ..job.part_input import read_part
@@ -172,7 +173,7 @@ def _row(
 
 @phase("comparing")
 def compare_case(case: Case) -> list[Comparison]:
-    """Slice the sub-volumes of a case by every strategy that suits them, whichever its own is.
+    """Slice the sub-volumes of a case with every strategy that suits their body.
 
     Args:
         case: the case; its thicknesses and sampling are used.
@@ -197,7 +198,7 @@ def compare_case(case: Case) -> list[Comparison]:
 
 @phase("comparing")
 def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLES) -> list[Comparison]:
-    """The shipped stand-ins for the paper's parts, with the paper's own figures.
+    """Compare the strategies on the shipped models of the paper's parts, beside the paper's figures.
 
     Args:
         parts: which of propeller, support, boiler, valve; all of them where left out.
@@ -216,7 +217,7 @@ def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLE
     found = []
     for part in data["parts"] if parts is None else parts:
         if part not in data["parts"]:
-            raise InputError(f"{part}: not a part of the paper; allowed: {', '.join(data['parts'])}")
+            raise InputError(f"{part}: is not a part of the paper; allowed: {', '.join(data['parts'])}")
         shipped = data["parts"][part]
         try:
             meshes = [load_mesh(tables.parent / f, "mm", f"{part}/{sv}") for sv, f in shipped["meshes"].items()]

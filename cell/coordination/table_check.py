@@ -46,7 +46,7 @@ def _met(job: Job, found: Clearances, k: int) -> Failure:
     contact = Contact(
         pair=tuple(job.scene.geom_name(int(g)) for g in found.pair[k] if g >= 0),
         world_xyz_mm=tuple(round(float(v) / METRES_PER_MM, 2) for v in found.position[k]),
-        note="the table and what stands on it, whatever the arm does",
+        note="the table and what stands on it, in any pose of the arm",
     )
     distance = round(float(found.distance[k]) / METRES_PER_MM, 3)
     return Failure(Kind.COLLISION, measure=distance, limit=0.0, contact=contact)

@@ -18,7 +18,7 @@ from ..job.job import Job
 from ..job.unsupported import targets_over_nothing
 from ..progress import phase
 from ..units import METRES_PER_MM
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..verdict.severity import severity, worst_first
 from .drawn_path import BUDGET, PageBudget
 from .pack import Pack
@@ -42,7 +42,7 @@ def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
 
     Args:
         result: the verdict.
-        remedies: what would help, from ``cell.remedy_search.search``.
+        remedies: from ``cell.remedies``.
 
     Returns:
         The whole file; UTF-8.
@@ -107,7 +107,7 @@ def packed(result: Result, budget: PageBudget = BUDGET) -> str:
 
 
 def _over_nothing(pack: Pack, job: Job) -> dict[str, Any]:
-    """Which targets lie over nothing; empty where none do."""
+    """Which targets overhang; empty where none do."""
     over = targets_over_nothing(job)
     return {"hanging": pack.put([i in over for i in range(len(job.targets))], "u1")} if over else {}
 

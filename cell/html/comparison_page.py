@@ -44,7 +44,7 @@ def html_compare(document: dict[str, Any]) -> str:
         "legend": "".join(
             f'<span><i class="swatch" data-strategy="{s}"></i>{title_of(s)}</span>' for s in document["strategies"]
         )
-        + ('<span><i class="paper"></i>as the paper has it</span>' if _beside(subs) else ""),
+        + ('<span><i class="paper"></i>figure of the paper</span>' if _beside(subs) else ""),
         "sections": "".join(_section(sub, document["strategies"]) for sub in subs),
     }
     return page("compare.html", "", fill)
@@ -133,5 +133,5 @@ def _orders(sub: dict[str, Any]) -> str:
     if orders is None:
         return ""
     said = "".join(f"<li>{words}: <b>{'yes' if orders[key] else 'no'}</b></li>" for key, words in ORDERS.items())
-    title = "What the paper finds, asked of this part"
+    title = "The paper's findings, on this part"
     return f'<details class="settings"><summary>{title}</summary><ul>{said}</ul></details>'

@@ -19,7 +19,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..motion.motion import Motion
-from ..verdict.check import Result
+from ..verdict.result import Result
 
 SAMPLES_AT_ONCE = 20_000  # samples whose poses and margins are in memory together
 
@@ -135,8 +135,9 @@ def note_of(result: Result, path: DrawnPath) -> str:
     """What the charts do not show; empty where they show all."""
     if not path.gathered:
         return ""
-    least = "" if result.clearance is None else ", and the least of all where it occurs"
+    least = "" if result.clearance is None else "; the least clearance of the motion is drawn where it occurs"
     return (
-        f"{len(path.starts):,} steps stand for the {len(path.x):,} samples of the motion: speeds and margins are the "
-        f"worst of each step, clearance is that at its first sample{least}."
+        f"The charts show {len(path.starts):,} steps for the {len(path.x):,} samples of the motion. Speeds "
+        "and margins are "
+        f"the worst of each step. Clearance is that of its first sample{least}."
     )

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from ..scene.composition import Piece
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..view.camera import camera, middle, still
 from ..view.stage_scene import PALE_RED, RED, VISIBLE, StagedScene
 from .pack import Pack

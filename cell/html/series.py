@@ -22,7 +22,7 @@ from ..collision.table import with_table_axes
 from ..job.table_winding import upright_of
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..view.shown_motion import Played
 from .drawn_path import BUDGET, SAMPLES_AT_ONCE, DrawnPath, PageBudget, note_of, path_of, worst_of_steps
 from .pack import Pack
@@ -150,7 +150,7 @@ def _speeds(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
             [("TCP", least)]
             if np.allclose(least, most, atol=1e-3, equal_nan=True)
             else [("least", least), ("most", most)],
-            limits=[{"y": wanted, "label": f"asked {wanted:g} mm/s", "good": True}],
+            limits=[{"y": wanted, "label": f"set to {wanted:g} mm/s", "good": True}],
             range=[0, round(1.25 * max(wanted, float(np.nanmax(most))), 3)],
             note=held,
         ),
@@ -173,7 +173,7 @@ def _held(path: DrawnPath, speed: Floats, wanted: float) -> str:
     off = known & (np.abs(speed / wanted - 1) > HELD)
     lost = float(dt[off].sum())
     if lost <= 0:
-        return f"held within {HELD:.0%} all the {total:.0f} s of welding"
+        return f"held within {HELD:.0%} for all {total:.0f} s of welding"
     return f"off by more than {HELD:.0%} for {lost:.1f} s of the {total:.0f} s of welding"
 
 
@@ -242,12 +242,12 @@ def _clearance(result: Result, path: DrawnPath, clear: Clearances) -> dict[str, 
     least = float(np.nanmin(mm)) if np.isfinite(mm).any() else 0.0
     return _chart(
         "Clearance",
-        "Nearest two things that must not touch",
+        "Least distance between shapes that must not touch",
         "mm",
         [("clearance", mm)],
         limits=[{"y": limit, "label": f"needed {limit:g} mm", "low": True}],
         range=[round(float(np.clip(least, -reach / 2, 0.0)), 2), reach * 1.04],
-        note=f"{reach:g} mm stands for {reach:g} mm and more" + ("" if path.timed else "; at the best attempts"),
+        note=f"{reach:g} mm means {reach:g} mm or more" + ("" if path.timed else "; at the best attempts"),
         pairs=True,
     )
 

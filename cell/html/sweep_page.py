@@ -59,7 +59,7 @@ def _sentence(document: dict[str, Any], good: int) -> str:
     clearance = best["least_clearance_mm"]
     room = "more than 50 mm" if clearance is None else f"{clearance:.1f} mm"
     return (
-        f"{tried}; at {good} of them the arm can weld the whole part in a motion that was followed and checked. "
+        f"{tried}; at {good} of them the arm can weld the whole part in one motion, which was checked all along. "
         f"The best is {where}{f' ({words})' if words else ''}: it deposits at most {best['gravity_max_deg']:.0f}° off "
         f"upright and keeps {room} of clearance."
     )

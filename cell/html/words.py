@@ -18,8 +18,8 @@ import numpy as np
 from ..report.check_document import streamed_report
 from ..report.remedy_lines import whom_it_helps
 from ..units import METRES_PER_MM
-from ..verdict.check import NOT_LOOKED_AT, Result, TargetVerdict
 from ..verdict.failure_words import failure_in_words
+from ..verdict.result import NOT_LOOKED_AT, Result, TargetVerdict
 from ..verdict.severity import GRAVEST_FIRST, worst_first
 from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words
@@ -36,12 +36,12 @@ REASON_WORDS = {
     "no_path": "without a way to them",
     "speed": "too fast for a joint",
     "gravity": "too far off upright",
-    "overhang": "over nothing",
+    "overhang": "overhanging too far",
     # of a motion or a program from outside
     "off_bead": "off their bead",
     "order": "out of their order",
     "not_welded": "not welded",
-    "tool": "of another tool",
+    "tool": "with another tool",
     "base": "in a base that stands still",
     "external": "with an axis that is not given",
     "blend": "with corners rounded too far",
@@ -75,7 +75,7 @@ class Words:
             return escape(_of_played(self.result))
         if motion is not None:
             return (
-                f"The arm can weld all {n} targets in one motion that was followed and checked: "
+                f"The arm can weld all {n} targets in one motion, which was checked all along: "
                 f"{_duration(float(motion.t_s[-1]))}, {_duration(motion.arc_time)} of it with the arc on."
             )
         counts = [f"{k} {REASON_WORDS[r]}" for r, k in self._counts()]
@@ -142,7 +142,7 @@ class Words:
         yield "Deposition direction", f"{g['min']:.0f}° to {g['max']:.0f}° off straight up"
         if d["metal"] is not None:
             m = d["metal"]
-            yield "Metal", f"{m['mass_g']:.0f} g, {m['wire_m']:.1f} m of wire, {m['share']:.0%} of what the layers take"
+            yield "Metal", f"{m['mass_g']:.0f} g, {m['wire_m']:.1f} m of wire, {m['share']:.0%} of what the layers need"
         yield "Roll about the wire", _roll(d["roll"])
 
     def _pose(self) -> str:
@@ -174,10 +174,10 @@ class Words:
             return f"{distance / METRES_PER_MM:.1f} mm between {between}; {limit:g} mm needed"
         if least is None:
             nothing = self.result.clearance is None and self.result.motion is None
-            return "not known: no stretch could be followed" if nothing else "nothing nearer than 50 mm"
+            return "not known: no stretch of a bead was found" if nothing else "nothing nearer than 50 mm"
         pair = " and ".join(escape(in_plain_words(self.result, name)) for name in least["pair"])
         raw = escape(" - ".join(least["pair"]), quote=True)
-        of = " (on what could be followed)" if self.result.motion is None else ""
+        of = " (of the stretches that were found)" if self.result.motion is None else ""
         return (
             f'{least["distance_mm"]:.1f} mm between <span title="{raw}">{pair}</span>, '
             f"at {_jump(least['target'], least=True)}; {limit:g} mm needed{of}"
@@ -211,7 +211,7 @@ class Words:
         else:
             margins = f"smallest singular value {k.sigma:g}"
         yield "Singularity margins needed", margins
-        out = "half a bead, only told of" if k.overhang_mm is None else f"at most {k.overhang_mm:g} mm"
+        out = "half a bead, only a warning" if k.overhang_mm is None else f"at most {k.overhang_mm:g} mm"
         yield "Overhang", out
         yield "Gravity angle", "not limited" if k.gravity_max_deg is None else f"at most {k.gravity_max_deg:g}°"
         yield "Speeds", f"deposition {p.deposition_speed_mm_s:g} mm/s, retracting {p.travel_speed_mm_s:g} mm/s"

@@ -15,8 +15,8 @@ from ..scene.compose import compose
 from .job import Job, margins_told
 
 NOT_LOOKED_AT = (
-    "part: none: beads, their order and speed, the part as it grows and the angle to gravity are not looked at; "
-    "limits, speeds, singularities with the arc on and collisions in the cell are"
+    "part: none: beads, their order and speed, the growing part and the angle to gravity are not checked; "
+    "joint limits, speeds, singularities with the arc on and collisions in the cell are"
 )
 
 

@@ -106,6 +106,6 @@ def ordered_shape(shape: PartShape, deposit: Sequence[Ints]) -> PartShape:
 
 
 def layers_of(shape: PartShape) -> tuple[int, ...]:
-    """How many layers each sub-volume has."""
+    """Number of layers of each sub-volume."""
     ends = (*shape.first_deposit[1:], shape.n_deposits)
     return tuple(end - first for first, end in zip(shape.first_deposit, ends, strict=True))

@@ -79,18 +79,17 @@ class Job:
     """A case with its layers, targets and cell.
 
     Attributes:
-        case: what was asked for.
-        sliced: the sub-volumes; empty where the toolpath is another slicer's.
+        case: the case.
+        sliced: the sliced sub-volumes; empty for another slicer's toolpath.
         shape: the part as shapes that collide.
-        targets: in the order of deposition, part frame, mm.
+        targets: the targets in the order of deposition, part frame, mm.
         scene: the composed cell.
         warnings: one line each.
-        beads: the sub-volumes' beads, with their metal and what lies over nothing; empty where they are not known.
+        beads: the sub-volumes' beads, with their metal and what overhangs; empty where they are not known.
         T_part_input: (4, 4) rigid motion from the meshes' frame to the part frame, mm.
-        evidence: what the body of a part in one mesh was known by.
-        order: in which layers are built, where it is another one than sub-volume after sub-volume; None where it is
-            not.
-        given: beads that it was prepared with instead of the case's own part.
+        evidence: how the body of a part in one mesh was found.
+        order: the order of the layers, if it is not one sub-volume after the other; else None.
+        given: the toolpath that it was prepared with instead of the case's own part.
     """
 
     case: Case
@@ -107,7 +106,7 @@ class Job:
 
     @cached_property
     def solver(self) -> Solver:
-        """The arm's solver, as the case asks for it."""
+        """The solver of the arm's configurations, as set in the case."""
         try:
             solver = Solver.for_chain(self.scene.chain, self.case.ik.solver)
         except ValueError as error:
@@ -116,7 +115,7 @@ class Job:
 
     @cached_property
     def drives(self) -> Drives:
-        """What the axes can do."""
+        """Largest speeds and accelerations of the axes."""
         return drives(self.scene)
 
     @property
@@ -132,7 +131,7 @@ class Job:
 
     @property
     def layers(self) -> tuple[int, ...]:
-        """How many layers each sub-volume has."""
+        """Number of layers of each sub-volume."""
         return layers_of(self.shape)
 
     @property
@@ -190,17 +189,21 @@ def margins_told(solver: Solver) -> tuple[Warning, ...]:
         why = f"has {chain.n} joints"
     else:
         found = [f"{text} {amount:.4g} {unit}" for text, amount, unit in misfits(chain)]
-        why = "is none with A1 across A2, A2 along A3 and a spherical wrist "
-        why += f"({'; '.join(found) or 'a link has no length'}; taken are {1e3 * TOLERANCE:g} mm and "
+        why = "does not have A1 across A2, A2 along A3 and a spherical wrist "
+        why += f"({'; '.join(found) or 'a link has length 0'}; allowed are {1e3 * TOLERANCE:g} mm and "
         why += f"{np.rad2deg(TOLERANCE):.2g} deg)"
     if near:
-        text = f"robot.model: the arm {why}: its margins are those of the nearest arm that is one"
-        return (Warning(Code.MARGINS_APPROXIMATE, f"{text}; configurations are searched: one not found may exist"),)
+        text = f"robot.model: the arm {why}: its margins are those of the nearest arm that does"
+        return (
+            Warning(
+                Code.MARGINS_APPROXIMATE, f"{text}; configurations are searched numerically: the search may miss some"
+            ),
+        )
     return (
         Warning(
             Code.MARGINS_NOT_COUNTED,
-            f"robot.model: the arm {why}: checks.wrist_deg, elbow_deg and shoulder_mm do not count, checks.sigma does; "
-            "configurations are searched: one that is not found may exist",
+            f"robot.model: the arm {why}: checks.sigma counts instead of checks.wrist_deg, elbow_deg and shoulder_mm; "
+            "configurations are searched numerically: the search may miss some",
         ),
     )
 
@@ -305,7 +308,9 @@ def _require_right_layers(case: Case, sliced: tuple[SlicedSubVolume, ...]) -> No
     wrong = [line for one in sliced for line in map(typed, one.warnings) if line.code in WRONG_LAYER]
     if wrong:
         more = f" (and {len(wrong) - 1} more such lines)" if len(wrong) > 1 else ""
-        raise InputError(f"{case.path}: {wrong[0]}{more}; no verdict on it: [{wrong[0].code}]; rbam slice shows it")
+        raise InputError(
+            f"{case.path}: {wrong[0]}{more}; a wrong layer gets no verdict [{wrong[0].code}]; rbam slice shows it"
+        )
 
 
 def _built(case: Case, part: PartInput) -> list[tuple[SlicedSubVolume, Floats]]:
@@ -319,12 +324,12 @@ def _built(case: Case, part: PartInput) -> list[tuple[SlicedSubVolume, Floats]]:
 
 
 def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
-    """Slice, sample and compose.
+    """Slice the part, sample its targets and compose the cell.
 
     Args:
         case: the case.
-        toolpath: beads that are laid already (`slicing.lay`, `slicing.read_toolpath`), instead of the case's part; of
-            that its body alone counts then.
+        toolpath: beads (`slicing.lay`, `slicing.read_toolpath`) that replace the case's sub-volumes; only the body of
+            the case's part is used then.
 
     Returns:
         The job.

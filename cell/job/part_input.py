@@ -32,7 +32,8 @@ from slicing import (
     turned_solid,
 )
 
-from ..case.sections import BodySection, Case
+from ..case.part_sections import BodySection
+from ..case.sections import Case
 from ..errors import InputError
 from ..progress import phase
 
@@ -108,7 +109,9 @@ def read_part(case: Case) -> PartInput:
         InputError: a mesh is missing or cannot be used, or a sub-volume is taken that is not there; one line.
     """
     if case.part.absent:
-        raise InputError(f"{case.path}: part: none: there is nothing to build; rbam check --program takes such a case")
+        raise InputError(
+            f"{case.path}: part: none: there is nothing to build; such a case goes with rbam check --program"
+        )
     if case.part.toolpath is not None:
         raise InputError(f"{case.path}: part.toolpath: its beads are laid already; there is nothing to slice")
     meshes: list[Mesh] = []
@@ -203,7 +206,7 @@ def _whole(case: Case, loaded: list[Mesh]) -> PartInput:
     hint = None
     if part.body is not None:
         if part.body.half_angle_deg is not None or part.body.profile_mm is not None:
-            raise InputError(f"{case.path}: part.body: as a hint for part.mesh it takes radius_mm and axis_xy_mm")
+            raise InputError(f"{case.path}: part.body: with part.mesh only radius_mm and axis_xy_mm are allowed")
         hint = BodyHint((*part.body.axis_xy_mm, 0.0), (0.0, 0.0, 1.0), part.body.radius_mm)
     found = decompose(loaded[0], hint, alone=case.slicing.body is not None)
     bodies = found.bodies_for(case.slicing.strategy)
@@ -230,7 +233,9 @@ def _with_body(case: Case, found: PartInput) -> PartInput:
         solid = turned_solid(profile, body.axis_xy_mm, case.slicing.tolerance_mm)
         if case.part.body is not None and case.part.body.profile_mm is None and case.part.body.z_mm is None:
             ends = f"{profile[0][1]:g} .. {profile[-1][1]:g}"
-            warnings += (f"{BODY_NAME}: no part.body.z_mm; taken to end where its sub-volumes do, z = {ends} mm",)
+            warnings += (
+                f"{BODY_NAME}: part.body.z_mm is not given; the body ends where its sub-volumes end, z = {ends} mm",
+            )
     gap = float(solid.bounds[0, 2]) + case.part.position_mm[2]
     if abs(gap) > OFF_PLATE_MM:
         text = f"{BODY_NAME}: its lower end is {gap:.3f} mm off what the part stands on (part.position_mm)"
@@ -250,8 +255,8 @@ def _taken(case: Case, found: PartInput) -> PartInput:
     warnings = found.warnings
     if absent:
         text = (
-            f"part.take: {', '.join(absent)} neither taken nor in part.built: not in the cell, nothing is held "
-            "against it"
+            f"part.take: {', '.join(absent)} neither in part.take nor in part.built: not in the cell, collisions "
+            "with it are not checked"
         )
         warnings += (Warning(Code.SUB_VOLUME_ABSENT, text, sub_volume=absent[0] if len(absent) == 1 else ""),)
     return replace(
@@ -279,18 +284,16 @@ def _checked(case: Case, names: Sequence[str]) -> tuple[list[str], list[str]]:
             if name not in allowed:
                 raise InputError(f"{case.path}: part.{key}: no sub-volume {name!r}; there are {known}")
             if name in given[:i]:
-                raise InputError(f"{case.path}: part.{key}: {name} stands there twice")
+                raise InputError(f"{case.path}: part.{key}: {name} is listed twice")
     both = [name for name in part.built if name in part.take]
     if both:
-        raise InputError(
-            f"{case.path}: part.built: {both[0]} is in part.take as well; it is either built or to be built"
-        )
+        raise InputError(f"{case.path}: part.built: {both[0]} is in part.take as well; list it in one of them")
     if part.built and case.slicing.body is not None:
         raise InputError(
-            f"{case.path}: part.built: {part.built[0]} cannot be there before the body it stands on, "
+            f"{case.path}: part.built: {part.built[0]} cannot be built before the body it stands on, "
             "which slicing.body prints"
         )
     take = list(part.take) or [name for name in names if name not in part.built]
     if not take and names:
-        raise InputError(f"{case.path}: part.built: all of {known} are built: nothing is left to be taken")
+        raise InputError(f"{case.path}: part.built: {known} are all built: nothing is left to build")
     return take, list(part.built)

@@ -38,7 +38,9 @@ def build_runs(case: Case, names: Sequence[str], layers: Sequence[int]) -> list[
     for k, pose in enumerate(poses):
         where = f"{case.path}: table.poses.{k}"
         if pose.sub_volume not in names:
-            raise InputError(f"{where}.sub_volume: there is no {pose.sub_volume}; sub-volumes are {', '.join(names)}")
+            raise InputError(
+                f"{where}.sub_volume: there is no {pose.sub_volume}; the sub-volumes are {', '.join(names)}"
+            )
         at = list(names).index(pose.sub_volume)
         first, last = pose.layers or (0, layers[at] - 1)
         if last >= layers[at]:
@@ -47,7 +49,7 @@ def build_runs(case: Case, names: Sequence[str], layers: Sequence[int]) -> list[
     for at, name in enumerate(names):
         _require_each_once(case, name, [run[1:] for run in runs if run[0] == at], layers[at])
     if BODY in names and any(names[at] != BODY for at, _, _ in runs[: [run[0] for run in runs].index(0) + 1]):
-        raise InputError(f"{case.path}: table.poses: BODY comes first, since the others stand on it")
+        raise InputError(f"{case.path}: table.poses: BODY must come first, since the others stand on it")
     return runs
 
 

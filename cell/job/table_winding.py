@@ -67,8 +67,9 @@ def for_moving_table(case: Case, scene: Scene, targets: Targets) -> tuple[Target
     first = min(some)
     text = (
         f"table.mode coordinated: {len(some)} bead(s) go further round than E2 turns ({span:g} deg, and what"
-        f" upright_deg {np.rad2deg(upright):g} allows): welded in pieces, the arc off while the table turns back;"
-        f" most pieces {max(some.values())}, first bead {first} ({targets.sub_volume[_sub_volume(targets, first)]})"
+        f" upright_deg {np.rad2deg(upright):g} adds): they are welded in pieces, with the arc off while the table turns"
+        f" back; at most {max(some.values())} pieces, first bead {first} "
+        f"({targets.sub_volume[_sub_volume(targets, first)]})"
     )
     return split, (Warning(Code.BEAD_SPLIT, text),)
 

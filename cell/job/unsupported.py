@@ -1,10 +1,10 @@
-"""What of a job is laid over nothing, and what is laid past the horizontal.
+"""What of a job is laid in the air, and what is laid past the horizontal.
 
     unsupported_targets(job)                  # {target: Failure}, by the case's limit checks.overhang_mm
     targets_over_nothing(job)                 # {target: Overhang}, whether the case sets a limit or not
     past_horizontal(job.case, gravity)        # a warning where the case sets no limit
 
-Where a layer lies over nothing: `slicing.beads.overhang`.
+Where a layer overhangs: `slicing.beads.overhang`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def past_horizontal(case: Case, gravity: Floats) -> tuple[str, ...]:
 
 
 def unsupported_targets(job: Job) -> dict[int, Failure]:
-    """Targets that lie over nothing, by the case's limit, with what hangs there; none where it has none.
+    """Targets that overhang, by the case's limit, with what hangs there; none where it has none.
 
     Args:
         job: from ``cell.job.job.prepare``.
@@ -56,7 +56,7 @@ def unsupported_targets(job: Job) -> dict[int, Failure]:
 
 
 def targets_over_nothing(job: Job) -> dict[int, Overhang]:
-    """Targets that lie over nothing, with what of their layer does.
+    """Targets that overhang, with what of their layer does.
 
     Args:
         job: from ``cell.job.job.prepare``.

@@ -37,7 +37,7 @@ LARGE_SIZE = 4.0  # times the usual size, from which on a piece is held against 
 FEW_PIECES = 64  # pieces, up to which all are held against all wires
 CHUNK = 4096  # wires looked at in one go
 Planes = tuple[Floats, Floats]  # outward normals (p, 3) and offsets (p,) of a convex piece
-NOTE = "the wire runs through it between nozzle and bead, whatever the arm does"
+NOTE = "the wire runs through it between nozzle and bead, in any pose of the arm"
 
 
 @dataclass(frozen=True, eq=False)

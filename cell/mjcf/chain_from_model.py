@@ -86,7 +86,7 @@ def check_base(model: mujoco.MjModel, base: str, joints: Sequence[int]) -> None:
         if moved:
             raise InputError(
                 f"robot.base: body {base} is moved by joint {model.joint(moved[0]).name}; "
-                "it must be one that stands still under the arm"
+                "it must be a body that stands still"
             )
         body = int(model.body_parentid[body])
 
@@ -110,8 +110,8 @@ def check_count(joints: Sequence[str]) -> None:
     """
     if len(joints) not in AXES:
         raise InputError(
-            f"robot.joints: has {len(joints)} joints; arms of six or seven are supported: with fewer, a point, a wire "
-            "direction and a roll about it cannot all be met"
+            f"robot.joints: has {len(joints)} joints; six or seven are needed: fewer cannot reach a point with a "
+            "given wire direction and roll"
         )
 
 
@@ -121,16 +121,14 @@ def _check_series(model: mujoco.MjModel, ids: Sequence[int], site: int) -> None:
         slide = model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE
         if model.jnt_type[j] != mujoco.mjtJoint.mjJNT_HINGE:
             raise InputError(
-                f"robot.joints: {name} is not a hinge; arms of revolute joints are supported"
-                + (" (a track is left out here, and stands where robot.held_mm says)" if slide else "")
+                f"robot.joints: {name} is not a hinge; only revolute joints are planned"
+                + (" (leave a track out of the list: robot.held_mm sets where it stands)" if slide else "")
             )
         low, high = np.rad2deg(model.jnt_range[j])
         if low > high or (low == high and low != 0.0):
-            raise InputError(
-                f"robot.joints: {name}'s range {low:g} .. {high:g} deg excludes everything; needs low < high"
-            )
+            raise InputError(f"robot.joints: {name}'s range {low:g} .. {high:g} deg is empty; low < high is needed")
         if not model.jnt_limited[j] or low == high:
-            raise InputError(f"robot.joints: {name} has no joint limits (range) in its MJCF")
+            raise InputError(f"robot.joints: {name} has no joint limits in its MJCF; a range is needed")
     bodies = [int(model.jnt_bodyid[j]) for j in ids]
     for before, after, body, next_body in zip(ids, ids[1:], bodies, bodies[1:], strict=False):
         if body == next_body and after < before:
@@ -142,5 +140,6 @@ def _check_series(model: mujoco.MjModel, ids: Sequence[int], site: int) -> None:
             body = int(model.body_parentid[body])
         if body == 0:
             raise InputError(
-                "robot.joints: must be listed from the base to the flange, each moving the next, the last one the TCP"
+                "robot.joints: must be listed from the base to the flange: each moves the next, the last "
+                "one moves the TCP"
             )

@@ -74,7 +74,7 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST_PIECES) -> ConvexPiece
     volume = whole.volume()
     parts = _parts(whole)
     if not all(_is_thick(_corners(part)) for part in parts):
-        raise ValueError(f"a part of it is thinner than {THIN:g} of its length; make it thicker")
+        raise ValueError(f"a part of the mesh is thinner than {THIN:g} of its length; make it thicker")
     heap = [(-_lacks(piece), number, piece) for number, piece in enumerate(parts)]
     heapq.heapify(heap)
     done: list[Manifold] = []

@@ -21,7 +21,7 @@ from slicing import Code, Warning
 from .own_places import OwnPlaces
 
 EQ, WRAP = mujoco.mjtEq, mujoco.mjtWrap
-REMEDY = "take out of the model what follows, or the coupling where the machine moves without it"
+REMEDY = "remove from the model what follows, or the coupling if the machine moves without it"
 
 
 def check_couplings(model: mujoco.MjModel, planned: Sequence[str], own: OwnPlaces) -> tuple[Warning, ...]:
@@ -51,8 +51,8 @@ def check_couplings(model: mujoco.MjModel, planned: Sequence[str], own: OwnPlace
     told = []
     if model.neq:
         text = (
-            f"{own.section}.model: {model.neq} equality constraint(s) left out of the cell: what they couple stays "
-            "where it is"
+            f"{own.section}.model: {model.neq} equality constraint(s) left out of the cell: what they couple stands "
+            "still"
         )
         told.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
     return (*told, *looked_at.limiting_tendons())
@@ -109,7 +109,7 @@ class _Couplings:
             one, two = (model.body(body).name or f"body {body}" for body in bodies)
             raise own.error(
                 f".model: {own.model}: {one} is tied to {two} (an equality), and {', '.join(apart)} "
-                f"{'moves' if len(apart) == 1 else 'move'} one against the other: closed chains are not supported; "
+                f"{'moves' if len(apart) == 1 else 'move'} against each other: closed chains are not supported; "
                 f"{REMEDY}"
             )
 
@@ -133,7 +133,7 @@ class _Couplings:
             if apart:
                 text = (
                     f"{self.own.section}.model: tendon {model.tendon(tendon).name or tendon} limits "
-                    f"{', '.join(apart)}: not looked at, the joints' own ranges alone are kept"
+                    f"{', '.join(apart)}: not checked, only the joints' own ranges are kept"
                 )
                 told.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
         return told

@@ -87,9 +87,13 @@ def _refuse(world: mujoco.MjSpec, solid: list[mujoco.MjsGeom], case: Case) -> No
     for geom in solid:
         if geom.type in REFUSED:
             name = geom.name or f"a shape of body {geom.parent.name}"
-            raise InputError(f"{case.path}: {name} is {REFUSED[geom.type]}, whose clearances are not known; {advice}")
+            raise InputError(
+                f"{case.path}: {name} is {REFUSED[geom.type]}, for which clearances cannot be computed; {advice}"
+            )
     for flex in world.flexes:
-        raise InputError(f"{case.path}: {flex.name} is a deformable body, whose clearances are not known; {advice}")
+        raise InputError(
+            f"{case.path}: {flex.name} is a deformable body, for which clearances cannot be computed; {advice}"
+        )
 
 
 def _as_corners(world: mujoco.MjSpec, box: mujoco.MjsGeom) -> None:

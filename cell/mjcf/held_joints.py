@@ -140,10 +140,10 @@ def _check_stated(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -
     for key, stated, kind in (("held_deg", own.held_deg, HINGE), ("held_mm", own.held_mm, SLIDE)):
         for name in stated:
             if name in planned:
-                raise own.error(f".{key}: {name} is planned; its place is not for the case to state")
+                raise own.error(f".{key}: {name} is planned, so its position cannot be given; leave it out")
             if name not in known:
                 has = ", ".join(free) or "none"
-                raise own.error(f".{key}: {own.model} has no joint {name!r}; those that are not planned are {has}")
+                raise own.error(f".{key}: {own.model} has no joint {name!r}; the joints that are not planned are {has}")
             if known[name].type != kind:
                 other = "held_mm" if known[name].type == SLIDE else "held_deg" if known[name].type == HINGE else "none"
                 raise own.error(f".{key}: {name} is not a {'hinge' if kind == HINGE else 'slide'}; its key is {other}")
@@ -188,7 +188,9 @@ def _turn_back(joint: mujoco.MjsJoint, by: Floats, own: OwnPlaces) -> None:
     if np.array_equal(by, np.eye(4)):
         return
     if joint.frame is not None:
-        raise own.error(f".model: {own.model}: {joint.name} shares its body with a joint that is not planned; use two")
+        raise own.error(
+            f".model: {own.model}: {joint.name} shares its body with a joint that is not planned; use two bodies"
+        )
     back = np.linalg.inv(by)
     joint.axis = back[:3, :3] @ np.asarray(joint.axis)
     joint.pos = back[:3, :3] @ np.asarray(joint.pos) + back[:3, 3]
@@ -266,7 +268,7 @@ def _check_range(model: mujoco.MjModel, j: int, value: float, unit: tuple[float,
         joint = model.joint(j).name
         raise own.error(
             f": {joint} is not planned and would stand at {value:g} {name}, outside its range {low:g} .. {high:g}; "
-            f"state its place: {own.section}.held_{name}: {{{joint}: ..}}"
+            f"set its position: {own.section}.held_{name}: {{{joint}: ..}}"
         )
 
 
@@ -279,7 +281,7 @@ def _warning(
         text = f"{whose}; it stands {place} ({source})"
     else:
         text = f"{whose}, and the model has no key home; it stands {place}"
-    return Warning(Code.JOINT_HELD, text + (f"; another place: {key}" if key else ""))
+    return Warning(Code.JOINT_HELD, text + (f"; {key} sets another position" if key else ""))
 
 
 def _freed(
@@ -291,7 +293,12 @@ def _freed(
         seven = slice(int(model.jnt_qposadr[j]), int(model.jnt_qposadr[j]) + 7)
         # what a joint places may be the body's inertial frame (alignfree) and no frame of the file's
         _bring(spec, body, _pose(home[seven]) @ np.linalg.inv(_pose(model.qpos0[seven])), own)
-    return _warning(own, model.joint(j).name, "where its body is" if home is None else "at its place", home is not None)
+    return _warning(
+        own,
+        model.joint(j).name,
+        "where its body is drawn" if home is None else "where the key has it",
+        home is not None,
+    )
 
 
 def _dragged(spec: mujoco.MjSpec, model: mujoco.MjModel, own: OwnPlaces) -> Iterator[Warning]:
@@ -313,7 +320,9 @@ def _bring(spec: mujoco.MjSpec, body: mujoco.MjsBody, by: Floats, own: OwnPlaces
     if np.allclose(by, np.eye(4), atol=SAME):
         return
     if body.frame is not None:
-        raise own.error(f".model: {own.model}: the key home moves a free body inside a frame; take the frame out")
+        raise own.error(
+            f".model: {own.model}: the key home moves a free body inside a frame; remove the frame from the MJCF"
+        )
     _put(body, by @ _pose_of(spec, body))
 
 

@@ -33,13 +33,13 @@ class Motion:
         q: the arm, (m, j), rad.
         table: E1, E2, (m, 2), rad.
         arc: 1 while welding, (m,).
-        bead: bead number, of a travel the one it leads to, of the way home the one it comes from, (m,).
+        bead: bead number; on a travel that of the next bead, on the way home that of the last, (m,).
         layer: layer number within its sub-volume, (m,).
-        target: the target last passed, of a travel the one it leads to, of the way home the last, (m,).
-        names: columns of q.
-        held_speed: how far the deposition speed is held; None where that is not known.
-        home_s: how long the ways from home and back take; None where there are none.
-        order: what beads and targets are called in files; None where they are called by their numbers.
+        target: the target last passed; on a travel the next target, on the way home the last, (m,).
+        names: names of the joints, the columns of q.
+        held_speed: how well the deposition speed is held; None where that is not known.
+        home_s: duration of the ways from home and back, s; None without a home.
+        order: numbers of beads and targets in files; None where they are the same.
     """
 
     t_s: Floats
@@ -71,6 +71,16 @@ class Motion:
             "layer",
             "target",
         ]
+
+    def to_frame(self) -> dict[str, NDArray[Any]]:
+        """The motion as columns, for a table of any library: ``pandas.DataFrame(motion.to_frame())``.
+
+        Returns:
+            By the names of :meth:`columns`, each (m,): s, deg, and numbers of beads and targets as files have them.
+        """
+        beads, targets = self.called
+        angles = np.rad2deg(np.concatenate([self.q, self.table], axis=1)).T
+        return dict(zip(self.columns(), (self.t_s, *angles, self.arc, beads, self.layer, targets), strict=True))
 
     def rows_deg(self) -> list[list[Any]]:
         """The motion with angles in degrees, one row a sample."""

@@ -83,18 +83,18 @@ def check_suffix(path: str | Path) -> None:
         InputError: it ends neither in .csv nor in .npz.
     """
     if Path(path).suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path}: a motion file ends in .csv or .npz")
+        raise InputError(f"{path}: a motion file must end in .csv or .npz")
 
 
 def write_motion(path: str | Path, motion: Motion) -> None:
-    """Write a motion, as the suffix says.
+    """Write a motion to a CSV or npz file.
 
     Args:
         path: ends in .csv or .npz.
         motion: the motion.
 
     Raises:
-        InputError: another suffix, or the place cannot be written to.
+        InputError: another suffix, or the file cannot be written.
     """
     check_suffix(path)
     if Path(path).suffix.lower() == ".csv":
@@ -128,12 +128,12 @@ def read_motion(path: str | Path, job: Job, most_bytes: int = MOST_BYTES) -> Rea
     table = (_csv if Path(path).suffix.lower() == ".csv" else _npz)(path, most_bytes)
     missing = [name for name in wanted if name not in table]
     if missing:
-        raise InputError(f"{path}: has no column {missing[0]}; a motion has {', '.join(wanted)}")
+        raise InputError(f"{path}: has no column {missing[0]}; a motion needs {', '.join(wanted)}")
     columns = {name: _numbers(path, name, table[name]) for name in wanted}
     row, repaired = _distinct(path, columns, wanted)
     kept = {name: columns[name][row] for name in wanted}
     if len(row) < 2:
-        raise InputError(f"{path}: has {len(row)} row(s); a motion has at least two")
+        raise InputError(f"{path}: has {len(row)} row(s); a motion needs at least two")
     angles = np.deg2rad(np.stack([kept[name] for name in wanted[1 : -len(WHOLE_COLUMNS)]], axis=1))
     arc, bead, layer, target = (_integers(path, name, kept[name], row) for name in WHOLE_COLUMNS)
     q, turned = angles[:, : len(names)], angles[:, len(names) :]
@@ -183,7 +183,7 @@ def _csv(path: str | Path, most: int) -> dict[str, list[str]]:
     except csv.Error as error:
         raise InputError(f"{path}: not a CSV ({error})") from None
     if not rows:
-        raise InputError(f"{path}: is empty; a motion has a line of column names and a row a moment")
+        raise InputError(f"{path}: is empty; a motion needs a line of column names and a row for each moment")
     header = [name.strip() for name in rows[0]]
     again = next((name for name, count in Counter(header).items() if count > 1), None)
     if again is not None:
@@ -195,7 +195,7 @@ def _csv(path: str | Path, most: int) -> dict[str, list[str]]:
     return {name: [row[k] for row in rows[1:]] for k, name in enumerate(header)}
 
 
-FORM = "columns are parted by commas, numbers have points, the first line holds the columns' names"
+FORM = "a comma between columns, a decimal point in numbers, and a first line with the columns' names are needed"
 
 
 def _check_form(path: str | Path, text: str) -> None:
@@ -207,15 +207,17 @@ def _check_form(path: str | Path, text: str) -> None:
     lines = text.splitlines()
     for number, line in enumerate(lines, 1):
         if line.lstrip().startswith(("#", "//", "%")):
-            raise InputError(f"{path}: line {number} is a comment ({line.strip()[:40]!r}), which no CSV has; {FORM}")
+            raise InputError(
+                f"{path}: line {number} is a comment ({line.strip()[:40]!r}), which is not allowed; {FORM}"
+            )
     first = next((line for line in lines if line.strip()), "")
     for mark, name in ((";", "semicolons"), ("\t", "tabs"), ("|", "bars")):
         if mark in first and "," not in first:
-            raise InputError(f"{path}: its columns are parted by {name}; {FORM}")
+            raise InputError(f"{path}: its columns are separated by {name}; {FORM}")
     if first and "," not in first and len(first.split()) > 1:
-        raise InputError(f"{path}: its columns are parted by spaces; {FORM}")
+        raise InputError(f"{path}: its columns are separated by spaces; {FORM}")
     if first and all(_is_number(value) for value in first.split(",")):
-        raise InputError(f"{path}: has no line of names (begins with {first[:40]!r}); {FORM}")
+        raise InputError(f"{path}: has no line of column names (it begins with {first[:40]!r}); {FORM}")
 
 
 def _is_number(text: str) -> bool:
@@ -259,7 +261,7 @@ def _check_array(path: str | Path, archive: zipfile.ZipFile, entry: zipfile.ZipI
         shape, _, kind = read(file)
         held = entry.file_size - file.tell()
         if any(n < 0 for n in shape) or math.prod(shape) * max(kind.itemsize, 1) > held:
-            raise ValueError(f"{entry.filename}: says it has {shape} values, and holds {held} bytes")
+            raise ValueError(f"{entry.filename}: claims {shape} values but holds {held} bytes")
 
 
 def _numbers(path: str | Path, name: str, values: list[str] | Floats) -> Floats:
@@ -272,7 +274,7 @@ def _numbers(path: str | Path, name: str, values: list[str] | Floats) -> Floats:
             try:
                 out[i] = float(value)
             except ValueError:
-                raise InputError(f"{path}: row {i + 1}: {name} is no number (is {str(value)[:40]!r})") from None
+                raise InputError(f"{path}: row {i + 1}: {name} is not a number (is {str(value)[:40]!r})") from None
     bad = np.flatnonzero(~np.isfinite(out))
     if len(bad):
         raise InputError(f"{path}: row {bad[0] + 1}: {name} is not a finite number (is {out[bad[0]]})")
@@ -288,7 +290,9 @@ def _distinct(
     row = np.setdiff1d(np.arange(len(table)), again)
     if not len(again):
         return row, ()
-    return row, (f"{path}: {len(again)} row(s) that repeat the one before were left out, first row {again[0] + 1}",)
+    return row, (
+        f"{path}: {len(again)} row(s) that repeat the row before were left out, the first is row {again[0] + 1}",
+    )
 
 
 def _integers(path: str | Path, name: str, values: Floats, row: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -303,7 +307,9 @@ def _check_order(path: str | Path, motion: Motion, row: NDArray[np.int64]) -> No
     if len(late):
         i = late[0]
         after, before = motion.t_s[i + 1], motion.t_s[i]
-        raise InputError(f"{path}: row {row[i + 1] + 1}: t_s {after:g} is not after the row before ({before:g})")
+        raise InputError(
+            f"{path}: row {row[i + 1] + 1}: t_s {after:g} is not later than that of the row before ({before:g})"
+        )
     turn = np.rad2deg(np.abs(np.diff(np.concatenate([motion.q, motion.table], axis=1), axis=0)))
     far = np.argwhere(turn > JUMP_DEG)
     if len(far):
@@ -334,9 +340,9 @@ def _check_numbers(path: str | Path, motion: Motion, row: NDArray[np.int64], job
     refuse(motion.bead != t.path[motion.target], "target {target} belongs to bead {own}, not {bead}")
     refuse(motion.layer != t.layer[motion.target], "target {target} belongs to layer {its}, not {layer}")
     if not motion.arc.any():
-        raise InputError(f"{path}: welds nothing: arc is 0 in every row")
+        raise InputError(f"{path}: arc is 0 in every row, so nothing is welded")
     welded = np.bincount(motion.bead[motion.arc == 1], minlength=int(t.path.max()) + 1)
     refuse(
         (motion.arc == 1) & (welded[motion.bead] < 2),
-        "bead {bead} has one row with the arc on; a bead has at least two",
+        "bead {bead} has one row with the arc on; a bead needs at least two",
     )

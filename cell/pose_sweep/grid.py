@@ -105,7 +105,7 @@ def grid(
     placements: Sequence[str] = (),
     height: str | None = None,
 ) -> list[Pose]:
-    """The poses of a grid; what is left out is taken from the case's section ``sweep``.
+    """The poses of a grid; arguments that are left out come from the case's section ``sweep``.
 
     Args:
         case: its positioner's ranges by 45 are the default of the angles; once round of an endless axis.
@@ -119,7 +119,7 @@ def grid(
         The poses; the cell's changes slowest, then E1, then E2.
 
     Raises:
-        InputError: a text that says nothing of that, an angle outside its axis, or too many poses; one line.
+        InputError: a text of another form, an angle outside its axis' range, or too many poses; one line.
     """
     job = prepare(case)
     asked = case.sweep
@@ -128,7 +128,7 @@ def grid(
     turns = _values("--e2", e2) or asked.E2_deg or _by_step(ranges[1])
     heights: list[float | None] = [*(_values("--height", height) or asked.height_mm or ())] or [None]
     if case.support is not None and any(h is not None and h <= 0 for h in heights):
-        raise InputError(f"{_origin('--height', height, case)}: the support's height has to be above 0 mm")
+        raise InputError(f"{_origin('--height', height, case)}: the height of the support must be above 0 mm")
     for text in rolls:
         parse_roll(text)
     named: Sequence[str | None] = [*rolls] or [roll_text(roll) for roll in asked.roll] or [None]
@@ -137,7 +137,7 @@ def grid(
     named, places, heights, tilts, turns = axes
     count = len(named) * len(places) * len(heights) * len(tilts) * len(turns)
     if count > MOST_POSES:
-        raise InputError(f"sweep: {count} poses; at most {MOST_POSES} at once")
+        raise InputError(f"sweep: {count} poses; at most {MOST_POSES} are allowed")
     _check_angles(job, tilts, turns)
     return [Pose(a, b, r, p, h) for r, p, h, a, b in product(named, places, heights, tilts, turns)]
 

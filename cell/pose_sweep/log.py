@@ -24,7 +24,7 @@ from .grid import Pose
 
 SCHEMA = "rbam-sweep-log/1"
 SUM = "crc32"  # key of a line's checksum, its last
-DAMAGED = "does not hold what was written (a damaged line)"
+DAMAGED = "is damaged"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ def read_log(file: str, content: bytes) -> ReadLog:
     lines = content.split(b"\n")
     head = _json(lines[0])
     if not isinstance(head, dict) or head.get("schema") != SCHEMA or not isinstance(head.get("case"), str):
-        raise InputError(f"{file}: is not the log of a sweep; name a new file")
+        raise InputError(f"{file}: is not the log of a sweep; give a new file")
     last = len(lines) - 1  # empty, or the line that was being written when a sweep was cut off
     found = [(number, line_row(line)) for number, line in enumerate(lines) if 0 < number < last]
     rows = [row for _, row in found if row is not None]
@@ -122,7 +122,7 @@ class Log:
             found = read_log(file, content)
             if found.case != case_hash:
                 raise InputError(
-                    f"{file}: belongs to another case or version, or the case has changed since; name a new file"
+                    f"{file}: belongs to another case or version, or the case has changed since; give a new file"
                 )
             self.done, self.damaged = {Pose.of(row): row for row in found.rows}, len(found.damaged)
         # whole or not at all: what an earlier run has found is not to be lost while damaged lines go

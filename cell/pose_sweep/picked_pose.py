@@ -64,13 +64,13 @@ def _read(case: Case, path: str) -> tuple[list[dict[str, Any]], dict[str, Any] |
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read ({reason(error)})") from None
     if len(content) > MOST_BYTES:
-        raise InputError(f"{path}: has more than {MOST_BYTES // 2**20} MiB; a sweep has less")
+        raise InputError(f"{path}: has more than {MOST_BYTES // 2**20} MiB, the most that is read")
     head = _head(content)
     roll: dict[str, Any] = {}  # a log is of this very case: its roll is the case's
     if head.get("schema") == LOG_SCHEMA:
         found = read_log(path, content)
         if found.case != fingerprint(case):
-            raise InputError(f"{path}: is the sweep of another case or version, or the case has changed since")
+            raise InputError(f"{path}: belongs to another case or version, or the case has changed since")
         if found.damaged:
             raise InputError(f"{path}: line {found.damaged[0]} {DAMAGED}; rbam sweep --out {path} computes it again")
         rows = found.rows
@@ -81,7 +81,7 @@ def _read(case: Case, path: str) -> tuple[list[dict[str, Any]], dict[str, Any] |
         rows, best = head["poses"], head.get("best")
         roll = {key: head[key] for key in ("roll",) if key in head}
     else:
-        raise InputError(f"{path}: is no sweep (neither a map of rbam sweep --json nor a log of --out)")
+        raise InputError(f"{path}: is not a sweep; a map of rbam sweep --json or a log of --out is needed")
     if not rows:
         raise InputError(f"{path}: has no poses yet")
     return rows, best, roll

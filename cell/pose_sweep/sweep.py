@@ -39,7 +39,8 @@ from ..scene.compose import compose
 from ..table_poses.hopeless_poses import Screened, screen_all
 from ..table_poses.suited_poses import alone
 from ..units import METRES_PER_MM
-from ..verdict.check import Result, check
+from ..verdict.check import check
+from ..verdict.result import Result
 from .grid import Pose
 from .log import Log
 from .ranking import SCHEMA as SCHEMA
@@ -237,8 +238,9 @@ def require_standing(case: Case) -> None:
     """
     if case.table.mode == "coordinated":
         raise InputError(
-            f"{case.path}: table.mode: a sweep maps poses at which the table stands, and this one is coordinated: its"
-            " way is found by rbam check; --table fixed maps single poses, --table indexed those of what is built first"
+            f"{case.path}: table.mode: a sweep maps poses of a table that stands, and this one is "
+            "coordinated; add --table"
+            " fixed for single poses, or --table indexed for the first sub-volume"
         )
 
 
@@ -251,29 +253,29 @@ def sweep(
     progress: Progress | None = None,
     executor: Executor | None = None,
 ) -> list[dict[str, Any]]:
-    """Verdicts at all poses.
+    """Check all poses.
 
     Args:
         case: the case.
         poses: from ``cell.pose_sweep.grid.grid``, or E1, E2 pairs, deg.
-        workers: processes; one a core where left out.
-        log: file of finished poses, one JSON a line; what is in it already is not computed again.
+        workers: number of processes; default: one for each core.
+        log: file of finished poses, one JSON a line; poses that it holds already are not computed again.
         progress: told how far it is.
-        executor: who computes, instead of processes of this sweep's own; it is left running.
+        executor: used instead of processes of the sweep's own; it is left running.
 
     Returns:
         One row a pose, in the order of the poses.
 
     Raises:
-        InputError: the table moves along the beads; the log belongs to another case, or a worker was
-            killed; what was done is in the log.
+        InputError: the table moves along the beads, the log belongs to another case, or a worker was
+            killed (finished poses are in the log).
     """
     require_standing(case)
     asked = [Pose(*pose) for pose in poses]
     mark = mark_of(case)
     with Log(log, mark) as book:
         if book.damaged:
-            LOG.warning("%s: %d damaged line(s) left out; their poses are computed again", log, book.damaged)
+            LOG.warning("%s: %d damaged line(s) were left out; their poses are computed again", log, book.damaged)
         todo = [pose for pose in dict.fromkeys(asked) if pose not in book.done]
         work = Work(mark, case, tuple(todo))
         with counted(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
@@ -284,7 +286,11 @@ def sweep(
                         count()
             except BrokenExecutor:
                 done = sum(pose in book.done for pose in asked)
-                keep = f"they are in {log}: the same command goes on from there" if log else "--out F.jsonl keeps them"
+                keep = (
+                    (f"finished poses are in {log}; the same command goes on from there")
+                    if log
+                    else "--out F.jsonl keeps finished poses"
+                )
                 after = f"after {done} of {len(asked)} poses"
                 raise InputError(f"sweep: a worker process was killed (too little memory?) {after}; {keep}") from None
         return [book.done[pose] for pose in asked]

@@ -126,6 +126,6 @@ def dask_cluster(address: str) -> Iterator[Executor]:
         try:
             yield client.get_executor(pure=False)
         except KilledWorker as error:
-            raise InputError(f"--dask: the cluster gave a pose up: {' '.join(str(error).split())}") from None
+            raise InputError(f"--dask: the cluster gave up on a pose: {' '.join(str(error).split())}") from None
         except (CancelledError, OSError) as error:
             raise InputError(f"--dask: the cluster at {address} is gone ({type(error).__name__})") from None

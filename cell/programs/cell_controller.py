@@ -85,7 +85,9 @@ def part_frame(job: Job, machine: int) -> BaseFrame:
 def _taken(name: str, T: Floats) -> Warning:
     row = pose_of(T)
     x = ", ".join(f"{axis} {v:.3f}" for axis, v in zip("XYZABC", [*(row[:3] * 1e3), *np.rad2deg(row[3:])], strict=True))
-    return Warning(Code.PROGRAM_FRAME, f"program: {name} is taken to be {x} (mm, deg): the controller must hold it")
+    return Warning(
+        Code.PROGRAM_FRAME, f"program: {name} is taken to be {x} (mm, deg): the controller must have the same"
+    )
 
 
 def cell_controller(job: Job) -> Controller:

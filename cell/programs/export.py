@@ -32,14 +32,14 @@ from .round_trip import OFF, TURNED, Gap, compared, difference_of
 
 @dataclass(frozen=True, eq=False)
 class Exported:
-    """A program with what was found of it.
+    """A program that was written, and the result of its check.
 
     Attributes:
-        files: texts by the names of their files, the main module first.
+        files: text of each file by its name, the main module first.
         written: what was made of the motion.
-        gap: how far the text's motion is off the checked one; None where it is another program.
-        result: what the judge says of the text; None likewise.
-        fault: why it may not be used, one line; None where it may.
+        gap: greatest distance of the text's motion from the checked one; None where the text is another program.
+        result: the check of the text; None likewise.
+        fault: why the program may not be used, one line; None where it may.
         warnings: typed.
     """
 
@@ -52,14 +52,14 @@ class Exported:
 
 
 def export_program(job: Job, motion: Motion) -> Exported:
-    """Make a program of a motion and prove that its text is that motion.
+    """Write a program of a motion and verify that its text is that motion.
 
     Args:
-        job: whose motion it is.
-        motion: checked.
+        job: the job of the motion.
+        motion: the checked motion.
 
     Returns:
-        The program, and what is wrong with it if anything is.
+        The program, and its fault if there is one.
 
     Raises:
         InputError: what was written cannot be read; one line.

@@ -95,8 +95,8 @@ def program_of_motion(job: Job, motion: Motion, frames: ProgramFrames) -> Progra
     """Make a program of a motion.
 
     Args:
-        job: whose motion it is.
-        motion: checked.
+        job: the job of the motion.
+        motion: the checked motion.
         frames: from ``cell.programs.cell_controller.frames_of``: the program's name, tool and base.
 
     Returns:
@@ -123,7 +123,8 @@ def _told(case: Case, points: int, most: float) -> tuple[Warning, ...]:
     if most > limits.points_a_second:
         text = f"program: up to {most:.1f} points a second inside beads; above {limits.points_a_second:g} "
         text += (
-            "(controller.points_a_second) a controller may slow down: a coarser sampling or wider thinning makes fewer"
+            "(controller.points_a_second) a controller may slow down; coarser sampling or wider thinning "
+            "gives fewer points"
         )
         found.append(Warning(Code.PROGRAM_DENSE, text))
     needed = points * LINE_BYTES / 2**20

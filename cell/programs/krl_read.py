@@ -36,7 +36,7 @@ def read_krl(path: str | Path, controller: Controller) -> Program:
     """
     path = Path(path)
     if path.suffix.lower() != ".src":
-        raise InputError(f"{path}: a program in KRL is a file .src")
+        raise InputError(f"{path}: a KRL program is a .src file")
     sources = Sources(path, controller)
     execution = Execution(sources, controller)
     execution.run()

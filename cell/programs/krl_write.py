@@ -176,7 +176,7 @@ class _Names:
 
     def __init__(self, main: str) -> None:
         if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]{{0,{MOST_PROGRAM_NAME - 1}}}", main) or main.upper() in KRL_WORDS:
-            raise ValueError(f"{main} is no name of a module")
+            raise ValueError(f"{main} is not a name of a module")
         self.main = main
         self._taken = {main.upper()}
         self._pieces = 0

@@ -62,11 +62,11 @@ class ProgramFinding(Finding):
 
 @dataclass(frozen=True, eq=False)
 class ProgramResult:
-    """What was found of a program.
+    """Result of the check of a program.
 
     Attributes:
         run: the program as it is run.
-        found: what the judge found of the motion.
+        found: the check of its motion.
         findings: everything that is wrong, in the order of the rows.
         warnings: one line each, the motion's first.
     """
@@ -88,7 +88,7 @@ class ProgramResult:
 
 
 def check_program(program: Program, job: Job) -> ProgramResult:
-    """Run a program as the controller would and hold it against the cell.
+    """Run a program as the controller would and check it in the cell.
 
     Args:
         program: read from text, or made of a motion.
@@ -239,12 +239,12 @@ def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     """What is no fault by itself, and may be another's mistake."""
     program, moves = run.program, run.program.moves
     for move in run.failures:
-        text = f"{place(program, move)}: the arm does not get on: nothing after it is run or looked at"
+        text = f"{place(program, move)}: the arm cannot go on: nothing after this line was run or checked"
         yield Warning(Code.PROGRAM_CUT, text)
     for k, base in enumerate(program.bases):
         used = np.flatnonzero((moves.base == k) & np.isfinite(moves.pose[:, 0]))
         if len(used) and not base.coupled and bool(job.scene.has_axis.any()):
-            text = f"{place(program, int(used[0]))}: its base stands in the world and not on the table: "
+            text = f"{place(program, int(used[0]))}: its base stands in the world, not on the table: "
             yield Warning(Code.PROGRAM_FRAME, f"{text}taken in the arm's base ($WORLD = $ROBROOT)")
     yield from _table_warnings(run, job)
     for doubt in program.doubts:
@@ -253,7 +253,7 @@ def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     for kind, count in program.passed_over.items():
         if "taken as" in kind:
             yield Warning(
-                Code.PROGRAM_PASSED_OVER, f"{program.name}: {count} {kind}: the controller may run them otherwise"
+                Code.PROGRAM_PASSED_OVER, f"{program.name}: {count} {kind}: the controller may run them differently"
             )
 
 

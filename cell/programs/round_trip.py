@@ -58,7 +58,7 @@ def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: SimulatedP
 
     Args:
         job: both are of.
-        motion: checked.
+        motion: the checked motion.
         written: the program of it.
         run: what was read back, run; as many moves.
 

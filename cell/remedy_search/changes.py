@@ -23,7 +23,8 @@ from slicing import SeamPlace
 
 from ..arrays import Ints
 from ..case.read import with_changes
-from ..case.sections import Case, Table
+from ..case.sections import Case
+from ..case.table_section import Table
 from ..errors import InputError
 from ..job.job import Job
 from ..mjcf.torch import ALLOWED

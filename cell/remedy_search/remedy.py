@@ -16,16 +16,16 @@ from ..plain import plain
 
 @dataclass(frozen=True, eq=False)
 class Remedy:
-    """A change that helps, or that none was found.
+    """A change that helps, or the statement that none was found.
 
     Attributes:
-        targets: what it helps, ascending.
-        reason: what these are infeasible for; None for all infeasible targets together.
+        targets: numbers of the targets that it helps, ascending.
+        reason: their reason; None for all infeasible targets together.
         change: ``key``, ``from``, ``to`` in the case's terms; None where none was found.
-        checked: "part" where the whole part is feasible with it, "group" where these targets are; None without one.
-        left: targets of the part that are infeasible with it.
-        sentence: all this in words.
-        effort: how much of a change it is.
+        checked: "part" if the whole part is feasible with it, "group" if only these targets are; None without a change.
+        left: number of targets of the part that are still infeasible with it.
+        sentence: the change in words.
+        effort: size of the change, to rank by.
     """
 
     targets: Ints
@@ -37,7 +37,7 @@ class Remedy:
     effort: float = np.inf
 
     def document(self) -> dict[str, Any]:
-        """As the report has it."""
+        """The remedy as in the report's key ``help``."""
         return {
             "targets": [int(i) for i in self.targets],
             "reason": self.reason,

@@ -25,7 +25,7 @@ from ..job.job import Job, sample_part
 
 if TYPE_CHECKING:
     from ..arrays import Ints
-    from ..verdict.check import TargetVerdict
+    from ..verdict.result import TargetVerdict
 
 KEY = "beads.seams"
 MOST_CUTS = 6  # places where beads were cut

@@ -25,7 +25,8 @@ from ..case.sections import Checks
 from ..failure import Where
 from ..job.job import Job
 from ..progress import Progress, counted
-from ..verdict.check import Result, check
+from ..verdict.check import check
+from ..verdict.result import Result
 from .angle_changes import RollFree, RollRange
 from .bead_trial import first_failure
 from .change import Change
@@ -51,17 +52,17 @@ TRIED_FIRST = 3  # beads that are tried before the whole part
 def remedies(
     result: Result, progress: Progress | None = None, seconds: float = np.inf, shown: int = SHOWN
 ) -> Iterator[Remedy]:
-    """Search what would help.
+    """Search changes of the case that make it feasible.
 
     Args:
-        result: an infeasible verdict; of a feasible one nothing comes.
+        result: an infeasible verdict; a feasible one yields nothing.
         progress: told how far it is.
-        seconds: of the processor's time, after which nothing further is tried (a busy machine changes no answer);
-            infinite: more is tried before it is given up.
-        shown: how many for the part as a whole.
+        seconds: processor time after which nothing further is tried (so a busy machine gives the same answer);
+            infinite: more changes are tried.
+        shown: largest number of changes for the whole part.
 
     Yields:
-        First what helps the part as a whole, then each group's smallest change; each as soon as it is known.
+        First changes that help the whole part, then the smallest change for each group; each as soon as it is known.
     """
     found = groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
     if not found:

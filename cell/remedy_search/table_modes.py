@@ -21,13 +21,14 @@ from slicing import Toolpath
 
 from ..arrays import Ints
 from ..case.read import with_changes
-from ..case.sections import Case, Table
+from ..case.sections import Case
+from ..case.table_section import Table
 from ..job.job import Job, prepare
 from ..job.table_groups import table_groups
 from ..progress import Progress, counted
 from ..table_poses.suited_poses import suited_poses
 from ..verdict.as_asked import check_as_asked
-from ..verdict.check import Result
+from ..verdict.result import Result
 from .remedy import Remedy
 
 WIDER_DEG = (15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 180.0)  # upright_deg

@@ -21,7 +21,7 @@ from ..json_text import StreamedItems
 from ..motion.deposition_speed import speed_document
 from ..rigid import inverse, pose
 from ..units import MARGIN_UNITS, METRES_PER_MM
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..verdict.table_use import table_use
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def report_document(
 
     Args:
         result: the verdict.
-        remedies: what would help, from ``cell.remedy_search.search``.
+        remedies: from ``cell.remedies``.
         all_reasons: by target what excludes its candidates, from ``cell.verdict.all_reasons``; None leaves the key out.
 
     Returns:

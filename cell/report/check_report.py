@@ -18,7 +18,7 @@ from slicing import share_of, worst_angle
 from ..job.part_input import found_lines
 from ..motion.deposition_speed import speed_document
 from ..units import METRES_PER_MM
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..verdict.severity import worst_first
 from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words, unit_word
@@ -38,7 +38,7 @@ def metal_in_words(d: dict[str, Any]) -> str:
     """Metal of `metal_document` in a few words."""
     return (
         f"{d['mass_g']:.0f} g, {d['wire_m']:.1f} m of wire; {d['laid_mm3']:.0f} mm3 laid, {d['share']:.0%} of the"
-        f" {d['wanted_mm3']:.0f} mm3 that the layers take"
+        f" {d['wanted_mm3']:.0f} mm3 that the layers need"
     )
 
 
@@ -86,7 +86,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     job, n = result.job, len(result.rows)
     layers = sum(job.layers)
     beads = int(job.targets.path.max()) + 1
-    made = job.case.slicing.strategy if job.sliced else "of a toolpath"
+    made = job.case.slicing.strategy if job.sliced else "from a toolpath"
     yield (
         "part",
         f"{len(job.layers)} sub-volume(s), {made}: {layers} layers, {beads} beads, {n} targets",
@@ -101,7 +101,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     if counts:
         yield "not reached", counts
     if looked < n:
-        yield "not looked at", f"{n - looked} of {n} targets: the part is lost without them (--all looks at every one)"
+        yield "not looked at", f"{n - looked} of {n} targets: the part is infeasible without them (--all checks them)"
     clearance, singular = least_document(result, "clearance"), least_document(result, "singularity")
     if clearance:
         yield (
@@ -128,7 +128,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         home = "" if motion.home_s is None else f" ({motion.home_s:.0f} s from home and back)"
         yield (
             "motion",
-            f"{motion.t_s[-1]:.0f} s, {motion.arc_time:.0f} s of them with the arc on, {motion.travel_time:.0f} s "
+            f"{motion.t_s[-1]:.0f} s, {motion.arc_time:.0f} s with the arc on, {motion.travel_time:.0f} s "
             f"travelling{home}{dwell}; {len(motion.t_s)} samples checked",
         )
         use = table_use(result)
@@ -155,7 +155,7 @@ def _worst(result: Result, every: bool) -> RenderableType:
         ("reason", "left"),
     ):
         table.add_column(name, justify=justify)  # type: ignore[arg-type]
-    table.add_column("what went wrong")
+    table.add_column("what is wrong")
     table.add_column("")
     shown = len(bad) if every else WORST
     for i in bad[:shown]:

@@ -161,7 +161,7 @@ def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str,
     dwell = f", {d['dwell_s']:.0f} s waiting" if d["dwell_s"] else ""
     yield (
         "motion",
-        f"{d['time_s']:.0f} s, {d['arc_on_s']:.0f} s of them with the arc on, {d['travel_s']:.0f} s travelling{dwell}; "
+        f"{d['time_s']:.0f} s, {d['arc_on_s']:.0f} s with the arc on, {d['travel_s']:.0f} s travelling{dwell}; "
         f"{d['rows']} rows, {d['samples']} samples checked",
     )
     for line in (*d["repaired"], *d["warnings"]):

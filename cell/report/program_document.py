@@ -237,4 +237,4 @@ def _facts(result: ProgramResult, document: dict[str, Any]) -> Iterator[tuple[st
     yield "program", f"{program.name}: {shown} in {max(len(program.files), 1)} file(s)"
     yield from motion_facts(result.found, document)
     if passed:
-        yield "passed over", passed
+        yield "not run", passed

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from ..verdict.all_reasons import Excluded
-from ..verdict.check import Result
 from ..verdict.failure_words import failure_in_words
+from ..verdict.result import Result
 from ..verdict.severity import worst_first
 from .check_report import WORST
 
@@ -77,7 +77,7 @@ def all_reasons_lines(
         ("target", "right"),
         ("reason", "left"),
         ("candidates", "right"),
-        ("the best of them", "left"),
+        ("the nearest to passing", "left"),
     ):
         table.add_column(name, justify=justify)  # type: ignore[arg-type]
     shown = found if every else sorted(worst_first(result)[:WORST])
@@ -94,6 +94,6 @@ def all_reasons_lines(
 def _candidate_in_words(result: Result, i: int, failure: Failure | None) -> str:
     if failure is None:
         why = result.rows[i].reason
-        return f"nothing is wrong with the target by itself; its verdict is {why}"
+        return f"the target by itself is free; its verdict is {why}"
     roll = "" if failure.roll_deg is None else f", at roll {failure.roll_deg:g}"
     return failure_in_words(failure) + roll

@@ -141,7 +141,7 @@ def scene_lines(found: SceneContents) -> Iterator[RenderableType]:
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column("link")
     table.add_column("shapes that collide", justify="right")
-    table.add_column("to look at only", justify="right")
+    table.add_column("visual only", justify="right")
     for name, hard, soft in found.links:
         table.add_row(name, str(hard) if hard else "none", str(soft))
     yield table
@@ -152,7 +152,8 @@ def _facts(found: SceneContents) -> Iterator[tuple[str, str]]:
     for a, b in found.always[:MOST_PAIRS]:
         yield (
             "always touch",
-            f"{a} - {b}: two links of one model need an <exclude>, a torch that stands in a link smaller shapes",
+            f"{a} - {b}: add an <exclude> for two links of one model, or make the shapes of a torch that "
+            "stands in a link smaller",
         )
     if len(found.always) > MOST_PAIRS:
         yield "always touch", f"and {len(found.always) - MOST_PAIRS} more"
@@ -160,11 +161,11 @@ def _facts(found: SceneContents) -> Iterator[tuple[str, str]]:
         yield "always touch", "no pair"
     for a, b, distance in found.at_home[:MOST_PAIRS]:
         yield "touch at home", f"{a} - {b} {distance:g} mm"
-    yield "nothing touches", f"in {100 * found.often:.0f} % of random configurations, but for what always does"
-    home = "none: set robot.home_deg, or give the MJCF a key home; a motion then begins and ends at the part"
+    yield "nothing touches", f"in {100 * found.often:.0f} % of random configurations, apart from the pairs above"
+    home = "none: a motion begins and ends at the part; set robot.home_deg, or give the MJCF a key home"
     yield "home", home if found.home_deg is None else ", ".join(f"{v:g}" for v in found.home_deg) + " deg"
     for name, turn in found.turning:
-        yield "whole turns", f"{name} has a range of {turn:g} deg: the same direction at several angles"
+        yield "whole turns", f"{name} has a range of {turn:g} deg: it has the same direction at several angles"
     for held in found.standing:
         yield "not planned", held
     for line in found.warnings:

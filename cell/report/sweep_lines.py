@@ -45,9 +45,9 @@ def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
     wide = all(len({row["E2_deg"] for row in rows}) <= MOST_COLUMNS for _, rows in shown)
     more = " (12+: at least 12)" if any(not row["searched"] for row in document["poses"]) else ""
     yield (
-        f"yes: feasible; numbers: targets that are not{more}"
+        f"yes: feasible; a number: count of infeasible targets{more}"
         if wide
-        else "#: feasible   + : .: ever more of the targets are not"
+        else "#: feasible; + below 10 %, : below 50 %, . more of the targets infeasible"
     )
     yield _best(best)
 

@@ -39,7 +39,10 @@ def links_without_shapes(
     hard = (model.geom_contype | model.geom_conaffinity) != 0
     link = link_of_body(model, (*arm_joints, *table_joints))[model.geom_bodyid]
     if not (hard & (piece == Piece.TOOL)).any():
-        text = "tool.model: no shape of the tool collides: it is not looked at; shapes need contype or conaffinity"
+        text = (
+            "tool.model: no shape of the tool collides, so collisions with it are not checked; shapes need "
+            "contype or conaffinity"
+        )
         yield Warning(Code.LINK_WITHOUT_SHAPES, text)
     for what, joints, kind in (("robot", arm_joints, Piece.ROBOT), ("positioner", table_joints, Piece.POSITIONER)):
         bare = []
@@ -49,7 +52,7 @@ def links_without_shapes(
                 bare.append(model.body(body).name)
         if bare:
             text = (
-                f"{what}.model: no shape of {', '.join(bare)} collides: what they hit is not looked at; "
+                f"{what}.model: no shape of {', '.join(bare)} collides, so collisions with it are not checked; "
                 "shapes need contype or conaffinity"
             )
             yield Warning(Code.LINK_WITHOUT_SHAPES, text)
@@ -69,16 +72,15 @@ def wires_told(model: mujoco.MjModel, wire_geom: NDArray[np.bool_]) -> Iterator[
     if not len(wires):
         yield Warning(
             Code.WIRE_SHAPE,
-            "tool.wire: no wire that collides: whether it runs through metal between nozzle and bead, or is drawn "
-            "through it on the way, is not looked at",
+            "tool.wire: no wire that collides: whether the wire runs through metal, at a bead or on a travel, is not "
+            "checked",
         )
     thick = [g for g in wires.tolist() if float(np.sort(model.geom_aabb[g, 3:])[0]) > THICK_WIRE]
     if thick:
         names = ", ".join(f"{model.geom(g).name} ({2e3 * np.sort(model.geom_aabb[g, 3:])[0]:.0f} mm)" for g in thick)
         yield Warning(
             Code.WIRE_SHAPE,
-            f"tool.wire: {names} thicker than any wire: what is named there is not held against the part; the wire "
-            "alone belongs there",
+            f"tool.wire: {names} is thicker than a wire: shapes named there may touch the part; name only the wire",
         )
 
 

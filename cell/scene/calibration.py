@@ -26,7 +26,7 @@ import numpy as np
 from ik.chain import Floats
 from slicing import Code, Warning
 
-from ..case.sections import Calibration, Positioner
+from ..case.cell_sections import Calibration, Positioner
 from ..errors import InputError
 from ..rigid import inverse, pose
 from ..units import METRES_PER_MM
@@ -109,9 +109,9 @@ def _in_order(pieces: Pieces, told: Positioner) -> list[str]:
     calibration = told.calibration
     assert calibration is not None
     if not told.joints:
-        raise InputError(f"{pieces.case.path}: positioner.calibration: a table without axes has none to be measured")
+        raise InputError(f"{pieces.case.path}: positioner.calibration: the table has no axes; leave it out")
     if (calibration.axis_2_mm_deg is not None) != (len(told.joints) == 2):
-        needed = "axis_2_mm_deg is needed" if len(told.joints) == 2 else "axis_2_mm_deg does not go with it"
+        needed = "axis_2_mm_deg is needed" if len(told.joints) == 2 else "leave axis_2_mm_deg out"
         raise InputError(
             f"{pieces.case.path}: positioner.calibration: the positioner has {len(told.joints)} axis(es): {needed}"
         )
@@ -215,8 +215,8 @@ def _deviations(measured: _Chain, drawn: _Chain, upright: float) -> list[Warning
     if not found:
         return []
     text = (
-        f"positioner.calibration: {'; '.join(found)}: the drawn shapes may not stand where the real ones do "
-        "(each axis turns about the z of its frame, and E = 0 is the pose given)"
+        f"positioner.calibration: {'; '.join(found)}: the shapes of the model may not stand where the real ones do "
+        "(each axis turns about the z of its frame; the frames are those at E = 0)"
     )
     return [Warning(Code.CALIBRATION_FAR, text)]
 

@@ -160,7 +160,7 @@ def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
     if given is None and not set(chain.names) <= home.keys():
         return None
     if given is None:
-        where = f"robot.model: the key home of {case.robot.model} (robot.home_deg goes before it)"
+        where = f"robot.model: the key home of {case.robot.model} (robot.home_deg replaces it)"
     rest = np.array([home[name] for name in chain.names]) if given is None else np.deg2rad(given)
     for name, value, low, high in zip(chain.names, *np.rad2deg([rest, chain.lower, chain.upper]), strict=True):
         if not low - 1e-6 <= value <= high + 1e-6:
@@ -176,8 +176,8 @@ def _without_home(case: Case, scene: Scene, arm: Held) -> tuple[Warning, ...]:
     return (
         Warning(
             Code.HOME_UNKNOWN,
-            f"robot.home_deg: not given, and {case.robot.model} has no key home ({has}): the ways from a home to the "
-            "part and back are not in the motion and not checked",
+            f"robot.home_deg: not given, and {case.robot.model} has no key home ({has}): the motion begins and ends at "
+            "the part, and the ways from home and back are not checked",
         ),
     )
 
@@ -204,12 +204,12 @@ def _check_wire(model: mujoco.MjModel, site: int, wires: NDArray[np.bool_], case
         if off > WIRE_OFF:
             raise InputError(
                 f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} is {off:.0f} deg off the wire "
-                f"{model.geom(geom).name}; it must run along it"
+                f"{model.geom(geom).name}; it must point along the wire"
             )
     if behind < -WIRE_AHEAD * length:  # a TCP is at the wire's end: the wire's middle lies behind it
         raise InputError(
             f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} points back along the wire into the nozzle; "
-            "it must point the way the wire is fed, out of the nozzle"
+            "it must point in the direction of wire feed, out of the nozzle"
         )
 
 

@@ -86,8 +86,8 @@ def pair_tool_with_arm(pieces: Pieces) -> None:
     _pair_links(wrist)
     if left_out:
         text = (
-            f"robot.model: {', '.join(left_out)} touch at every angle of {case.robot.joints[-1]}: shapes at the "
-            "flange, not held against each other"
+            f"robot.model: {', '.join(left_out)} touch at every angle of {case.robot.joints[-1]}: collisions of these "
+            "shapes at the flange with each other are not checked"
         )
         pieces.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
 
@@ -105,7 +105,10 @@ def _pair_links(wrist: _ToolPairs) -> None:
         else:
             pieces.world.add_pair(name="~".join(names), geomname1=names[0], geomname2=names[1])
     if left_out:
-        text = f"robot.model: {', '.join(left_out)} touch at every angle between them: not held against each other"
+        text = (
+            f"robot.model: {', '.join(left_out)} touch at every angle between them: their collision with each "
+            "other is not checked"
+        )
         pieces.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
 
 

@@ -21,7 +21,8 @@ import numpy as np
 from ik.chain import Floats
 from slicing import Code, Warning
 
-from ..case.sections import NO_TABLE, Case
+from ..case.cell_sections import NO_TABLE
+from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.asset_files import settle_files
 from ..mjcf.fitted_shapes import settle_fits
@@ -65,12 +66,12 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
     if not path.is_file():
         known = sorted(p.parent.name for p in MODELS_DIR.glob("*/*.xml"))
         raise InputError(
-            f"{case.path}: {what}.model: no file {path}; shipped models are {', '.join(known)}, anything else is a path"
+            f"{case.path}: {what}.model: no file {path}; give a path or one of the shipped models {', '.join(known)}"
         )
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise InputError(f"{path}: not an MJCF that MuJoCo reads: {one_line(error)}") from None
+        raise InputError(f"{path}: is not an MJCF that MuJoCo can read: {one_line(error)}") from None
     settle_files(spec, path)
     # bodies that are fused and shapes that are dropped would be missed where the model is compiled by itself: what is
     # told of a site or a shape is told in the frame of its own body. Masses say nothing here.
@@ -86,7 +87,9 @@ def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
     gone += [f"{len(pairs)} contact pair(s)"] if pairs else []
     gone += [f"{len(spec.flexes)} flex(es)"] if len(spec.flexes) else []
     if gone:
-        text = f"{what}.model: {' and '.join(gone)} left out of the cell: what they hold or name is not looked at"
+        text = (
+            f"{what}.model: {' and '.join(gone)} left out of the cell: collisions that only they name are not checked"
+        )
         pieces.warnings.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
     for kind in (*DRIVEN, "flexes"):  # names in them would have to follow; kinematics and contacts need none
         for element in list(getattr(spec, kind)):
@@ -288,8 +291,8 @@ def _without_shape(case: Case) -> tuple[Warning, ...]:
     return (
         Warning(
             Code.TABLE_WITHOUT_SHAPE,
-            "positioner: none: nothing of a table is in the cell; what carries the part is to be among the fixtures, "
-            "or a model with joints: []",
+            "positioner: none: the cell has no table; add what carries the part to fixtures, or give a model with "
+            "joints: []",
         ),
     )
 

@@ -152,7 +152,7 @@ class Scene:
                         f"(positioner.joints: {has})"
                     )
                 turn = (
-                    "; the same angle a turn on is inside"
+                    "; the same angle one turn further is inside"
                     if any(low <= value + k * 2 * np.pi <= high for k in (-1, 1))
                     else ""
                 )

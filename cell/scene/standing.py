@@ -56,16 +56,17 @@ def standing(scene: Scene, shape: PartShape) -> Iterator[Warning]:
         apart, found = _nearest(model, data, of_part, ground)
         if off_mm < -OFF_MM and apart < -(OFF_MM * METRES_PER_MM + (half_bead if beads else 0.0)):
             text = (
-                f"part.position_mm: the {what} is inside {names[found]}: its lower end is {-off_mm:.1f} mm below what "
-                "the part stands on"
+                f"part.position_mm: the {what} is inside {names[found]}: its lower end is {-off_mm:.1f} mm "
+                "below the surface "
+                "that the part stands on"
             )
             yield Warning(Code.PART_NOT_ON_SUPPORT, text, sub_volume=what if beads else "")
         if not beads and _nearest(model, data, of_part, carriers)[0] > OFF_MM * METRES_PER_MM:
             told = scene.case.part.body
             ends = told is not None and told.z_mm is None and told.radius_mm is not None and told.mesh is None
-            hint = " (part.body.z_mm is not given, so that it ends where its sub-volumes do)" if ends else ""
-            where = f"its lower end is {off_mm:.1f} mm above" if off_mm > OFF_MM else "it is beside"
-            text = f"part.position_mm: nothing carries the body: {where} what the part stands on{hint}"
+            hint = " (part.body.z_mm is not given, so the body ends where its sub-volumes end)" if ends else ""
+            where = f"its lower end is {off_mm:.1f} mm above" if off_mm > OFF_MM else "it stands beside"
+            text = f"part.position_mm: nothing carries the body: {where} the surface that the part stands on{hint}"
             yield Warning(Code.PART_NOT_ON_SUPPORT, text)
 
 
@@ -94,7 +95,7 @@ def sunk(scene: Scene) -> Iterator[Warning]:
         if apart < -SUNK_MM * METRES_PER_MM:
             text = (
                 f"fixtures.{name}.position_mm: it reaches {-apart / METRES_PER_MM:.1f} mm into "
-                f"{scene.geom_name(other)}, which never moves against it: the two are not held against each other"
+                f"{scene.geom_name(other)}, which never moves relative to it: the collision of the two is not checked"
             )
             yield Warning(Code.FIXTURE_SUNK, text)
 

@@ -69,11 +69,11 @@ def _check(model: mujoco.MjModel, joints: list[int], table: int, case: Case) -> 
     for name, joint in zip(case.positioner.joints, joints, strict=True):
         where = f"{case.path}: positioner.joints: {name}"
         if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
-            raise InputError(f"{where} is not a hinge; tables that tilt and turn are supported")
+            raise InputError(f"{where} is not a hinge; only hinges are supported")
         if joint not in above:
             raise InputError(f"{where} does not turn the table (site {case.positioner.table})")
     if len(joints) == 2 and above.index(joints[0]) < above.index(joints[1]):
         raise InputError(
             f"{case.path}: positioner.joints: {case.positioner.joints[1]} carries {case.positioner.joints[0]}; "
-            "list the one that carries the other first (tilt, then turn)"
+            "list the joint that carries the other first (tilt, then turn)"
         )

@@ -19,7 +19,8 @@ from manifold3d import Manifold
 from ik.chain import Floats
 from slicing import Code, Mesh, PartShape, Warning
 
-from ..case.sections import Case, Fixture
+from ..case.cell_sections import Fixture
+from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.convex_pieces import ConvexPieces, convex_pieces
 from ..units import METRES_PER_MM
@@ -127,8 +128,8 @@ def _filled_body(case: Case, part: PartShape) -> Iterator[Warning]:
     excess = Manifold.hull_points(mesh.vertices).volume() / abs(volume) - 1 if volume else np.inf
     if excess > FILLED:
         text = (
-            f"part.body.mesh: its convex hull counts, {100 * excess:.0f} % more than its volume, which fills its "
-            "hollows; part.body.profile_mm is exact for a turned body"
+            f"part.body.mesh: collisions are checked with its convex hull, which fills its hollows and has "
+            f"{100 * excess:.0f} % more volume; part.body.profile_mm is exact for a turned body"
         )
         yield Warning(Code.CONCAVE_BODY, text)
 
@@ -146,9 +147,13 @@ def add_fixture(pieces: Pieces, fixture: Fixture) -> None:
     """
     case, world = pieces.case, pieces.world
     if not fixture.name.strip() or not fixture.name.isprintable():
-        raise InputError(f"{case.path}: fixtures: {fixture.name!r} is no name: one line of printable characters is")
+        raise InputError(
+            f"{case.path}: fixtures: {fixture.name!r} is not a name; one line of printable characters is needed"
+        )
     if "/" in fixture.name or world.geom(fixture.name) or world.body(f"fixture/{fixture.name}"):
-        raise InputError(f"{case.path}: fixtures: the name {fixture.name!r} is taken, or holds a /; choose another")
+        raise InputError(
+            f"{case.path}: fixtures: the name {fixture.name!r} is already used, or contains a /; choose another"
+        )
     parent, name = world.worldbody, f"fixture/{fixture.name}"
     if fixture.on == "table":
         pos, quat = pieces.table
@@ -212,10 +217,12 @@ def _solids(pieces: Pieces, fixture: Fixture, shape: dict[str, Any]) -> Iterator
     except ValueError as error:
         raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
     if found.excess > FILLED:
-        more = "its convex hull counts, since it is not closed"
+        more = "collisions are checked with its convex hull, since it is not closed"
         if np.isfinite(found.excess):
-            more = f"it counts with {100 * found.excess:.0f} % more than its volume, which fills some of its hollows"
-        text = f"fixtures.{fixture.name}.mesh: {more}; several fixtures of simple shapes would be exact"
+            more = (
+                f"the shape for collisions has {100 * found.excess:.0f} % more volume, which fills some of its hollows"
+            )
+        text = f"fixtures.{fixture.name}.mesh: {more}; several fixtures of simple shapes are exact"
         pieces.warnings.append(Warning(Code.CONCAVE_FIXTURE, text))
     if len(found.pieces) == 1:
         yield {**shape, "name": fixture.name}

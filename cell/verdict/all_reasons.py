@@ -18,7 +18,7 @@ import numpy as np
 from ..failure import Effort, Failure, Kind
 from ..planning.configurations import Nodes, evaluate
 from ..planning.context import Context
-from .check import Result
+from .result import Result
 
 ORDER = ("unreachable", "joint_limit", "singular", "collision", "free")
 BLOCK = 256  # targets evaluated together
@@ -39,7 +39,7 @@ class Excluded:
     failure: Failure | None
 
     def document(self) -> dict[str, Any]:
-        """As the report has it."""
+        """As reports write it."""
         measure = {} if self.failure is None else self.failure.document()
         return {"reason": self.reason, "candidates": self.candidates, **measure}
 

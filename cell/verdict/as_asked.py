@@ -10,7 +10,8 @@ from ..case.sections import Case
 from ..job.job import Job, prepare
 from ..processes import working
 from ..progress import Progress
-from .check import Result, check
+from .check import check
+from .result import Result
 
 
 def check_as_asked(job: Job, progress: Progress | None = None, *, jobs: int = 1) -> Result:

@@ -16,9 +16,10 @@ from ..processes import processor_time
 from ..progress import Progress, phase
 from ..scene.scene import table_angles
 from ..table_poses.suited_poses import suited_poses, upright_poses
-from .check import Result, SpanVerdict, standing_result
+from .check import SpanVerdict, standing_result
 from .group_verdicts import GroupVerdicts, Trial, place_of
 from .indexed import unproved
+from .result import Result
 
 CHECKS = 6  # poses that are checked whole
 

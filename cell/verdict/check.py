@@ -13,26 +13,22 @@ Radians and metres.
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ik.chain import Floats
 from slicing import Code, Warning
 
-from ..case.sections import REASONS
 from ..collision.table import table_alone
 from ..failure import Contact, Failure, Kind
 from ..job.job import Job
-from ..job.unsupported import past_horizontal, unsupported_targets
+from ..job.unsupported import unsupported_targets
 from ..motion.motion import Motion
 from ..part_chunks.chunked_plan import Shared, plan_in_chunks
 from ..part_chunks.chunked_run import PartRun, run_in_chunks
 from ..part_chunks.chunking import USUAL, Chunking
-from ..part_chunks.least import Least as Least
-from ..part_chunks.least import least_margin, least_sigma, nearest_sample, samples_of
+from ..part_chunks.least import Least, least_margin, least_sigma, nearest_sample, samples_of
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
 from ..planning.lockouts import with_lockouts
@@ -44,188 +40,7 @@ from ..progress import Progress, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..units import METRES_PER_MM
-
-NOT_LOOKED_AT = "not_looked_at"  # in place of a reason
-
-
-@dataclass(frozen=True, eq=False)
-class TargetVerdict:
-    """The verdict on one target.
-
-    Attributes:
-        failure: what is wrong with it or on the way to it; None where it is feasible or was not looked at.
-        q: the configuration it is welded in, (j,), rad; None where infeasible.
-        attempt: of an infeasible target the best attempt, (j,), rad, if there is one.
-        looked_at: False of a target of a part that was lost before it; then nothing is said of it.
-    """
-
-    failure: Failure | None
-    q: Floats | None
-    attempt: Floats | None = None
-    looked_at: bool = True
-
-    @property
-    def reason(self) -> str | None:
-        """None where it is feasible, else one of ``REASONS``, or ``NOT_LOOKED_AT``."""
-        if not self.looked_at:
-            return NOT_LOOKED_AT
-        return None if self.failure is None else self.failure.reason
-
-    @property
-    def verdict(self) -> str:
-        """One word: feasible, infeasible, or ``NOT_LOOKED_AT``."""
-        if not self.looked_at:
-            return NOT_LOOKED_AT
-        return "feasible" if self.failure is None else "infeasible"
-
-    @property
-    def proved(self) -> bool:
-        """Of an infeasible target, whether every configuration was looked at."""
-        return self.failure is not None and bool(self.failure.proved)
-
-    @property
-    def pair(self) -> tuple[str, ...]:
-        """Names of the geoms that are too near; empty where none are."""
-        return () if self.failure is None else self.failure.pair
-
-    @property
-    def detail(self) -> dict[str, Any]:
-        """The failure as reports have it; empty where it is feasible."""
-        return {} if self.failure is None else self.failure.document()
-
-
-@dataclass(frozen=True)
-class BuiltAt:
-    """Layers and the pose of the table that they are built at.
-
-    Attributes:
-        sub_volume: name of the sub-volume.
-        layers: first and last layer.
-        E1_deg: as asked for, or found.
-        E2_deg: likewise.
-        first: first target.
-        stop: one past the last.
-    """
-
-    sub_volume: str
-    layers: tuple[int, int]
-    E1_deg: float
-    E2_deg: float
-    first: int
-    stop: int
-
-    def document(self) -> dict[str, Any]:
-        """As the case's ``table.poses`` takes it."""
-        return {
-            "sub_volume": self.sub_volume,
-            "layers": list(self.layers),
-            "E1_deg": self.E1_deg,
-            "E2_deg": self.E2_deg,
-        }
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """The verdict on a case, with the table at one pose or moving.
-
-    Attributes:
-        job: what was checked.
-        asked: E1, E2 as asked for, deg.
-        table: E1, E2 as the positioner stands, rad.
-        placed: the targets in the base frame.
-        rows: one a target.
-        clearance: least clearance along what was followed, between its samples too where there is a
-            motion, m; None where nothing was nearer than 50 mm.
-        singularity: least margin as a multiple of its limit, with its kind; None where nothing was followed.
-        sigma: smallest singular value of the scaled Jacobian on the way.
-        gravity: angle between the deposition direction and up of every target, (n,), rad.
-        motion: the whole motion, None where infeasible.
-        seconds: processor time that the check took.
-        mode: as of the case's ``table.mode``: how the table was moved, or its pose found.
-        poses: what is built at which pose of the table, in order; empty where that is all at one.
-        moved: E1, E2 at every target, (n, 2), rad; None where the table stands still.
-    """
-
-    job: Job
-    asked: tuple[float, float]
-    table: tuple[float, float]
-    placed: Placed
-    rows: tuple[TargetVerdict, ...]
-    clearance: Least | None
-    singularity: Least | None
-    sigma: float | None
-    gravity: Floats
-    motion: Motion | None
-    seconds: float = field(default=0.0, kw_only=True)
-    mode: str = field(default="fixed", kw_only=True)
-    poses: tuple[BuiltAt, ...] = field(default=(), kw_only=True)
-    moved: Floats | None = field(default=None, kw_only=True)
-
-    @property
-    def tables(self) -> Floats:
-        """E1, E2 at every target, (n, 2), rad."""
-        return np.tile(self.table, (len(self.rows), 1)) if self.moved is None else self.moved
-
-    def to_frame(self) -> dict[str, Any]:
-        """The targets as columns, for a table of any library: ``pandas.DataFrame(result.to_frame())``.
-
-        Returns:
-            By name, each (n,): numbers, positions (part frame, mm), deposition directions, reasons ("" where
-            feasible, "not_looked_at" where neither), whether they are proved, and the configurations (deg, NaN where
-            there is none).
-        """
-        t = self.job.targets
-        q = np.full((len(t), self.job.chain.n), np.nan)
-        for i, row in enumerate(self.rows):
-            if row.q is not None:
-                q[i] = row.q
-        names = np.array(t.sub_volume)[t.sub_volume_index]
-        out: dict[str, Any] = {"target": np.arange(len(t)), "sub_volume": names, "layer": t.layer, "bead": t.path}
-        out |= {f"{axis}_mm": t.position[:, k] for k, axis in enumerate("xyz")}
-        out |= {f"n{axis}": t.normal[:, k] for k, axis in enumerate("xyz")}
-        out["thickness_mm"], out["speed_mm_s"] = t.thickness_mm, t.speed_mm_s
-        out["feasible"] = np.array([row.reason is None for row in self.rows])
-        out["reason"] = np.array([row.reason or "" for row in self.rows])
-        out["looked_at"] = np.array([row.looked_at for row in self.rows])
-        out["proved"] = np.array([row.proved for row in self.rows])
-        out["off_upright_deg"] = np.rad2deg(self.gravity)
-        return out | {f"{name}_deg": np.rad2deg(q[:, k]) for k, name in enumerate(self.job.chain.names)}
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The job's, and what is to be said of this pose of the table."""
-        return (*self.job.warnings, *past_horizontal(self.job.case, self.gravity))
-
-    @property
-    def feasible(self) -> bool:
-        """Whether the whole part can be built."""
-        return self.motion is not None
-
-    @property
-    def failures(self) -> dict[int, Failure]:
-        """What is wrong, by target."""
-        return {i: row.failure for i, row in enumerate(self.rows) if row.failure is not None}
-
-    @property
-    def infeasible(self) -> int:
-        """How many targets cannot be welded, of those that were looked at."""
-        return sum(row.failure is not None for row in self.rows)
-
-    @property
-    def looked_at(self) -> int:
-        """How many targets were looked at; all of a part that is feasible."""
-        return sum(row.looked_at for row in self.rows)
-
-    @property
-    def not_looked_at(self) -> int:
-        """How many targets of a part that is lost were not looked at."""
-        return len(self.rows) - self.looked_at
-
-    @property
-    def reasons(self) -> dict[str, int]:
-        """Infeasible targets by reason, of those that were looked at, every reason named."""
-        count = Counter(row.reason for row in self.rows)
-        return {reason: count[reason] for reason in REASONS}
+from .result import Result, TargetVerdict
 
 
 @phase("checking", spins=False)
@@ -237,15 +52,15 @@ def check(
     *,
     jobs: int = 1,
 ) -> Result:
-    """Check every target, every bead and the way between them.
+    """Check every target, every bead and the travels between them.
 
     Args:
         job: from ``cell.job.job.prepare``.
         E1_deg: tilt of the table.
-        E2_deg: turn of the table; taken a whole turn on where only that is in the axis' range.
+        E2_deg: turn of the table; a whole turn is added or subtracted if only that lies in the axis' range.
         progress: told how far it is.
-        jobs: processes that a large part is shared out among; the verdict does not depend on it. With more than one
-            the script that calls this needs ``if __name__ == "__main__":``, as with ``multiprocessing``.
+        jobs: number of processes for a large part; the verdict does not depend on it. With more than one
+            the calling script needs ``if __name__ == "__main__":``, as with ``multiprocessing``.
 
     Returns:
         The verdict.
@@ -374,7 +189,7 @@ def _short_retracts(context: Context, plan: PartPlan, home: HomeWays | None) -> 
     least, target = min(short)
     text = (
         f"the torch is drawn back by less than process.retract_mm {asked / METRES_PER_MM:g} at {len(short)} ends of"
-        f" beads, where no more is free: least {least / METRES_PER_MM:.1f} mm, at target {target}"
+        f" beads, because no more is free: least {least / METRES_PER_MM:.1f} mm, at target {target}"
     )
     return [Warning(Code.SHORT_RETRACT, text)]
 
@@ -387,7 +202,7 @@ def _table_in_the_way(job: Job, table: tuple[float, float], stage: int) -> Failu
     contact = Contact(
         pair=tuple(job.scene.geom_name(int(g)) for g in found.pair[0]),
         world_xyz_mm=tuple(round(float(v) / METRES_PER_MM, 2) for v in found.position[0]),
-        note="the table and what stands on it, whatever the arm does",
+        note="the table and what stands on it, in any pose of the arm",
     )
     distance = round(float(found.distance[0]) / METRES_PER_MM, 3)
     return Failure(Kind.COLLISION, measure=distance, limit=0.0, contact=contact, proved=True)

@@ -34,7 +34,8 @@ from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
 from ..verification.blended_motion import sampled_runs, table_blend_collisions
 from ..verification.collisions import stages, table_collisions
-from .check import Result, SpanVerdict, TargetVerdict, check_span, failed, off_upright
+from .check import SpanVerdict, check_span, failed, off_upright
+from .result import Result, TargetVerdict
 
 LEANS = 4  # directions in which the table may lean where it does no good upright
 LEAN = 0.5  # of the cone

@@ -34,7 +34,7 @@ def failure_in_words(failure: Failure) -> str:
     if failure.kind is Kind.OVERHANG:
         return _overhang(failure)
     if failure.kind is Kind.GRAVITY:
-        return f"{_number(failure.measure):.1f} deg off up, limit {failure.limit:g}"
+        return f"{_number(failure.measure):.1f} deg off upright, limit {failure.limit:g}"
     if failure.where is Where.ROWS:
         return _rows(failure)
     if failure.kind is Kind.DEPOSITION_SPEED:
@@ -54,7 +54,7 @@ def _reach(failure: Failure) -> str:
     effort, measure = failure.effort, failure.measure
     if measure is not None:
         beyond = np.copysign(1.0, measure) > 0
-        return f"{abs(measure):.1f} mm " + ("beyond the arm's reach" if beyond else "too close to fold up for")
+        return f"{abs(measure):.1f} mm " + ("beyond the arm's reach" if beyond else "inside the arm's least reach")
     assert effort is not None
     return effort.note or f"not found from {effort.seeds} seeds at {effort.rolls} roll(s)"
 
@@ -70,7 +70,7 @@ def _overhang(failure: Failure) -> str:
     assert isinstance(failure.cause, Hanging)
     out = "with nothing below anywhere" if failure.measure is None else f"up to {failure.measure:.1f} mm"
     area = failure.cause.area_mm2
-    return f"{area:.1f} mm2 stand out over what lies below, {out}, limit {failure.limit:g}"
+    return f"{area:.1f} mm2 overhang what lies below, {out}, limit {failure.limit:g}"
 
 
 def _deposition(failure: Failure) -> str:
@@ -86,7 +86,7 @@ def _hit(failure: Failure, contact: Contact) -> str:
     digits = 1 if round(distance, 1) < needed or distance >= needed else 3
     words = f"{' - '.join(contact.pair)} {distance:.{digits}f} mm"
     if contact.seen is Seen.BETWEEN_SAMPLES:
-        return f"{words} at a sample, not proved to keep {needed:g} between it and the next"
+        return f"{words} at a sample; {needed:g} mm are not proved between this sample and the next"
     return f"{words}, needs {needed:g}" + (" where a corner is rounded" if contact.seen is Seen.ROUNDED else "")
 
 
@@ -106,13 +106,13 @@ def _way(place: Place) -> str:
 def _on_a_way(failure: Failure) -> str:
     words, effort = _what(failure.root), failure.effort
     if failure.kind is Kind.CONFIGURATION_CHANGE:
-        words = f"no configuration leads on{': ' if words else ''}{words}"
+        words = f"no configuration goes on{': ' if words else ''}{words}"
     if effort is not None:
         if effort.retract_mm is not None and effort.reached_mm is not None:
             drawn = f"{effort.reached_mm:.0f} of {effort.retract_mm:g} mm drawn back"
             words += f" after {drawn} (process.retract_mm)"
         if effort.attempts is not None:
-            shut = f", shut in while {effort.shut_in}" if effort.shut_in else ""
+            shut = f", the torch is shut in while {effort.shut_in}" if effort.shut_in else ""
             words = f"no way found in {effort.attempts} attempts (process.travel_attempts){shut}; {words}"
         elif effort.shut_in:
             words += f" while {effort.shut_in}"
@@ -144,20 +144,20 @@ def _program(failure: Failure) -> str:
     """What is wrong with a robot program; empty where it is wrong with any motion."""
     measure, limit = failure.measure or 0.0, failure.limit or 0.0
     return {
-        Kind.OUT_OF_REACH: "the arm does not reach it in the configuration that it is in",
-        Kind.NO_CONFIGURATION: f"the arm would jump by {measure:g} deg: its configuration does not go on",
-        Kind.TOOL_OFF: f"its tool is {measure:g} mm off the case's torch, allowed {limit:g}",
-        Kind.TOOL_TURNED: f"its tool is turned by {measure:g} deg off the case's torch, allowed {limit:g}",
+        Kind.OUT_OF_REACH: "the arm cannot reach the point in its present configuration",
+        Kind.NO_CONFIGURATION: f"the arm would jump by {measure:g} deg: its configuration ends here",
+        Kind.TOOL_OFF: f"its tool is {measure:g} mm off the case's torch, {limit:g} are allowed",
+        Kind.TOOL_TURNED: f"its tool is turned by {measure:g} deg off the case's torch, {limit:g} are allowed",
         Kind.BASE_STANDS: f"its base stands still while the table moves by {measure:g} deg",
-        Kind.BASE_ROOT: f"its table's root is {measure:g} mm off the case's positioner, allowed {limit:g}",
-        Kind.NOT_GIVEN: f"{failure.axis} is given by no point up to here: where the table stands is not known",
-        Kind.BLEND: f"corners rounded over {measure:g} mm (C_DIS), checked are {limit:g} (process.blend_mm)",
+        Kind.BASE_ROOT: f"its table's root is {measure:g} mm off the case's positioner, {limit:g} are allowed",
+        Kind.NOT_GIVEN: f"no point up to here gives {failure.axis}: the position of the table is not known",
+        Kind.BLEND: f"corners are rounded over {measure:g} mm (C_DIS), {limit:g} are checked (process.blend_mm)",
         Kind.ARC_CORNER: f"the corner where the arc goes on or off is rounded over {measure or '?'} mm",
-        Kind.PTP_WITH_ARC: "a PTP with the arc on: its speed is not that of the TCP",
+        Kind.PTP_WITH_ARC: "a PTP with the arc on: the speed of the TCP is not controlled",
         Kind.ARC_LEFT_ON: "the arc is left on",
         Kind.ARC_ON_AGAIN: "the arc is on already",
         Kind.ARC_OFF_AGAIN: "the arc is off already",
-        Kind.PATH_SPEED: f"{measure:g} m/s asked of the TCP, no arm has more than {limit:g}",
+        Kind.PATH_SPEED: f"{measure:g} m/s set for the TCP, no arm reaches more than {limit:g}",
     }.get(failure.kind, "")
 
 
@@ -171,7 +171,7 @@ def _rows(failure: Failure) -> str:
         return f"{failure.axis} {measure:g} deg outside its range"
     if failure.contact is not None:
         seen = {
-            Seen.BETWEEN_ROWS: "nothing proves the way between rows free: ",
+            Seen.BETWEEN_ROWS: "not proved free between rows: ",
             Seen.ROUNDED: "where a corner is rounded: ",
         }
         near = "" if measure is None else f" {measure:.1f} mm"
@@ -188,9 +188,9 @@ def _rows(failure: Failure) -> str:
 def _rows_speed(failure: Failure) -> str:
     measure, limit = _number(failure.measure), failure.limit
     if failure.kind is Kind.DEPOSITION_SPEED:
-        return f"{100 * measure:.0f} % of the deposition speed from target {failure.from_target}"
+        return f"{100 * measure:.0f} % of the deposition speed held from target {failure.from_target}"
     if failure.kind is Kind.STANDSTILL:
-        return f"the arc burns for {measure:g} s at a standstill, allowed {limit:g} s"
+        return f"the arc burns for {measure:g} s at a standstill, {limit:g} s are allowed"
     return f"{failure.axis} needs {measure:.1f} {failure.unit}, has {limit:g}"
 
 
@@ -204,10 +204,10 @@ def _rows_place(failure: Failure) -> str:
         return f"bead {failure.cause.bead} {after}"
     return {
         Kind.GOES_BACK: f"goes back by {measure:g} mm along its bead",
-        Kind.SKIPS: f"gets on along its bead by {measure:g} mm more than it moves",
-        Kind.OFF_BEAD: f"TCP {measure:g} mm off the bead, allowed {limit or 0:g}",
-        Kind.OFF_WIRE: f"wire {measure:g} deg off its direction, allowed {limit or 0:g}",
-        Kind.ROLL_OUTSIDE: f"roll {measure:g} deg outside what the case allows",
+        Kind.SKIPS: f"skips {measure:g} mm of its bead: it moves less than it advances",
+        Kind.OFF_BEAD: f"TCP {measure:g} mm off the bead, {limit or 0:g} are allowed",
+        Kind.OFF_WIRE: f"wire {measure:g} deg off its direction, {limit or 0:g} are allowed",
+        Kind.ROLL_OUTSIDE: f"roll {measure:g} deg outside the rolls of the case",
     }[kind]
 
 

@@ -26,23 +26,22 @@ from ..job.build_order import LayerRun
 from ..job.job import Job
 from ..job.reordered import in_order
 from ..job.table_groups import TableGroup, table_groups
-from ..job.table_section_check import BODY
+from ..part_chunks.least import Least
 from ..planning.assemble import with_ways
 from ..planning.context import Context
 from ..planning.travels.home import HomeWays
-from ..processes import Tick, processor_time
+from ..processes import processor_time
 from ..progress import Progress, counted, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..table_poses.indexed_motion import joined_motion
-from ..table_poses.layer_order import shortest_order
-from ..table_poses.locked_layers import locked_layers
 from ..table_poses.nearer_place import CheckedWay, TurnEnd, nearer_place
-from ..table_poses.side_by_side import crew_for
-from ..table_poses.suited_poses import SuitedPose, suited_poses, upright_band, upright_poses
+from ..table_poses.suited_poses import SuitedPose, upright_band
 from ..table_poses.table_turn import Angles, TableTurn, TurnSearch, nearest_turn, turn_time
-from .check import BuiltAt, Least, Result, SpanVerdict, TargetVerdict, failed, off_upright
+from .check import SpanVerdict, failed, off_upright
 from .group_verdicts import GroupVerdicts, Trial, place_of
+from .order_search import OrderSearch
+from .result import BuiltAt, Result, TargetVerdict
 
 CHECKS = 4  # poses of a group that are checked whole
 ORDERS = 4  # orders of layers that are tried
@@ -87,7 +86,7 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
     begun = processor_time()
     if job.case.table.poses:
         return replace(_Build(job, progress).result(), seconds=processor_time() - begun)
-    search = _OrderSearch(job)
+    search = OrderSearch(job)
     best: Result | None = None
     tried: list[list[LayerRun]] = []
     # what is learned may leave no order but one that is known
@@ -101,50 +100,6 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
             break
     assert best is not None
     return replace(best, seconds=processor_time() - begun)
-
-
-def _suited(job: Job, group: TableGroup, _: Tick) -> list[SuitedPose]:
-    """The poses that suit a group."""
-    return suited_poses(job, group)
-
-
-class _OrderSearch:
-    """Poses for the sub-volumes, and orders of their layers."""
-
-    def __init__(self, job: Job) -> None:
-        self.job = job
-        groups = {group.sub_volume: group for group in table_groups(job)}
-        found = crew_for(job).run(_suited, job, list(groups.values()))
-        self.suited = dict(zip(groups, found, strict=True))
-        lost = any(not suited for suited in self.suited.values())
-        for name, group in groups.items():
-            if not self.suited[name]:  # nothing can hold: the most upright one says why
-                poses, band = upright_poses(job, group)
-                self.suited[name] = [SuitedPose(int(band[0]), 0, (float(poses[0][0]), float(poses[0][1])))]
-        best = [self.suited[name][0].pose if name in groups else None for name in job.targets.sub_volume]
-        # a part that is lost whatever comes first is not looked at for what locks out what
-        self.needs = locked_layers(job, [None] * len(best) if lost else best)
-        at = [pose or (0.0, 0.0) for pose in best]
-        self.seconds = np.array([[turn_time(job, a, nearest_turn(job.scene, b, a)) for b in at] for a in at])
-
-    def runs(self) -> list[LayerRun]:
-        """The order to try next."""
-        layers = self.job.layers
-        fixed = int(self.job.targets.sub_volume[0] == BODY)
-        natural = [(k, 0, count - 1) for k, count in enumerate(layers)]
-        return shortest_order(layers, self.seconds, self.needs, fixed) or natural
-
-    def learned(self, result: Result) -> bool:
-        """Take note of layers that lock out others in a result; whether there are any that were not known."""
-        t, names = result.job.targets, list(self.job.targets.sub_volume)
-        new = False
-        for i, row in enumerate(result.rows):
-            own, layer = int(t.sub_volume_index[i]), int(t.layer[i])
-            for other in () if row.failure is None else row.failure.locked_by:
-                a = names.index(other.sub_volume)
-                if a != own and other.layer < self.needs[own][layer, a]:
-                    self.needs[own][layer, a], new = other.layer, True
-        return new
 
 
 class _Build:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..failure import Kind
-from .check import Result, TargetVerdict
+from .result import Result, TargetVerdict
 
 GRAVEST_FIRST = ("unreachable", "joint_limit", "collision", "singular", "no_path", "speed", "gravity", "overhang")
 

@@ -21,7 +21,7 @@ from ..job.table_winding import upright_of
 from ..motion.motion import Motion
 from ..rigid import great_circle
 from ..scene.placement import Placed
-from .check import Result
+from .result import Result
 
 PLACES = np.linspace(0.0, 1.0, 9)  # between a target and the next at which the direction is looked at
 STILL = np.deg2rad(0.01)  # a turn back by less is none
@@ -79,8 +79,8 @@ class TableUse:
             if deg >= LEAST_TURN_DEG
         )
         return (
-            f"up to {self.max_deg:.1f} deg off up (target {self.at_target}), {self.mean_deg:.1f} in the mean, "
-            f"{100 * self.share_within:.0f} % of the length within {self.within_deg:g}"
+            f"up to {self.max_deg:.1f} deg off upright (target {self.at_target}), {self.mean_deg:.1f} deg on average, "
+            f"{100 * self.share_within:.0f} % of the length within {self.within_deg:g} deg"
             f"{f'; {turns}' if turns else ''}; {self.slowest_axis} at {100 * self.slowest_share:.0f} % of its speed"
             " while welding"
         )

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .check import TargetVerdict
 from .failure_words import failure_in_words
+from .result import TargetVerdict
 
 
 def in_words(row: TargetVerdict) -> str:
@@ -30,5 +30,5 @@ def speed_in_words(d: dict[str, Any]) -> str:
     why = f" ({d['axis']}'s {d['by']})" if d["axis"] else ""
     return (
         f"held to {100 * d['least_share']:.0f} % or more over every 5 mm, least from target "
-        f"{d['from_target']}{why}; {d['slowed_s']:.0f} s on ways below 98 %"
+        f"{d['from_target']}{why}; {d['slowed_s']:.0f} s below 98 %"
     )

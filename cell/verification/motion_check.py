@@ -43,21 +43,21 @@ ROLL_SLACK = np.deg2rad(0.05)
 
 @dataclass(frozen=True, eq=False)
 class MotionResult:
-    """What was found of a motion.
+    """Result of the check of a motion.
 
     Attributes:
-        job: what it was held against.
+        job: the job that it was checked against.
         read: the motion and what was repaired in it.
         findings: what is wrong, in the order of the rows.
-        welded: targets that are welded.
-        samples: configurations looked at.
+        welded: which targets are welded.
+        samples: number of configurations checked.
         clearance: least clearance, m, with the row and the geoms; None where nothing is nearer than 50 mm.
-        singularity: the margin that is smallest against its limit, with its kind and row; None without an arc.
+        singularity: the margin that is smallest relative to its limit, with its kind and row; None without an arc.
         sigma: smallest singular value while welding.
         bead_distance: greatest distance from the bead, m, and the row.
         wire_angle: greatest angle of the wire off its direction, rad, and the row.
         use: greatest share of its speed, and of its acceleration, that any axis needs, (2, j + 2).
-        held_speed: how far the deposition speed is held.
+        held_speed: how well the deposition speed is held.
         warnings: one line each, the job's first.
     """
 
@@ -82,7 +82,7 @@ class MotionResult:
 
 
 def check_motion(job: Job, read: ReadMotion) -> MotionResult:
-    """Hold a motion against the cell.
+    """Check a motion in the cell.
 
     Args:
         job: from ``cell.job.job.prepare``.
@@ -340,7 +340,7 @@ def _gravity_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
 
 
 def _hanging_findings(job: Job, motion: Motion) -> list[Finding]:
-    """Rows on which what is welded lies over nothing, by the case's limit."""
+    """Rows on which what is welded overhangs, by the case's limit."""
     found, row = unsupported_targets(job), np.arange(len(motion.t_s))
     over = np.isin(motion.target, list(found)) & (np.asarray(motion.arc) == 1)
     return [

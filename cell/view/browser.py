@@ -29,7 +29,7 @@ from .stage_scene import StagedScene
 from .web_guard import Guard
 
 if TYPE_CHECKING:
-    from ..verdict.check import Result
+    from ..verdict.result import Result
     from .colours import Colouring
 
 LOOPBACK = "127.0.0.1"
@@ -37,8 +37,8 @@ PORTS = range(8080, 8180)  # of which the first free one is taken
 PIECES = 600  # of beads; the rest is for marks and normals
 RESTING = 0.02  # s between looks for a browser
 WARNING = (
-    "rbam: anyone who reads this address can watch and steer, and what is sent is not encrypted. "
-    "A browser elsewhere needs https or ssh -L {port}:localhost:{port}\n"
+    "rbam: anyone who has this address can watch and control the replay, and the connection is not encrypted. "
+    "A browser on another machine needs https or ssh -L {port}:localhost:{port}\n"
 )
 
 
@@ -86,7 +86,7 @@ def listen(host: str, port: int) -> Iterator[Address]:
     try:
         family, kind, _, _, where = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
     except OSError as error:
-        raise InputError(f"--host: {host!r} is no address ({error.strerror or error})") from None
+        raise InputError(f"--host: {host!r} is not an address ({error.strerror or error})") from None
     sock = socket.socket(family, kind)
     try:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -113,7 +113,7 @@ def replay_in_browser(
     """Serve a result to browsers until Ctrl-C is pressed.
 
     Args:
-        result: from ``cell.verdict.check.check``.
+        result: from ``cell.check``.
         place: from :func:`listen`.
         speed: times real time.
         loop: whether to start again at the end.
@@ -200,7 +200,7 @@ def _opened(staged: StagedScene, player: Player, place: Address) -> tuple[Any, A
         )
     if not sockets:
         viewer.close()
-        raise InputError("this version of MuJoCo's web viewer does not let its interface be chosen; use 4.0")
+        raise InputError("this version of MuJoCo's web viewer cannot choose an interface; use 4.0")
     return viewer, messages.UpdateEvent(), messages.BuildGuiEvent()
 
 

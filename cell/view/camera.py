@@ -19,7 +19,7 @@ from ..scene.composition import Piece
 from .stage_scene import FOVY, VISIBLE, Frame, StagedScene
 
 if TYPE_CHECKING:
-    from ..verdict.check import Result
+    from ..verdict.result import Result
 
 
 HIDDEN = 4e-3  # m: what a ray meets this near to a point is the point itself

@@ -14,10 +14,10 @@ import numpy as np
 from ik.chain import Floats
 
 from ..job.job import Job
-from ..verdict.check import NOT_LOOKED_AT
+from ..verdict.result import NOT_LOOKED_AT
 
 if TYPE_CHECKING:
-    from ..verdict.check import Result
+    from ..verdict.result import Result
 
 Colouring = Literal["layer", "thickness", "verdict"]
 COLOURINGS: tuple[Colouring, ...] = get_args(Colouring)

@@ -25,7 +25,7 @@ from .player import Player
 from .stage_scene import Frame, StagedScene
 
 if TYPE_CHECKING:
-    from ..verdict.check import Result
+    from ..verdict.result import Result
     from .colours import Colouring
 
 SIZE = {".mp4": (1280, 720), ".gif": (640, 360)}
@@ -36,7 +36,7 @@ FASTEST_GIF = 50.0  # frames a second: browsers show faster ones slowly
 MOST_FRAMES = {".mp4": 60_000, ".gif": 2_000}  # frames; pillow holds those of a gif in memory
 SHADOWS, SAMPLES = 4096, 4  # half of a picture's: a frame is seen for a moment, and costs half as much
 PALETTE_FRAMES = 8  # that a gif's colours are taken from
-NO_ENCODER = "mp4 needs an encoder: pip install 'rbam-cell[video]' (imageio-ffmpeg), or name a .gif"
+NO_ENCODER = "mp4 needs an encoder: pip install 'rbam-cell[video]' (imageio-ffmpeg), or give a .gif file"
 
 
 @dataclass(frozen=True)
@@ -128,13 +128,13 @@ def film(
     """Write a film of a result: its motion, or its infeasible targets one after the other.
 
     Args:
-        result: from ``cell.verdict.check.check``.
+        result: from ``cell.check``.
         path: where to, .mp4 or .gif.
         size: width and height, pixels.
         fps: frames a second.
         speed: seconds of motion per second of film.
         view: "cell" for the whole cell, "torch" for torch and part.
-        colour: what the beads' colours mean.
+        colour: what the beads' colours show.
         progress: told how far it is.
 
     Returns:

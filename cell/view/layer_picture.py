@@ -5,7 +5,7 @@
 
 Drawn by ``cell.view.print_raster``, parallel projection, so that lengths can be compared; needs neither OpenGL nor a
 display. Part frame, mm. Drawn are the beads that are laid, as thick as they are; where they are not given, the layers'
-borders. What lies over nothing has a colour of its own.
+borders. What overhangs has a colour of its own.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 By = Literal["thickness", "layer"]
 BODY = (0.93, 0.94, 0.95)
 THIN, THICK = (0.80, 0.10, 0.32), (0.98, 0.50, 0.10)  # outside of what the process allows
-IN_THE_AIR = (0.05, 0.35, 0.95)  # over nothing
-FINE_MM = 1.0  # spacing of points of beads that lie over nothing
+IN_THE_AIR = (0.05, 0.35, 0.95)  # overhanging
+FINE_MM = 1.0  # spacing of points of beads that overhang
 SAME_THICKNESS = 5e-3  # mm
 INK, PALE = (40, 42, 46), (120, 124, 130)
 DRAWN_LARGER = 2  # drawn that much larger and scaled down, against jagged edges
@@ -54,7 +54,7 @@ class _Scale:
     label: str
     below: bool = False  # whether there are such numbers
     above: bool = False
-    hanging: bool = False  # whether some of it lies over nothing
+    hanging: bool = False  # whether some of it overhangs
 
     def colours(self, values: Floats) -> Floats:
         rgb = ramp(np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0), self.stops)
@@ -102,7 +102,7 @@ def slice_picture(
         InputError: no such colouring or size.
     """
     if colour not in get_args(By):
-        raise InputError(f"colour {colour!r}: is thickness or layer")
+        raise InputError(f"colour {colour!r}: thickness or layer is needed")
     for name, value in (("width", width), ("height", height)):
         if not LEAST <= value <= MOST:
             raise InputError(f"{name} {value}: {LEAST} .. {MOST} pixels are allowed")
@@ -132,7 +132,7 @@ def body_of(part: PartInput) -> Mesh | None:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """A bead to be drawn: layer, middles (k, 3) and thicknesses (k,), mm, and where it lies over nothing (k,)."""
+    """A bead to be drawn: layer, middles (k, 3) and thicknesses (k,), mm, and where it overhangs (k,)."""
 
     layer: int
     points: Floats
@@ -291,7 +291,7 @@ def _bar(image: Image.Image, draw: ImageDraw.ImageDraw, scale: _Scale, width: in
     for there, y, colour, said in (
         (scale.below, bottom + 14 * size, THIN, f"< {scale.low:.2f}"),
         (scale.above, top - 14 * size - wide, THICK, f"> {scale.high:.2f}"),
-        (scale.hanging, bottom + 54 * size, IN_THE_AIR, "over nothing"),
+        (scale.hanging, bottom + 54 * size, IN_THE_AIR, "overhanging"),
     ):
         if there:
             draw.rectangle([x, y, x + wide, y + wide], fill=tuple(round(255 * v) for v in colour), outline=PALE)

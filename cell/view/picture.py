@@ -26,7 +26,7 @@ from .colours import Colouring
 from .stage_scene import MARKS, VISIBLE, Frame, StagedScene
 
 if TYPE_CHECKING:
-    from ..verdict.check import Result
+    from ..verdict.result import Result
 
 LARGEST = 8192  # pixels a side
 LITTLE, LITTLE_SHADOWS = 400, 2048  # pixels: a picture this small shows no more of its shadows
@@ -51,12 +51,12 @@ def picture(
     """Render the arm at a target.
 
     Args:
-        result: from ``cell.verdict.check.check``.
+        result: from ``cell.check``.
         width: pixels.
         height: pixels.
-        target: which; by default one halfway through the motion, or the first infeasible one with an attempt.
+        target: its number; default: one halfway through the motion, or the first infeasible one with an attempt.
         view: "cell" for the whole cell, "torch" for torch and part.
-        colour: what the beads' colours mean.
+        colour: what the beads' colours show.
 
     Returns:
         A PNG.
@@ -66,10 +66,10 @@ def picture(
     """
     n = len(result.rows)
     if target is not None and not 0 <= target < n:
-        raise InputError(f"target {target}: the targets are 0 .. {n - 1}")
+        raise InputError(f"target {target}: the part has targets 0 .. {n - 1}")
     require_size(width, height)
     if view not in ("cell", "torch"):
-        raise InputError(f"view {view!r}: is cell or torch")
+        raise InputError(f"view {view!r}: cell or torch is needed")
     frame = still(result, middle(result) if target is None else target)
     staged = StagedScene(result)
     staged.colour(colour)

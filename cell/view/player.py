@@ -17,7 +17,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..errors import InputError
 from ..motion.motion import Motion
-from ..verdict.check import Result
+from ..verdict.result import Result
 from ..verdict.words import in_words
 from .camera import View, still
 from .colours import COLOURINGS, Colouring, target_colours
@@ -63,7 +63,7 @@ class Player:
         loop: whether it starts again at its end.
         marks: whether the targets are marked.
         normals: of which targets normals are shown, "one" (the one it is about), "all" or "none".
-        colour: what the beads' colours mean.
+        colour: what the beads' colours show.
         view: what the camera is to frame, "cell" or "torch".
     """
 
@@ -77,13 +77,13 @@ class Player:
             result: what is shown.
             speed: times real time.
             loop: whether to start again at the end.
-            colour: what the beads' colours mean.
+            colour: what the beads' colours show.
 
         Raises:
             InputError: the speed is not a number above 0.
         """
         if not (np.isfinite(speed) and speed > 0):
-            raise InputError(f"speed {speed:g}: is a number above 0")
+            raise InputError(f"speed {speed:g}: a number above 0 is needed")
         self.result, self.speed, self.loop = result, float(speed), loop
         self.time, self.playing, self.marks = 0.0, True, result.motion is None
         self.view, self.normals, self.colour = "cell", NORMALS[0], colour
@@ -231,7 +231,7 @@ class Player:
             lines += [
                 ("reason", f"{row.reason}{' (proved)' if row.proved else ''}"),
                 ("", in_words(row)),
-                ("arm", "best attempt" if row.attempt is not None else "at home: there is no attempt"),
+                ("arm", "best attempt" if row.attempt is not None else "at home: no attempt reaches it"),
             ]
         if result.motion is not None:
             lines += [

@@ -22,7 +22,7 @@ from ..motion.motion import Motion
 from ..programs.program import SourceLine
 from ..programs.program_check import ProgramFinding, ProgramResult
 from ..scene.placement import place
-from ..verdict.check import Result, TargetVerdict
+from ..verdict.result import Result, TargetVerdict
 from ..verification.bead_order import Finding
 from ..verification.motion_check import MotionResult
 

@@ -25,7 +25,7 @@ from ..units import METRES_PER_MM
 from .colours import GREEN, GREY, PALE_RED, RED, Colouring, layer_colours, target_colours
 
 if TYPE_CHECKING:
-    from ..verdict.check import Result
+    from ..verdict.result import Result
 
 VISIBLE = np.array([1, 1, 1, 0, 0, 0], dtype=np.uint8)  # geom groups shown; 3 is what collides
 FOVY = 34.0  # deg; a long lens keeps the arm's proportions

@@ -58,7 +58,7 @@ class Guard:
         if not any(
             secrets.compare_digest(given.encode("utf-8", "replace"), mine) for given in self._given(path, headers)
         ):
-            return "the address that rbam replay prints is needed whole, with its token"
+            return "use the whole address that rbam replay prints, with its token"
         return None
 
     def enters(self, path: str) -> bool:

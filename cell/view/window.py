@@ -23,7 +23,7 @@ import mujoco
 import numpy as np
 
 from ..errors import InputError
-from ..verdict.check import Result
+from ..verdict.result import Result
 from .camera import View, camera, middle, still
 from .colours import Colouring
 from .player import HELP, Player
@@ -38,7 +38,7 @@ FRAME_TIME = 1 / 60  # s
 CLOSING = 3.0  # s given to the window's thread
 ASPECT = 1.5  # that the camera is chosen for; the window is the user's to size
 INSTEAD = (
-    "without one there are rbam replay --web, --picture F.png and --video F.mp4, and rbam check --html F.html; "
+    "without a display use rbam replay --web, --picture F.png and --video F.mp4, and rbam check --html F.html; "
     "or run it under Xvfb (xvfb-run)"
 )
 
@@ -47,7 +47,7 @@ def replay(result: Result, *, speed: float = 1.0, loop: bool = False, colour: Co
     """Show a result in MuJoCo's viewer until its window is closed or Ctrl-C is pressed.
 
     Args:
-        result: from ``cell.verdict.check.check``.
+        result: from ``cell.check``.
         speed: times real time.
         loop: whether to start again at the end.
         colour: what the beads' colours mean at first.

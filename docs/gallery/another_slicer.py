@@ -1,7 +1,7 @@
 """A toolpath of another slicer is welded: a thread that climbs round a quarter of a shaft.
 
-The file has a row for each target, in order, with the direction in which the metal is laid. `prepare` takes it instead
-of meshes to slice, so that everything behind it (verdict, motion, pictures) is the same.
+The file has a row for each target, in order, with the deposition direction. `prepare` takes the toolpath instead of
+meshes to slice. Verdict, motion and pictures then work as for any other part.
 """
 
 from pathlib import Path

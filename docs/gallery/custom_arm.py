@@ -1,8 +1,8 @@
 """An arm of your own takes the place of the shipped one: an MJCF file with six hinges and a site at the flange.
 
-The wrist's axes meet in a point and A2 is parallel to A3, so that the arm is solved in closed form; that is recognised
-from the file itself. Any other arm is solved by damped least squares. The names of its joints, its flange and its base
-are bound in the case.
+Its wrist axes meet in a point and its second axis is parallel to the third. rbam-cell recognises this from the file and
+solves the arm in closed form; any other arm is solved by damped least squares. The case gives the names of the joints,
+the flange and the base.
 """
 
 from pathlib import Path

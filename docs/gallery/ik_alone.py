@@ -1,11 +1,11 @@
-"""Inverse kinematics by itself: where can the torch point straight down, and where is it proved that it cannot?
+"""Inverse kinematics by itself: where can the torch point straight down, and where is that proved impossible?
 
 `ik` works on arrays in metres and radians and knows nothing of parts or cells. `certify` settles for each target
 whether the arm reaches it at *any* roll about the wire, inside its joint limits and with its singularity margins.
 What it calls unreachable is proved over the whole range of the roll; it is not a search that found nothing.
 
-The map is a vertical cut through the cell, one target in each field: green is reached, the other colours say what keeps
-the arm away. Grey (there is none here) would be undecided.
+The map is a vertical section through the cell with one target in each field. Green is reached; the other colours show
+the reason. Grey means undecided and does not occur here.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
-"""A motion is written, read back and judged; then one axis is moved by half a degree and the judge finds it.
+"""A motion is written, read back and checked; then one axis is moved by half a degree and the check finds it.
 
-The judge (`check_motion`) knows nothing of the planner. It takes a motion from whoever made it and looks at joint
-limits, speeds, singularities, collisions with the growing part, and the beads.
+`check_motion` knows nothing of the planner. It takes a motion from any source and checks joint limits, speeds,
+singularities, collisions with the growing part, and the beads.
 """
 
 import csv

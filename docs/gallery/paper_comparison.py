@@ -1,7 +1,7 @@
 """The propeller of Lettori et al. (2024) is sliced by the paper's three strategies.
 
 `compare_paper` slices a part of the paper and puts its indices beside the paper's own: layers NL, adhesion area A,
-targets NV and top angle R, with the total score F. The page below the code holds all of it.
+targets NV and top angle R, with the total score F. The page below the code shows all figures.
 """
 
 from pathlib import Path

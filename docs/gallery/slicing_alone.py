@@ -1,7 +1,7 @@
 """Slicing by itself: a mesh becomes layers, beads and targets, without a robot.
 
-`slicing` works in the part's frame in millimetres: z is the axis of the round body. A mesh of a whole part can be taken
-apart by `slicing.decompose`; here the boss is a mesh of its own on a shaft of 20 mm radius.
+`slicing` works in the part's frame in millimetres: z is the axis of the round body. `slicing.decompose` divides the
+mesh of a whole part into its body and sub-volumes; here the boss is a mesh of its own on a shaft of 20 mm radius.
 """
 
 from pathlib import Path

@@ -1,7 +1,7 @@
-"""A grid of table poses gets the verdict of a check at each, and the best one is named.
+"""Every table pose of a grid gets the verdict of a check, and the best pose is named.
 
-Poses at which some target can be proved out of reach are settled without a search, which takes a few milliseconds. The
-others get a whole check. `workers` is the number of processes.
+A pose at which some target is proved out of reach is settled in a few milliseconds, without a search. The others get a
+whole check. `workers` is the number of processes.
 """
 
 from pathlib import Path

@@ -122,19 +122,19 @@ def metal_lines(name: str, metal: Sequence[LayerMetal], parameters: BeadParamete
     least = NEXT_TO_NOTHING * max(m.wanted_mm3 for m in metal)
     full, bare = [m for m in off if m.wanted_mm3 >= least], [m for m in off if m.wanted_mm3 < least]
     worst = max(full or bare, key=lambda m: abs(math.log(max(m.share, 1e-9))))
-    most = f", most layer {worst.layer} with {worst.share:.0%}" if full else ""
+    most = f", layer {worst.layer} the most ({worst.share:.0%})" if full else ""
     if bare:
         # a share of next to nothing says little: how much metal it is says more
         heaviest = max(bare, key=lambda m: m.laid_mm3)
         most += (
-            f"; {len(bare)} of them take{'s' * (len(bare) == 1)} next to nothing: layer {heaviest.layer} gets"
-            f" {heaviest.laid_mm3:.3g} mm³ for {heaviest.wanted_mm3:.2g} mm³"
+            f"; {len(bare)} of them need{'s' * (len(bare) == 1)} almost no metal: layer {heaviest.layer} needs"
+            f" {heaviest.wanted_mm3:.3g} mm³ and gets {heaviest.laid_mm3:.3g} mm³"
         )
     whole = sum(m.laid_mm3 for m in metal) / max(sum(m.wanted_mm3 for m in metal), 1e-300)
-    why = " (pattern contour lays borders alone)" if parameters.pattern == "contour" else ""
+    why = " (pattern contour lays only the borders)" if parameters.pattern == "contour" else ""
     text = (
-        f"{name}: its beads lay {whole:.0%} of the metal that its layers take{why}; {len(off)} of {len(metal)} layers"
-        f" are more than {TOLD:.0%} off{most}"
+        f"{name}: the beads lay {whole:.0%} of the metal that the layers need{why}; {len(off)} of {len(metal)} layers"
+        f" are off by more than {TOLD:.0%}{most}"
     )
     return [Warning(Code.DEPOSIT_SHARE, text, sub_volume=name, layer=worst.layer)]
 
@@ -150,13 +150,13 @@ def wire_m(volume_mm3: float, wire_diameter_mm: float) -> float:
 
 
 def share_of(metal: Sequence[LayerMetal]) -> float:
-    """Metal laid as a share of what layers take."""
+    """Metal laid as a share of the metal that the layers need."""
     wanted = sum(m.wanted_mm3 for m in metal)
     return sum(m.laid_mm3 for m in metal) / wanted if wanted > 0 else 1.0
 
 
 def metal_document(metal: Sequence[LayerMetal], density_g_cm3: float, wire_diameter_mm: float) -> dict[str, float]:
-    """Volume, mass and wire of what beads lay.
+    """Volume, mass and wire length of the metal of beads.
 
     Args:
         metal: by layer.

@@ -1,22 +1,17 @@
-"""Beads that fill a flat region: rounds along its border, and lines to and fro.
+"""Beads that fill a flat region: rounds along its border, and one bead along the middle of thin places.
 
-    strokes = zigzag(island, 6.25, 1.0, pitch_mm=3.75, width_mm=5.0, angle_deg=0.0)      # in its chart
+    strokes = contour_rounds(island, 2.5, pitch_mm=3.75, width_mm=5.0, rounds=None)      # in its chart
 
 The border of the region is the edge of the material ("edge") or the centre line of the outermost bead ("centre"):
-the first round runs half a width inside it, or on it, and every further one a pitch = width * (1 - overlap) inside the
-one before. `contour_parallel` goes on so until nothing is left; where a core wider than what the last round covers
-remains, one more round is laid half a pitch inside it, and a bead along its middle where it is long and narrow.
-`zigzag` lays its lines inside the given number of rounds, spread evenly at no more than a pitch, and joins the end of
-each to the next: straight where that stays within the lines' region, else along its border; where that is too long a
-way, a new bead begins.
+the first round runs half a width inside it, or on it. Every further round runs a pitch = width * (1 - overlap) inside
+the one before. `contour_parallel` goes on until nothing is left. Where a core remains that is wider than what the last
+round covers, one more round is laid half a pitch inside it, and a bead along its middle if it is long and narrow.
+`zigzag` lays parallel lines inside the rounds (`slicing.beads.zigzag`).
 
-Where the region is thinner than one and a half pitches, one bead runs along its middle: two would lie on one another
-and lay more metal too much than one lays too little. Where it is narrower than a bead that bead stands out by what is
-missing; a place too small even for that gets the border itself as a bead. Both are marked `thin`. In walls of some
-beads the rounds' distance is fitted to the wall (`fitted_pitch`).
-
-Rings are filled without a seam: rounds close round the body; lines at an angle are spread so that they meet themselves
-after a turn, and lines along the way round (angles whose rise on a turn is less than a pitch count as such) close.
+Where the region is thinner than one and a half pitches, one bead runs along its middle: the excess metal of two beads
+would be more than the metal that one bead lacks. Where the region is narrower than a bead, the bead is wider than the
+region. A place too small even for that gets its border as a bead. Both are marked `thin`. In walls of a few beads the
+distance of the rounds is fitted to the wall (`fitted_pitch`). Rounds of a ring close round the body.
 """
 
 from __future__ import annotations
@@ -35,9 +30,6 @@ from .regions import Island
 
 ROUND_MM = 0.002  # sagitta of the rounds about inner corners
 SMOOTH_MM = 0.002  # rounds are simplified to this
-NUDGE = 1e-3  # outermost lines run this share of a width inside the border
-LONGEST_JOINT = 3.0  # times the pitch
-OVER = 0.1  # lines run this share of a width further into the rounds about them than they must
 NARROW = 0.2  # short places with less room than this share of a width are left
 ONE_BEAD = 1.5  # walls thinner than so many pitches get one bead along the middle: two would lay more metal too much
 SHORT = 1.0  # places shorter than so many widths do not count as walls
@@ -96,7 +88,7 @@ def contour_rounds(
         kind = "contour" if k == 0 or rounds is not None else "infill"
         yield from _loops(inset, island, kind)
         k += 1
-        after = _inset(island.region, first_mm + k * pitch_mm)
+        after = inner_part(island.region, first_mm + k * pitch_mm)
         if fills:
             after = _rooms(_without_narrow(after, 0.5 * pitch_mm, width_mm), 0.5 * pitch_mm, width_mm)
             between = list(_between_rounds(island, inset, after, pitch_mm, width_mm))
@@ -117,7 +109,7 @@ def wide_part(region: Any, first_mm: float, pitch_mm: float, width_mm: float) ->
     Returns:
         The region inset by first_mm, without places where the region is thinner than ONE_BEAD pitches.
     """
-    return _without_narrow(_inset(region, first_mm), ONE_BEAD * pitch_mm - 2.0 * first_mm, width_mm)
+    return _without_narrow(inner_part(region, first_mm), ONE_BEAD * pitch_mm - 2.0 * first_mm, width_mm)
 
 
 def _without_narrow(inset: Any, least_mm: float, width_mm: float) -> Any:
@@ -131,7 +123,7 @@ def _without_narrow(inset: Any, least_mm: float, width_mm: float) -> Any:
     narrow = [part for part in narrow if 0.5 * part.length > SHORT * width_mm]
     if not narrow:
         return inset
-    return _areas(inset.difference(shapely.union_all(narrow).buffer(1e-3)))
+    return only_areas(inset.difference(shapely.union_all(narrow).buffer(1e-3)))
 
 
 def _greatest_width(region: Any, most_mm: float, width_mm: float) -> float:
@@ -192,7 +184,7 @@ def _beyond(island: Island, width_mm: float) -> float:
     return 4.0 * min(width_mm, y1 - y0)
 
 
-def _inset(region: Any, by_mm: float) -> Any:
+def inner_part(region: Any, by_mm: float) -> Any:
     """The region's points at least so far inside its border."""
     import shapely
 
@@ -200,10 +192,10 @@ def _inset(region: Any, by_mm: float) -> Any:
         return region
     quarter = max(math.ceil(0.25 * math.pi / math.acos(max(1.0 - ROUND_MM / by_mm, 0.5))), 4)
     inner = region.buffer(-by_mm, quad_segs=quarter)
-    return _areas(shapely.simplify(inner, SMOOTH_MM))
+    return only_areas(shapely.simplify(inner, SMOOTH_MM))
 
 
-def _areas(geometry: Any) -> Any:
+def only_areas(geometry: Any) -> Any:
     """A geometry without its parts that are no polygons."""
     import shapely
 
@@ -215,7 +207,7 @@ def _between_rounds(island: Island, inset: Any, after: Any, pitch_mm: float, wid
     """What a round and the next leave between them, where it is long and wide enough for a bead of its own."""
     import shapely
 
-    rest = _inset(inset, 0.5 * pitch_mm).difference(after.buffer(0.5 * pitch_mm * (1 + 1e-3) + 1e-3))
+    rest = inner_part(inset, 0.5 * pitch_mm).difference(after.buffer(0.5 * pitch_mm * (1 + 1e-3) + 1e-3))
     for part in shapely.get_parts(rest):
         if part.geom_type != "Polygon" or part.buffer(-0.25 * pitch_mm).is_empty:
             continue
@@ -230,7 +222,7 @@ def _core(
     """What a round, the next and what is laid between them leave uncovered: half a pitch inside the round, one more."""
     import shapely
 
-    bare = _inset(inset, 0.5 * width_mm).difference(after.buffer(0.5 * width_mm))
+    bare = inner_part(inset, 0.5 * width_mm).difference(after.buffer(0.5 * width_mm))
     if laid and not bare.is_empty:
         lines = [_whole(stroke, k * (island.chart.period or 0.0)) for stroke in laid for k in _periods(island)]
         bare = bare.difference(shapely.union_all(lines).buffer(0.5 * width_mm))
@@ -238,7 +230,7 @@ def _core(
     if not bare:
         return
     near = shapely.union_all(bare).buffer(0.5 * width_mm)
-    for stroke in _loops(_inset(inset, 0.5 * pitch_mm), island, "infill"):
+    for stroke in _loops(inner_part(inset, 0.5 * pitch_mm), island, "infill"):
         line = _whole(stroke)
         if near.covers(line):
             yield stroke
@@ -317,165 +309,6 @@ def _one_turn(run: Floats, kind: str, period: float) -> Stroke:
         return Stroke(line, True, False, kind, (period, 0.0))
     line = np.concatenate([line[:1] + np.array([period, 0.0]), line[:0:-1]])
     return Stroke(line, True, False, kind, (-period, 0.0))
-
-
-def zigzag(
-    island: Island, inside_mm: float, over_mm: float, pitch_mm: float, width_mm: float, angle_deg: float
-) -> Iterator[Stroke]:
-    """Lines to and fro.
-
-    Args:
-        island: what to fill.
-        inside_mm: how far inside the border the outermost lines run.
-        over_mm: how much nearer to the border than that their ends may come.
-        pitch_mm: greatest distance between lines.
-        width_mm: of the beads.
-        angle_deg: of the lines against the chart's first axis (round the body; on planes across z).
-
-    Yields:
-        Open strokes, and closed ones where lines go right round.
-    """
-    import shapely
-
-    angle = math.radians(angle_deg % 180.0)
-    period = island.chart.period
-    if period is None:
-        for part in shapely.get_parts(_inset(island.region, inside_mm)):
-            if part.geom_type == "Polygon" and part.area > 1e-9:
-                room = part.buffer(over_mm, join_style="mitre")
-                room = _areas(room.intersection(_inset(island.region, inside_mm - over_mm)))
-                yield from _to_and_fro(room, _levels(part, angle, pitch_mm, width_mm), angle, pitch_mm)
-        return
-    rise = period * math.sin(angle)
-    height = island.region.bounds[3] - island.region.bounds[1]
-    if inside_mm - over_mm >= 0.5 * height:
-        return
-    if rise < pitch_mm:  # as good as along the way round
-        island = island.repeated(inside_mm + period)
-        region = _inset(island.region, inside_mm)
-        if not region.is_empty:
-            # lines beside a border that is not straight stay whole: there they may come nearer to it
-            room = _inset(island.region, inside_mm - over_mm)
-            yield from _right_round(room, _levels(region, 0.0, pitch_mm, width_mm), period, pitch_mm)
-        return
-    steps = math.ceil(rise / pitch_mm - 1e-9)
-    reach = 0.5 * height * abs(math.cos(angle)) / math.sin(angle) + period + inside_mm
-    region = _inset(island.repeated(reach).region, inside_mm - over_mm)
-    middle = 0.5 * (island.region.bounds[1] + island.region.bounds[3]) * math.cos(angle)
-    if not region.is_empty:
-        levels = middle - 0.5 * rise + (np.arange(steps) + 0.5) * rise / steps
-        yield from _to_and_fro(region, levels, angle, pitch_mm)
-
-
-def _levels(part: Any, angle: float, pitch_mm: float, width_mm: float) -> Floats:
-    """Distances of the lines from the origin: evenly spread, the outermost ones just inside the border."""
-    import shapely
-
-    across = shapely.get_coordinates(part) @ [-math.sin(angle), math.cos(angle)]
-    low, high = float(across.min()), float(across.max())
-    nudge = NUDGE * width_mm
-    if high - low <= 4.0 * nudge:
-        return np.array([0.5 * (low + high)])
-    count = max(math.ceil((high - low - 2 * nudge) / pitch_mm - 1e-9), 1)
-    return np.linspace(low + nudge, high - nudge, count + 1)
-
-
-def _pieces(region: Any, levels: Floats, angle: float) -> list[list[Floats]]:
-    """By line its pieces (2, 2) within a region, each along the line's direction and in its order."""
-    import shapely
-
-    along, across = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
-    reach = shapely.get_coordinates(region) @ along
-    ends = np.array([reach.min() - 1.0, reach.max() + 1.0])[:, None] * along
-    lines = shapely.linestrings(levels[:, None, None] * across + ends)
-    out = []
-    for cut in shapely.intersection(lines, region):
-        lines_in = [p for p in shapely.get_parts(cut) if p.geom_type == "LineString" and p.length > 1e-6]
-        parts = [np.asarray(p.coords) for p in lines_in]
-        parts = [p[[0, -1]] if (p[-1] - p[0]) @ along > 0 else p[[-1, 0]] for p in parts]
-        out.append(sorted(parts, key=lambda p: float(p[0] @ along)))
-    return out
-
-
-def _to_and_fro(region: Any, levels: Floats, angle: float, pitch_mm: float) -> Iterator[Stroke]:
-    """Lines joined at their ends as far as the joints stay inside."""
-    yield from _joined(region, _pieces(region, levels, angle), pitch_mm)
-
-
-def _joined(region: Any, rows: list[list[Floats]], pitch_mm: float) -> Iterator[Stroke]:
-    """Pieces of lines joined into strokes: from the end of each to the nearest end on the next line."""
-    import shapely
-
-    grown = region.buffer(1e-4)
-    shapely.prepare(grown)
-    left = [list(row) for row in rows]
-    for begin in range(len(left)):
-        while left[begin]:
-            chain = [(left[begin].pop(0), True)]
-            for row in left[begin + 1 :]:
-                at = chain[-1][0][-1]
-                ends = [(float(np.hypot(*(p[e] - at))), i, e) for i, p in enumerate(row) for e in (0, 1)]
-                near = min(ends, default=(math.inf, 0, 0))
-                if near[0] > LONGEST_JOINT * pitch_mm:
-                    break
-                to = row[near[1]][near[2]]
-                if not grown.covers(shapely.LineString([at, to])):
-                    joint = _along_border(region, at, to, LONGEST_JOINT * pitch_mm)
-                    if joint is None:
-                        break
-                    chain.append((joint, False))
-                piece = row.pop(near[1])
-                chain.append((piece if near[2] == 0 else piece[::-1], True))
-            yield _stroke(chain)
-
-
-def _stroke(chain: list[tuple[Floats, bool]]) -> Stroke:
-    """Lines (True) and joints one after the other; the ends of the lines are corners."""
-    first = np.cumsum([0, *(len(part) for part, _ in chain[:-1])]).tolist()
-    corners = [k for k, (_, is_line) in zip(first, chain, strict=True) if is_line]
-    return Stroke(
-        np.concatenate([part for part, _ in chain]),
-        False,
-        False,
-        "infill",
-        corners=tuple(sorted({*corners, *(k + 1 for k in corners)})),
-    )
-
-
-def _along_border(region: Any, a: Floats, b: Floats, most_mm: float) -> Floats | None:
-    """The inner points of the shorter way along the border between two points of it, if short enough."""
-    import shapely
-    from shapely.ops import substring
-
-    for polygon in shapely.get_parts(region):
-        for ring in (polygon.exterior, *polygon.interiors):
-            if max(ring.distance(shapely.Point(p)) for p in (a, b)) > 1e-3:
-                continue
-            start, end = (ring.project(shapely.Point(p)) for p in (a, b))
-            ahead = (end - start) % ring.length
-            if min(ahead, ring.length - ahead) > most_mm:
-                return None
-            line = shapely.LineString(np.tile(np.asarray(ring.coords)[:-1], (3, 1)))
-            forward = ahead <= ring.length - ahead
-            way = substring(line, start, start + ahead) if forward else substring(line, end, end + ring.length - ahead)
-            way = way if forward else way.reverse()
-            return np.asarray(way.coords)[1:-1]
-    return None
-
-
-def _right_round(region: Any, levels: Floats, period: float, pitch_mm: float) -> Iterator[Stroke]:
-    """Lines along the way round: closed where nothing is in the way, pieces joined to and fro elsewhere."""
-    whole: list[Stroke] = []
-    rows: list[list[Floats]] = []
-    for level, row in zip(levels, _pieces(region, levels, 0.0), strict=True):
-        if any(p[0, 0] < -0.75 * period and p[1, 0] > 0.75 * period for p in row):
-            line = np.stack([np.linspace(-0.5, 0.5, 9)[:-1] * period, np.full(8, level)], axis=1)
-            whole.append(Stroke(line, True, False, "infill", (period, 0.0)))
-            rows.append([])
-        else:
-            rows.append([p for p in row if -0.5 * period <= p[0, 0] < 0.5 * period])
-    yield from whole
-    yield from _joined(region, rows, pitch_mm)
 
 
 def narrow_places(island: Island, first_mm: float, width_mm: float, pitch_mm: float) -> Iterator[Stroke]:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -24,13 +25,14 @@ from ..parameters import BeadParameters
 from ..surfaces.charts import Chart
 from .bead import Bead
 from .deposition import LayerMetal, layer_metal, metal_lines, with_metal
-from .infill import OVER, Stroke, contour_rounds, fitted_pitch, narrow_places, wide_part, zigzag
+from .infill import Stroke, contour_rounds, fitted_pitch, narrow_places, wide_part
 from .leads import with_leads
 from .order import ordered
 from .overhang import ALLOWED, Overhang, overhang_lines, overhangs
 from .regions import Island, Joint, islands
 from .seams import with_seams
 from .thickness_policy import ThicknessPlace, policy_lines, with_policy
+from .zigzag import OVER, length_of, spread, zigzag
 
 CROWDED = 0.85  # share of the pitch: beads nearer than this are told of
 HALVINGS = 12  # of chords over a corner of the surface
@@ -47,7 +49,7 @@ class LaidSubVolume:
         (`slicing.beads.thickness_policy.ThicknessPlace`).
         warnings: one line each.
         metal: by layer what the beads lay and what it takes; empty where it was not asked for.
-        overhangs: by layer what lies over nothing; empty where it was not asked for.
+        overhangs: by layer what overhangs; empty where it was not asked for.
     """
 
     sliced: SlicedSubVolume
@@ -69,8 +71,8 @@ def lay_beads(
     Args:
         sliced: the sub-volumes in the order of deposition.
         parameters: how; their defaults where left out.
-        locate: whether places outside the limits are looked for even where they are only reported, and metal and
-            overhangs as well.
+        locate: whether places outside the limits are searched even where they are only reported, and metal and
+            overhangs are computed.
         overhang_mm: how far a layer may stand out over what lies below it before a warning tells of it; None: half a
             bead (`slicing.beads.overhang`).
 
@@ -105,15 +107,17 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool, all
     thin = sum(bead.length_mm for bead in beads if bead.thin)
     if thin:
         lines.append(
-            f"{sliced.name}: {thin:.1f} mm of beads lie where the layer is narrower than a bead of"
-            f" {parameters.width_mm:g} mm; they stand out beside it"
+            f"{sliced.name}: {thin:.1f} mm of beads lie where the layer is narrower than one bead"
+            f" ({parameters.width_mm:g} mm); these beads are wider than the layer"
         )
     close = sum(bead.close_mm for some in fresh for bead in some)
     if close:
         least = min(bead.least_spacing for some in fresh for bead in some)
         lines.append(
-            f"{sliced.name}: {close:.1f} mm of beads lie closer together than asked, down to {least:.0%} of"
-            f" {parameters.pitch_mm:g} mm, where the layers cannot be unrolled: more is laid there than fills them"
+            f"{sliced.name}: {close:.1f} mm of beads lie closer together than the pitch of "
+            f"{parameters.pitch_mm:g} mm, down"
+            f" to {least:.0%} of it, because the layers cannot be unrolled exactly: more metal is laid there than the"
+            " layers need"
         )
     if not locate:
         return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
@@ -167,21 +171,22 @@ def _has_thin_walls(layer: Layer, p: BeadParameters) -> bool:
 
 def _strokes(island: Island, p: BeadParameters, layer: int) -> list[Stroke]:
     """A pattern's strokes on an island."""
-    found: list[Stroke] = []
     if p.pattern == "contour":
-        found += contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, 1, fills=False)
+        found = list(contour_rounds(island, p.first_mm, p.pitch_mm, p.width_mm, 1, fills=False))
         return found + list(narrow_places(island, p.first_mm, p.width_mm, p.pitch_mm))
     pitch, across = fitted_pitch(island, p.first_mm, p.pitch_mm, p.width_mm)
+    narrow = list(narrow_places(island, p.first_mm, p.width_mm, p.pitch_mm))
     if p.pattern == "zigzag" and across > 2 * p.contours + 1:
         angle = p.angle_deg + layer * p.angle_step_deg
-        found += contour_rounds(island, p.first_mm, pitch, p.width_mm, p.contours)
+        rounds = list(contour_rounds(island, p.first_mm, pitch, p.width_mm, p.contours))
         # so far that between the round ends of two lines the round about them covers
         over = pitch - (0.5 - OVER) * p.width_mm if p.contours else 0.0
         over = min(max(over, 0.0), pitch)
-        found += zigzag(island, p.first_mm + p.contours * pitch, over, p.pitch_mm, p.width_mm, angle)
-    else:  # across a wall of few beads no lines fit within the rounds
-        found += contour_rounds(island, p.first_mm, pitch, p.width_mm, None)
-    return found + list(narrow_places(island, p.first_mm, p.width_mm, p.pitch_mm))
+        lines = partial(zigzag, island, p.first_mm + p.contours * pitch, over, width_mm=p.width_mm, angle_deg=angle)
+        wanted = island.area_mm2 / p.pitch_mm - length_of([*rounds, *narrow])
+        return [*rounds, *spread(lambda apart: list(lines(pitch_mm=apart)), wanted, p.pitch_mm, p.width_mm), *narrow]
+    # across a wall of few beads no lines fit within the rounds
+    return [*contour_rounds(island, p.first_mm, pitch, p.width_mm, None), *narrow]
 
 
 def bead_of(stroke: Stroke, island: Island, layer: int, tolerance_mm: float) -> Bead:

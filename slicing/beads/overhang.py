@@ -1,4 +1,4 @@
-"""What of a layer lies over nothing: how far it stands out over what lies below, and what begins in the air.
+"""The part of a layer that overhangs: how far it stands out over what lies below, and what begins in the air.
 
     found = overhangs(sliced, allowed_mm=2.5)
     found[3].area_mm2, found[3].begins_mm2, found[3].place_mm     # mm² with nothing below; in whole pieces; where
@@ -40,7 +40,7 @@ SECTION_MM = 0.01  # how true the section of a body is
 
 @dataclass(frozen=True, eq=False)
 class Overhang:
-    """What of one layer lies over nothing.
+    """The part of one layer that overhangs.
 
     Attributes:
         layer: its number.
@@ -62,7 +62,7 @@ class Overhang:
     out: tuple[tuple[Chart, Any], ...] = ()
 
     def holds(self, points: Floats) -> Bools:
-        """Whether points (n, 3) of the layer lie over nothing."""
+        """Whether points (n, 3) of the layer overhang."""
         import shapely
 
         held = np.zeros(len(points), dtype=bool)
@@ -91,7 +91,7 @@ class Overhang:
 
 
 def overhangs(sliced: SlicedSubVolume, allowed_mm: float) -> tuple[Overhang, ...]:
-    """What of each layer lies over nothing.
+    """The part of each layer that overhangs.
 
     Args:
         sliced: the sub-volume.
@@ -114,7 +114,7 @@ def overhangs(sliced: SlicedSubVolume, allowed_mm: float) -> tuple[Overhang, ...
 
 
 def _overhang(sliced: SlicedSubVolume, layer: Layer, below: Layer | None, allowed_mm: float) -> Overhang:
-    """What of one layer lies over nothing."""
+    """The part of one layer that overhangs."""
     under = [] if below is None else _put_onto(layer, below)
     if below is not None and not isinstance(layer.surface, Plane) and any((*poles(layer), *poles(below))):
         views, whole = views_over_ends(layer, below, under)
@@ -258,7 +258,7 @@ def worst_angle(found: Sequence[Overhang]) -> float | None:
 
 
 def overhang_lines(name: str, found: Sequence[Overhang], allowed_mm: float) -> list[str]:
-    """A line for every layer that lies over nothing somewhere.
+    """A line for every layer that overhangs somewhere.
 
     Args:
         name: of the sub-volume.
@@ -271,16 +271,16 @@ def overhang_lines(name: str, found: Sequence[Overhang], allowed_mm: float) -> l
     lines: list[str] = []
     unseen = [one.layer for one in found if math.isnan(one.out_mm)]
     if unseen:
-        text = f"{name}: what lies below {len(unseen)} of its layers, from layer {unseen[0]} on, was not looked at"
+        text = f"{name}: overhang was not checked for {len(unseen)} of its layers, from layer {unseen[0]} on"
         lines.append(Warning(Code.OVERHANG, text, sub_volume=name, layer=unseen[0]))
     for one in found:
         if one.area_mm2 <= 0.0 or one.place_mm is None:
             continue
         x, y, z = one.place_mm
-        begins = f"{one.begins_mm2:.1f} mm² begin with nothing below; " if one.begins_mm2 >= LEAST_MM2 else ""
+        begins = f"{one.begins_mm2:.1f} mm² begin with nothing below them; " if one.begins_mm2 >= LEAST_MM2 else ""
         out = f"up to {one.out_mm:.1f} mm" if math.isfinite(one.out_mm) else "with nothing below anywhere"
         text = (
-            f"{name}: layer {one.layer}: {begins}{one.area_mm2:.1f} mm² stand out over what lies below by more than"
+            f"{name}: layer {one.layer}: {begins}{one.area_mm2:.1f} mm² overhang what lies below by more than"
             f" {allowed_mm:g} mm, {out}, farthest at ({x:.1f}, {y:.1f}, {z:.1f})"
         )
         lines.append(Warning(Code.OVERHANG, text, sub_volume=name, layer=one.layer))

@@ -110,7 +110,9 @@ def islands(layer: Layer, joint: Joint | None = None) -> list[Island]:
             beside = _chart_beside(surface, curve.points)
             loop = beside.flat(curve.points)
             if _twice_area(loop) < 0.0:
-                raise PartError(f"layer {layer.index}: runs over both ends of its body; it cannot be filled in one")
+                raise PartError(
+                    f"layer {layer.index}: runs over both ends of the body; it cannot be filled in one piece"
+                )
             found.append(Island(beside, shapely.Polygon(loop).buffer(0)))
     if rings:
         found += _rings(surface, [(curve.points, curve.winding) for curve in rings])

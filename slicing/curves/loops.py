@@ -125,7 +125,7 @@ def _following(start: Ints, end: Ints) -> Ints:
     # an edge with more than two faces: several pieces start at one node, and each gets one that ends there
     by_start, by_end = np.argsort(start, kind="stable"), np.argsort(end, kind="stable")
     if not (start[by_start] == end[by_end]).all():
-        raise AssertionError("pieces do not close: the mesh is not closed")
+        raise AssertionError("the pieces of a curve do not close: the mesh is not closed")
     following = np.empty(len(start), dtype=np.int64)
     following[by_end] = by_start
     following[alone] = np.flatnonzero(alone)

@@ -23,10 +23,10 @@ LEAST_SIDES = math.ceil(math.pi / FEW_SIDES_RAD)
 
 @dataclass(frozen=True)
 class BodyHint:
-    """What is known about the body, in the input's frame; None for what is to be found.
+    """What is known about the body, in the input's frame; None for values that are to be found.
 
-    An axis says which of several it is: the part's own, fitted, is used where the two differ by rounding. A radius is
-    used as it stands.
+    An axis chooses among several: the fitted axis of the part is used where the two differ by rounding. A radius is
+    used as given.
 
     Attributes:
         axis_point_mm: (x, y, z) of a point of its axis.
@@ -44,7 +44,7 @@ class BodyHint:
             if value is not None and (len(value) != 3 or not all(math.isfinite(v) for v in value)):
                 raise PartError(f"{key}: {value} is not allowed; three finite numbers are needed")
         if self.axis_direction is not None and math.hypot(*self.axis_direction) == 0:
-            raise PartError("axis_direction: (0, 0, 0) is no direction; a vector of some length is needed")
+            raise PartError("axis_direction: (0, 0, 0) is not a direction; a vector of length above 0 is needed")
         if self.radius_mm is not None and not (math.isfinite(self.radius_mm) and self.radius_mm > 0):
             raise PartError(f"radius_mm: {self.radius_mm} is not a body's radius; a number above 0 is needed")
 
@@ -83,8 +83,7 @@ def hinted_axis(mesh: Mesh, hint: BodyHint, skin: PartFaces, middle: Floats) -> 
         given = " about the axis that the hint gives" if hint.axis_point_mm or hint.axis_direction else ""
         raise PartError(
             f"{mesh.name}: no round body found{given}; an outer cylinder or cone of at least {LEAST_SIDES} sides is"
-            " needed, or the"
-            " sub-volumes as meshes of their own and the body's radius"
+            " needed; or give the sub-volumes as meshes of their own (part.sub_volumes) and part.body.radius_mm"
         )
     return _as_hinted(mesh, replace(axis, point=axis.point + middle), hint, (middle, skin.extent))
 
@@ -119,9 +118,9 @@ def _as_hinted(mesh: Mesh, axis: Axis, hint: BodyHint, size: tuple[Floats, float
     if off <= 2 * slack:
         return replace(axis, point=point, direction=direction)
     line = (
-        f"{mesh.name}: the axis given is {off:.3g} mm off the one that the mesh is turned about, which passes through"
+        f"{mesh.name}: the given axis is {off:.3g} mm off the axis of the mesh, which passes through"
         f" {tuple(round(float(v), 4) for v in axis.point)} along {tuple(round(float(v), 6) for v in axis.direction)};"
-        " the one given is used"
+        " the given axis is used"
     )
     return replace(axis, point=point, direction=direction, lines=(Warning(Code.BODY_AXIS, line),))
 

@@ -208,9 +208,8 @@ def _require_seen(mesh: Mesh, bare: Outline, outline: Outline, whole_mm3: float)
     if seen < least:
         raise PartError(
             f"{mesh.name}: no round body found; an outer cylinder or cone of at least {LEAST_SIDES} sides is needed:"
-            f" the largest there is, of radius {outline.widest:.6g} mm, is seen along {100 * seen:.0f} % of its length"
-            " alone"
-            " (part.body.radius_mm takes it for the body)"
+            f" the largest one, of radius {outline.widest:.6g} mm, lies open along only {100 * seen:.0f} % of its"
+            f" length (part.body.radius_mm: {outline.widest:.6g} takes it for the body)"
         )
 
 
@@ -229,14 +228,14 @@ def _cut(
         cut = cut_off(solid, narrower, mesh.noise_mm, 0.0)
         if cut.pieces:
             line = (
-                f"{mesh.name}: nothing else stands on the round body, so its rings are taken for sub-volumes, however"
-                f" low; part.body.radius_mm: {narrower.widest:.6g} says the same"
+                f"{mesh.name}: nothing else stands on the round body, so its rings are taken as sub-volumes, even low"
+                f" ones; part.body.radius_mm: {narrower.widest:.6g} asks for the same"
             )
             return narrower, cut, [Warning(Code.BODY_COLLAR, line)]
     radii = sorted({s.radius_low for s in outline.sections if s.is_cylinder})
     steps = (
-        f"; its steps have the radii {', '.join(f'{r:g}' for r in radii)} mm: with part.body.radius_mm what is wider"
-        " stands on it"
+        f"; its steps have the radii {', '.join(f'{r:g}' for r in radii)} mm: part.body.radius_mm makes whatever is"
+        " wider a sub-volume"
         if len(radii) > 1
         else ""
     )
@@ -262,7 +261,7 @@ def _about_another(mesh: Mesh, hint: BodyHint, axis: Axis, of: tuple[PartFaces, 
         raise PartError(bare) from None
     line = (
         f"{mesh.name}: nothing stands on the largest round body, with {axis.area_mm2:.0f} mm² turned about its axis;"
-        f" the next one, of radius {found.body.radius_mm:.6g} mm, is taken (part.body.radius_mm says which)"
+        f" the next one, of radius {found.body.radius_mm:.6g} mm, is taken (part.body.radius_mm chooses)"
     )
     return replace(found, warnings=(*found.warnings, Warning(Code.BODY_RIVAL, line)))
 
@@ -308,7 +307,8 @@ def _with_radius(mesh: Mesh, bands: list[FoundBand], radius_mm: float) -> list[F
             return [replace(f, band=band), *(other for other in bands if other is not f)]
     radii = sorted({round(f.band.radius_low, 3) for f in round_ones})
     raise PartError(
-        f"{mesh.name}: radius_mm {radius_mm:g} is not the radius of an outer cylinder about the part's axis; there are"
+        f"{mesh.name}: radius_mm {radius_mm:g} is not the radius of an outer cylinder about the part's "
+        "axis; the radii are"
         f" {', '.join(f'{r:g}' for r in radii[:6])}"
     )
 
@@ -337,7 +337,7 @@ def _root(name: str, piece: CutPiece, outline: Outline, up: float) -> _Root:
         radius = radii[0]
         if len(radii) > 1:
             steps = ", ".join(f"{r:g}" for r in radii)
-            lines.append(f"{name}: stands on a step of the body (radii {steps} mm); sliced from {radius:g} mm")
+            lines.append(f"{name}: stands on a step of the body (radii {steps} mm); layers start at {radius:g} mm")
     else:
         radius = round(float((outline.radius_at(height) * area).sum() / area.sum()), 4)
         cones = [s for s in carrying if not s.is_cylinder]
@@ -346,12 +346,12 @@ def _root(name: str, piece: CutPiece, outline: Outline, up: float) -> _Root:
         feet = outline.radius_at(corners[:, :, 2] + up)
         off = float(np.abs(feet - radius).max())
         lines.append(
-            f"{name}: stands on a cone; {follow} layers follow it, cylindrical ones its mean radius, {radius:g} mm,"
-            f" up to {off:.2f} mm off it"
+            f"{name}: stands on a cone; {follow} layers follow the cone, cylindrical layers follow its mean radius,"
+            f" {radius:g} mm, which is up to {off:.2f} mm off the cone"
         )
         off = math.ceil(1e4 * off) / 1e4 if off <= DRAFT_MM else 0.0
     if piece.feet > 1:
-        lines.append(f"{name}: stands on the body in {piece.feet} places (a bridge); kept as one sub-volume")
+        lines.append(f"{name}: stands on the body in {piece.feet} places, like a bridge; it is kept as one sub-volume")
     return _Root(radius, cone, tuple(lines), off)
 
 

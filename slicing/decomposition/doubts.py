@@ -102,8 +102,9 @@ def frame_line(T_part_input: Floats) -> str:
     origin = ", ".join(f"{v:.6g}" for v in np.round(-T_part_input[:3, :3].T @ T_part_input[:3, 3], 6) + 0.0)
     turn = math.degrees(math.acos(min(max(0.5 * (float(np.trace(T_part_input[:3, :3])) - 1.0), -1.0), 1.0)))
     return (
-        f"the part was turned by {turn:.6g}°, its axis to z: the part frame's z is ({up}) of the input and its origin"
-        f" ({origin}) mm there"
+        f"the part was turned by {turn:.6g}° so that its axis is z: in the input's frame the part frame's "
+        f"z is ({up}) and"
+        f" its origin ({origin}) mm"
     )
 
 
@@ -149,8 +150,9 @@ def doubtful_radius(name: str, evidence: Evidence) -> list[Warning]:
     return [
         Warning(
             Code.BODY_RADIUS,
-            f"{name}: the body's radius {evidence.radius_mm:.6g} mm is in doubt: {100 * evidence.corner_share:.0f} % of"
-            f" the corners there lie on it within {evidence.within_mm:.2g} mm (part.body.radius_mm says it)",
+            f"{name}: the body's radius {evidence.radius_mm:.6g} mm is uncertain: only"
+            f" {100 * evidence.corner_share:.0f} % of the corners there lie on it, within {evidence.within_mm:.2g} mm"
+            " (part.body.radius_mm sets it)",
         )
     ]
 
@@ -163,8 +165,8 @@ def domed_body(name: str, outline: Outline, radius_mm: float) -> list[Warning]:
             continue
         if all(_bends(sections[k::way]) >= DOME_RAD for way in (1, -1)):
             text = (
-                f"{name}: the body's radius {radius_mm:.6g} mm is in doubt: it is that of a stretch of"
-                f" {section.length:.3g} mm of a ball or a dome (part.body says which axis and radius)"
+                f"{name}: the body's radius {radius_mm:.6g} mm is uncertain: it was measured on"
+                f" {section.length:.3g} mm of a ball or a dome (part.body sets axis and radius)"
             )
             return [Warning(Code.BODY_RADIUS, text)]
     return []
@@ -188,9 +190,9 @@ def rival_axis(name: str, axis: Axis) -> list[Warning]:
     return [
         Warning(
             Code.BODY_RIVAL,
-            f"{name}: another round body might be meant: radius {largest.band.middle_radius:.6g} mm about an axis along"
+            f"{name}: another round body may be meant: radius {largest.band.middle_radius:.6g} mm about an axis along"
             f" ({direction}), with {rival.area_mm2:.0f} mm² turned about it against {axis.area_mm2:.0f} mm²; the larger"
-            " one is taken (with its axis along z, part.body.radius_mm says which)",
+            " one is taken (to choose, turn the axis to z and set part.body.radius_mm)",
         )
     ]
 
@@ -206,8 +208,8 @@ def coarse_bodies(name: str, outline: Outline, radii: set[float]) -> list[Warnin
         Warning(
             Code.BODY_POLYGON,
             f"{name}: the body of radius {radius:.6g} mm is a polygon of about"
-            f" {round(math.pi / math.acos(1 - flat / radius))} sides, its flats {flat:.2f} mm inside the cylinder;"
-            " sub-volumes begin on the cylinder",
+            f" {round(math.pi / math.acos(1 - flat / radius))} sides, whose flats lie {flat:.2f} mm inside the"
+            " cylinder; sub-volumes begin on the cylinder",
         )
         for radius, flat in sorted(flats.items())
     ]
@@ -221,15 +223,16 @@ def what_is_left(name: str, cut: Cut) -> list[Warning]:
         lines.append(
             Warning(
                 Code.LEFT_ON_ENDS,
-                f"{name}: {volume:.0f} mm³ stand on the body's ends or steps alone and are left with it",
+                f"{name}: {volume:.0f} mm³ stand only on the body's ends or steps; they are left with the body",
             )
         )
     for left in cut.floating:
         lines.append(
             Warning(
                 Code.FLOATING_PIECE,
-                f"{name}: a piece of {left.volume_mm3:.0f} mm³ touches nothing, {left.gap_mm:.3f} mm off the body; it"
-                " is not sliced, and left with the body as if it were there from the start",
+                f"{name}: a piece of {left.volume_mm3:.0f} mm³ touches nothing and is {left.gap_mm:.3f} mm "
+                "off the body;"
+                " it is not sliced, and counts as part of the body, there from the start",
             )
         )
     seen = [sliver for sliver in cut.slivers if sliver.height_mm > 1e-3]
@@ -239,8 +242,9 @@ def what_is_left(name: str, cut: Cut) -> list[Warning]:
             lines.append(
                 Warning(
                     Code.BODY_RADIUS,
-                    f"{name}: the body's surface is no stack of cylinders and cones, as a ball's of scattered faces:"
-                    f" {len(seen)} slivers stand out of those taken for it, and a sub-volume may be one more",
+                    f"{name}: the body's surface is not made of cylinders and cones (a ball of scattered faces is"
+                    f" not): {len(seen)} slivers stand out of those that were found, and a sub-volume may "
+                    "be among them",
                 )
             )
         lines.append(
@@ -262,8 +266,9 @@ def turned_steps(name: str, cut: Cut) -> list[Warning]:
         Warning(
             Code.BODY_STEP,
             f"{name}: {many} right round the body, up to {most:.3g} mm high and wider than high, {volume:.4g} mm³"
-            f" together, as a thread or a turned step does: left with the body (with part.body.radius_mm"
-            " what is wider stands on it)",
+            " together, like a thread or a turned step: left with the body (part.body.radius_mm makes "
+            "whatever is wider"
+            " a sub-volume)",
         )
     ]
 
@@ -281,7 +286,7 @@ def missing_volume(name: str, whole_mm3: float, cut: Cut) -> list[Warning]:
     return [
         Warning(
             Code.BODY_VOLUME,
-            f"{name}: body and sub-volumes are {parts:.6g} mm³, the part {whole_mm3:.6g} mm³:"
+            f"{name}: body and sub-volumes together have {parts:.6g} mm³, the part {whole_mm3:.6g} mm³:"
             f" {whole_mm3 - parts:+.4g} mm³ are {'missing' if parts < whole_mm3 else 'too much'}",
         )
     ]
@@ -304,7 +309,7 @@ def small_body(name: str, outline: Outline, whole_mm3: float) -> list[Warning]:
         Warning(
             Code.BODY_SMALL,
             f"{name}: the body, radius {outline.widest:.6g} mm, is {100 * full / whole_mm3:.0f} % of the part's volume;"
-            " if another is meant: part.body.radius_mm, or the sub-volumes as meshes of their own",
+            " if another body is meant, set part.body.radius_mm or give the sub-volumes as meshes of their own",
         )
     ]
 
@@ -312,7 +317,7 @@ def small_body(name: str, outline: Outline, whole_mm3: float) -> list[Warning]:
 def rings_of(outline: Outline) -> list[str]:
     """A line for each ring of the body that could be a sub-volume."""
     return [
-        f"a ring of radius {hill.top:.6g} mm, z {hill.low:.6g} .. {hill.high:.6g} mm, is taken for a step of the body;"
+        f"a ring of radius {hill.top:.6g} mm, z {hill.low:.6g} .. {hill.high:.6g} mm, is taken as a step of the body;"
         f" part.body.radius_mm: {hill.base:.6g} makes it a sub-volume"
         for hill in hills(outline.sections)
         if hill.between and hill.top - hill.base > 0.02 * hill.base

@@ -68,8 +68,9 @@ def _bar_around(name: str, pieces: Sequence[CutPiece], outline: Outline) -> list
             continue
         text = (
             f"{name}: SV{k + 1} goes right round the body (radius {radius:.6g} mm) along {length:.4g} mm of its"
-            f" {outline.high - outline.low:.4g} mm and stands out {out:.3g} mm in the mean, as a bar that is not round"
-            " does whose spigot was taken for the body (part.body.radius_mm says that it is the body)"
+            f" {outline.high - outline.low:.4g} mm and stands out {out:.3g} mm on average. It may be a bar "
+            "that is not round, whose"
+            " spigot was taken for the body (if so, part.body.radius_mm sets the body)"
         )
         lines.append(Warning(Code.BODY_RIVAL, text, sub_volume=f"SV{k + 1}"))
     return lines
@@ -83,8 +84,9 @@ def _uneven_body(name: str, pieces: Sequence[CutPiece], outline: Outline) -> lis
     most = max(_height(pieces[k].vertices, outline) for k in low)
     flat = max(_unevenness(pieces[k], outline) for k in low) / UNEVEN
     text = (
-        f"{name}: the body's radius is in doubt: {len(low)} sub-volumes stand out {most:.3g} mm at most, and the body's"
-        f" own facets lie {flat:.3g} mm inside it, as those of a bar that is not round (part.body.radius_mm says it)"
+        f"{name}: the body's radius is uncertain: {len(low)} sub-volumes stand out by {most:.3g} mm at "
+        "most, and the body's"
+        f" own facets lie {flat:.3g} mm inside it. The bar may not be round (part.body.radius_mm sets its radius)"
     )
     return [Warning(Code.BODY_RADIUS, text, sub_volume=f"SV{low[0] + 1}")]
 
@@ -117,8 +119,8 @@ def _unlike_pieces(pieces: Sequence[CutPiece], extent: float) -> list[Warning]:
                 lines.append(
                     Warning(
                         Code.BODY_UNLIKE,
-                        f"SV{k + 1} and SV{j + 1} stand alike and differ by {100 * apart:.2g} % in volume: the body's"
-                        " axis or radius may be off",
+                        f"SV{k + 1} and SV{j + 1} stand alike but differ by {100 * apart:.2g} % in volume: the"
+                        " body's axis or radius may be wrong",
                         sub_volume=f"SV{k + 1}",
                     )
                 )

@@ -41,8 +41,9 @@ def round_about(layer: Layer) -> tuple[Curve | None, list[Curve], Curve | None]:
     there = (lower is None or ends[0]) and (upper is None or ends[1])
     if not (by_turns and once and there):
         raise PartError(
-            f"layer {layer.index}: its borders go round the body as if round an end that is not there; it cannot be"
-            " filled, only pattern contour can be laid there"
+            f"layer {layer.index}: its borders run round the body and past an end that the body does not "
+            "have; the layer"
+            " cannot be filled, only beads.pattern: contour can lay it"
         )
     return lower, rings, upper
 

@@ -77,7 +77,7 @@ def _without_unknown(name: str, finite: Bools, faces: Ints, lines: list[str]) ->
     if len(kept) == 0 or (named.any() and not Edges.of(len(finite), kept).is_closed):
         raise PartError(f"{name}: {int((~finite).sum())} vertices are not finite numbers (NaN or infinite)")
     if named.any():
-        lines.append(repaired(f"{name}: {int(named.sum())} faces at vertices that are not finite numbers dropped"))
+        lines.append(repaired(f"{name}: dropped {int(named.sum())} faces with vertices that are not finite numbers"))
     return kept
 
 
@@ -87,7 +87,7 @@ def _used(name: str, points: Floats, faces: Ints, lines: list[str]) -> tuple[Flo
     used[faces] = True
     if used.all():
         return points, faces
-    lines.append(repaired(f"{name}: {int((~used).sum())} vertices that no face uses dropped"))
+    lines.append(repaired(f"{name}: dropped {int((~used).sum())} vertices that no face uses"))
     return points[used], (np.cumsum(used) - 1)[faces]
 
 
@@ -127,7 +127,7 @@ def _without_duplicates(name: str, n: int, faces: Ints, edges: Edges, lines: lis
             break
     if edges.is_closed and not found.is_closed:
         return faces, edges
-    lines.append(repaired(f"{name}: {len(faces) - len(kept)} duplicate faces dropped"))
+    lines.append(repaired(f"{name}: dropped {len(faces) - len(kept)} duplicate faces"))
     return kept, found
 
 
@@ -162,7 +162,7 @@ def _joined(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
     most = 0.5 * apart * float(np.sqrt((face_normals(points, moved) ** 2).sum(axis=1)).sum())
     lines.append(
         repaired(
-            f"{name}: {before - after} open edges closed by joining vertices up to {apart:.2g} mm apart (by at most"
+            f"{name}: closed {before - after} open edges by joining vertices up to {apart:.2g} mm apart (at most"
             f" {most:.2g} mm³)"
         )
     )
@@ -185,9 +185,7 @@ def _divided_at_vertices(name: str, points: Floats, faces: Ints, edges: Edges, l
     if int((of_found.count % 2).sum()) >= int((edges.count % 2).sum()):
         return faces, edges
     many = "1 vertex" if count == 1 else f"{count} vertices"
-    told = (
-        f"{name}: {many} on sides of other faces (T-vertices, up to {farthest:.2g} mm off); these faces divided there"
-    )
+    told = f"{name}: divided faces at {many} on their sides (T-vertices, up to {farthest:.2g} mm off)"
     lines.append(repaired(told))
     return found, of_found
 
@@ -247,7 +245,7 @@ def _filled(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
     if not new:
         return faces, edges
     most = count * widest**3
-    lines.append(repaired(f"{name}: {count} holes at most {widest:.2g} mm across filled (by at most {most:.2g} mm³)"))
+    lines.append(repaired(f"{name}: filled {count} holes of at most {widest:.2g} mm across (at most {most:.2g} mm³)"))
     faces = np.concatenate([faces, np.array(new, dtype=np.int64)])
     return faces, Edges.of(len(points), faces)
 
@@ -314,7 +312,7 @@ def _agreed(name: str, n: int, faces: Ints, edges: Edges, lines: list[str]) -> t
     if (as_is == turned).any() or (after.balance != 0).any():
         bad = int((edges.balance != 0).sum())
         raise PartError(f"{name}: {bad} edges join faces that disagree about which side is outside")
-    lines.append(repaired(f"{name}: faces disagreed about which side is outside; {int(turn.sum())} turned to agree"))
+    lines.append(repaired(f"{name}: turned {int(turn.sum())} faces that disagreed about which side is outside"))
     return found, after
 
 
@@ -336,7 +334,7 @@ def _divided(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[s
     size = 3 * len(faces)
     graph = coo_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(size, size))
     _, label = connected_components(graph, directed=False)
-    lines.append(repaired(f"{name}: {len(many)} edges shared by four faces or more; divided"))
+    lines.append(repaired(f"{name}: divided {len(many)} edges shared by four faces or more"))
     where = np.unique(label, return_index=True)[1]
     return points[faces.ravel()[where]], label.reshape(-1, 3).astype(np.int64)
 

@@ -60,8 +60,10 @@ def unfolded(mesh: Mesh) -> Mesh:
     faces = np.concatenate([mesh.faces[~gone], *new])
     if not Edges.of(len(mesh.vertices), faces).is_surface:
         return mesh
-    told = f"{mesh.name}: {len(new)} flat regions with faces folded back onto one another (concave polygons as fans)"
-    line = repaired(f"{told}; divided anew, the volume is the same")
+    told = (
+        f"{mesh.name}: divided {len(new)} flat regions anew whose faces fold back onto one another (concave polygons)"
+    )
+    line = repaired(f"{told}; the volume is the same")
     used, compact = np.unique(faces, return_inverse=True)
     compact = compact.reshape(-1, 3).astype(np.int64)
     return replace(mesh, vertices=mesh.vertices[used], faces=compact, warnings=(*mesh.warnings, line))

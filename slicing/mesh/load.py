@@ -47,7 +47,7 @@ READERS: dict[str, Callable[[Path], Triangles]] = {
 def solid_from_arrays(
     name: str, vertices: npt.ArrayLike, faces: npt.ArrayLike, noise_mm: float | None = None, units: str = "mm"
 ) -> Mesh:
-    """A mesh of arrays as `slicing.mesh.solid.mesh_from_arrays` makes it, but each of its shells looked at by itself.
+    """One solid from arrays, such as the vertices and faces of a `trimesh.Trimesh`; checked and repaired like a file.
 
     Args:
         name: what messages call it.
@@ -69,7 +69,7 @@ def solid_from_arrays(
 def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> Mesh:
     """Read one solid from a file: STL, OBJ, PLY, OFF, GLB or 3MF.
 
-    The meshes of a scene (GLB, 3MF) are put where it says and taken together; together they must be closed.
+    The meshes of a scene (GLB, 3MF) are placed as the scene says and joined; together they must be closed.
 
     Args:
         path: the file.
@@ -103,7 +103,7 @@ def _require_unit(file: Path, stated: str | None, units: str) -> None:
         return
     said = STATED_UNITS.get(stated.removesuffix("s"))
     if said != units:
-        allowed = f"say units: {said}" if said else f"allowed: {', '.join(UNITS_MM)}"
+        allowed = f"set units: {said}" if said else f"allowed: {', '.join(UNITS_MM)}"
         raise PartError(f"{file}: the file's unit is {stated}, but units: {units} was given; {allowed}")
 
 

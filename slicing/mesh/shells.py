@@ -82,7 +82,7 @@ def one_solid(mesh: Mesh) -> Mesh:
 def _alone(mesh: Mesh, lines: list[str]) -> Mesh:
     """A mesh of one shell, facing outward."""
     if mesh.volume < 0:
-        lines.append(repaired(f"{mesh.name}: the mesh was inside out; turned ({-mesh.volume:.6g} mm³)"))
+        lines.append(repaired(f"{mesh.name}: turned the mesh, which was inside out ({-mesh.volume:.6g} mm³)"))
         mesh = replace(mesh, faces=np.ascontiguousarray(mesh.faces[:, ::-1]))
     return replace(mesh, warnings=(*mesh.warnings, *lines)) if lines else mesh
 
@@ -130,7 +130,7 @@ def _crossing_lines(mesh: Mesh, found: Crossings, label: Ints) -> list[str]:
         raise PartError(
             f"{mesh.name}: {said}, at {_place(points[worst])}; a solid whose faces do not cross each other is needed"
         )
-    return [repaired(f"{mesh.name}: {said}, at {_place(points[worst])}; left as they are")]
+    return [repaired(f"{mesh.name}: {said}, at {_place(points[worst])}; they were left as they are")]
 
 
 class _Shells:
@@ -175,7 +175,7 @@ class _Shells:
         name, kept = self.mesh.name, self.solid
         if not kept.all():
             lost = float(np.abs(self.volume[~kept]).sum())
-            lines.append(repaired(f"{name}: {int((~kept).sum())} shells without volume dropped ({lost:.2g} mm³)"))
+            lines.append(repaired(f"{name}: dropped {int((~kept).sum())} shells without volume ({lost:.2g} mm³)"))
         sign = self.sign.copy()
         if (sign[kept] > 0).all():
             return sign, kept
@@ -200,15 +200,17 @@ class _Shells:
             self._refuse_torn(shell, around, sign, turned, crossing)
         if turned.any():
             was, now = float(self.volume[kept].sum()), float((np.abs(self.volume) * sign)[kept].sum())
-            many = "the mesh was" if (turned == outer).all() else f"{turned.sum()} of {kept.sum()} shells were"
-            lines.append(repaired(f"{name}: {many} inside out; turned ({was:.6g} mm³ before, {now:.6g} mm³ now)"))
+            many = (
+                "the mesh, which was" if (turned == outer).all() else f"{turned.sum()} of {kept.sum()} shells that were"
+            )
+            lines.append(repaired(f"{name}: turned {many} inside out ({was:.6g} mm³ before, {now:.6g} mm³ now)"))
         if inner.any():
             lines.append(_inner_line(name, int(inner.sum()), float(np.abs(self.volume[inner]).sum())))
         return sign, kept & ~inner
 
     def _untold(self, what: str, shell: int) -> PartError:
         at = _place(self.triangles(shell)[0].mean(axis=0))
-        return PartError(f"{self.mesh.name}: {what} (one of them at {at}); it cannot be told whether one is a cavity")
+        return PartError(f"{self.mesh.name}: {what} (one of them at {at}); whether one is a cavity is not clear")
 
     def _refuse_torn(self, shell: int, around: list[int], sign: Ints, turned: Bools, crossing: Crossings) -> None:
         """Refuse a shell that crosses a larger one if one of them would be a cavity, or only one had to be turned."""
@@ -216,13 +218,14 @@ class _Shells:
         others = np.unique(label[(label == shell).any(axis=1)])
         for other in others[np.abs(self.volume[others]) > abs(self.volume[shell])].tolist():
             if (sign[shell] < 0 and other in around) or turned[shell] != turned[other]:
-                raise self._untold("two shells cross, of which one faces inward", shell)
+                raise self._untold("two shells cross and one of them faces inward", shell)
 
 
 def _inner_line(name: str, count: int, volume: float) -> str:
     return repaired(
-        f"{name}: {count} shell{'s' if count > 1 else ''} within the material of others, facing outward, dropped"
-        f" (a cavity must face inward); {volume:.6g} mm³ that the others hold already"
+        f"{name}: dropped {count} shell{'s' if count > 1 else ''} that face{'s' if count == 1 else ''} "
+        "outward within the"
+        f" material of others (a cavity must face inward); the others hold these {volume:.6g} mm³ already"
     )
 
 
@@ -256,8 +259,8 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines
     vertices = np.asarray(data.vert_properties)[:, :3]
     triangles = np.asarray(data.tri_verts).astype(np.int64)
     _require_same_inside(mesh, faces, vertices[triangles])
-    told = f"{apart:.6g} mm³ counting the overlaps twice, {together:.6g} mm³ as one solid"
-    lines.append(repaired(f"{mesh.name}: {len(solids)} shells overlap and were united ({told})"))
+    told = f"{apart:.6g} mm³ with overlaps counted twice, {together:.6g} mm³ as one solid"
+    lines.append(repaired(f"{mesh.name}: united {len(solids)} shells that overlap ({told})"))
     if inner:
         lines.append(_inner_line(mesh.name, len(inner), float(sum(solid.volume() for solid in inner))))
     made = mesh_from_arrays(mesh.name, vertices, triangles, mesh.noise_mm)
@@ -283,7 +286,7 @@ def _solids(mesh: Mesh, faces: Ints, label: Ints, sign: Ints) -> list[Any]:
             and winding_numbers(point, mesh.vertices[shells[t]])[0] > 0.75
         ]
         if not around:
-            raise PartError(f"{mesh.name}: a cavity at {_place(point[0])} lies in no shell that faces outward")
+            raise PartError(f"{mesh.name}: a cavity at {_place(point[0])} does not lie in a shell that faces outward")
         owner[min(around, key=lambda t: float(np.prod(boxes[t][1] - boxes[t][0])))].append(own)
     solids = []
     for parts in owner.values():

@@ -147,7 +147,7 @@ def mesh_from_arrays(
     require_near(name, points)
     points, triangles, warnings = closed_surface(name, points, triangles if whole.all() else triangles[whole])
     if not whole.all():
-        warnings.insert(0, repaired(f"{name}: {int((~whole).sum())} faces that use a vertex twice dropped"))
+        warnings.insert(0, repaired(f"{name}: dropped {int((~whole).sum())} faces that use a vertex twice"))
     if outward:
         triangles = _outward(name, points, triangles, warnings)
     warnings += _size_warnings(name, points, units)
@@ -181,7 +181,7 @@ def _outward(name: str, points: Floats, faces: Ints, warnings: list[str]) -> Int
         raise PartError(f"{name}: the mesh encloses no volume; a solid is needed")
     if volume < 0:
         faces = np.ascontiguousarray(faces[:, ::-1])
-        warnings.append(repaired(f"{name}: the mesh was inside out; turned ({-volume:.6g} mm³)"))
+        warnings.append(repaired(f"{name}: turned the mesh, which was inside out ({-volume:.6g} mm³)"))
     return faces
 
 

@@ -12,11 +12,13 @@ Dai et al. 2020, revolved ones as section 6 suggests.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..curves.intersect import Curve, intersect_offsets
 from ..layers.layer import Layer, RoundBody, make_layer, without_slivers
-from ..mesh.solid import Mesh
+from ..mesh.solid import Floats, Mesh
 from ..parameters import SlicingParameters
 
 
@@ -30,13 +32,11 @@ def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameter
         root: the curves of layer 0, on the body.
 
     Returns:
-        The layers, from the body outward, up to the first offset that meets nothing.
+        The layers, from the body outward, up to the first offset above which there is nothing.
     """
     base, step = body.surface, parameters.h_layer_mm
     layers = [make_layer(0, base, root, None, body, step)]
-    # no point of a triangle lies further out than its corners do
-    top = float(base.distance(mesh.vertices).max())
-    heights = step * np.arange(1, max(int(np.floor(top / step)), 0) + 2)
+    heights = heights_below(float(base.distance(mesh.vertices).max()), parameters)
     for height, curves in zip(
         heights.tolist(), intersect_offsets(mesh, base, heights, parameters.tolerance_mm), strict=True
     ):
@@ -44,6 +44,20 @@ def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameter
             break
         layers.append(make_layer(len(layers), base.offset(height), kept, layers[-1].surface, body, step))
     return layers
+
+
+def heights_below(top_mm: float, parameters: SlicingParameters) -> Floats:
+    """Heights of the layers after the first one: those above which a sub-volume has more than the tolerance.
+
+    Args:
+        top_mm: of its highest corner, from the same surface; no point of a triangle lies higher than its corners.
+        parameters: h_layer_mm and tolerance_mm count.
+
+    Returns:
+        (n,) mm, one every h_layer_mm.
+    """
+    count = math.ceil((top_mm - parameters.tolerance_mm) / parameters.h_layer_mm)
+    return parameters.h_layer_mm * np.arange(1.0, max(count, 1))
 
 
 def span(curves: list[Curve], axis_point: tuple[float, float]) -> tuple[float, float]:

@@ -42,7 +42,7 @@ import numpy as np
 from ..curves.face_intervals import FaceIntervals
 from ..curves.intersect import Curve, intersect
 from ..layers.layer import Body, Layer, make_layer, without_slivers
-from ..mesh.solid import Mesh
+from ..mesh.solid import Floats, Mesh
 from ..parameters import SlicingParameters
 from ..surfaces.surfaces import Cylinder, Plane
 from .cylindrical import span
@@ -71,7 +71,7 @@ def nonuniform_layers(mesh: Mesh, body: Body, parameters: SlicingParameters, roo
     cut = _Cutter(mesh, FaceIntervals.about(mesh, surface), surface, parameters.tolerance_mm)
     while True:
         offset = surface.offset(h)
-        curves = cut.curves(offset)
+        curves = cut.curves(offset) if cut.over_mm(offset) > parameters.tolerance_mm else []
         if not curves:
             return layers
         middle, width = span(curves, offset.axis_point)
@@ -106,6 +106,18 @@ class _Cutter:
         low, high = self._reach(surface)
         faces = self.intervals.between(low, high)
         return without_slivers(intersect(self.mesh, surface, self.tolerance_mm, faces=faces))
+
+    def over_mm(self, surface: Cylinder) -> float:
+        """How far the mesh reaches above a surface, mm."""
+        return float(surface.distance(self._corners_about).max())
+
+    @cached_property
+    def _corners_about(self) -> Floats:
+        """Corners (n, 3), z = 0, of the mesh's outline seen along the axis: one of them is farthest from any axis."""
+        import shapely
+
+        outline = shapely.get_coordinates(shapely.convex_hull(shapely.multipoints(self.mesh.vertices[:, :2])))
+        return np.column_stack([outline, np.zeros(len(outline))])
 
     @cached_property
     def _sector(self) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from ..layers.outside_body import outside_body
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
 from ..surfaces.surfaces import Plane
-from .cylindrical import span
+from .cylindrical import heights_below, span
 
 RING_RAD = 2 * np.pi - 1e-9
 
@@ -102,7 +102,9 @@ def planes_from(
         `layers` and the new ones.
     """
     layers, step = list(layers), parameters.h_layer_mm
-    heights = step * np.arange(1, int(np.floor(float(base.distance(mesh.vertices).max()) / step)) + 2)
+    top = float(base.distance(mesh.vertices).max())
+    # planes alone are the tops of their layers, those upon other layers the bottoms
+    heights = heights_below(top, parameters) if layers else step * np.arange(1, int(np.floor(top / step)) + 2)
     found = intersect_offsets(mesh, base, heights, parameters.tolerance_mm)
     for height, meeting in zip(heights.tolist(), found, strict=True):
         surface = base.offset(height)

@@ -100,7 +100,7 @@ def _on_body(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> Mesh:
     part = between(mesh, z_mm)
     if len(part.faces) == 0:
         raise PartError(
-            f"{mesh.name}: lies over the ends of the body ({body}, z {_rounded(z_mm)} mm), nowhere on its side"
+            f"{mesh.name}: lies wholly over the ends of the body ({body}, z {_rounded(z_mm)} mm), not on its side"
         )
     return part
 
@@ -112,10 +112,10 @@ def _rounded(z_mm: tuple[float, float]) -> str:
 def _over_ends(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> list[str]:
     """A line about what lies within the body's surface beyond its ends."""
     over, whole = over_ends_mm3(mesh, body, z_mm), without_body(mesh, body, z_mm).volume
-    what = f"{over:.1f} mm³ of it ({100 * over / whole:.1f} %) lie over the ends, within the body's surface: no layer"
+    what = f"{over:.1f} mm³ of it ({100 * over / whole:.1f} %) lie over the ends, within the body's radius"
     text = (
-        f"{mesh.name}: reaches over the body's ends (z {_rounded(z_mm)} mm); layer 0 ends there. {what} holds"
-        " them but planes; strategy revolved lays round the ends"
+        f"{mesh.name}: reaches over the body's ends (z {_rounded(z_mm)} mm); layer 0 ends there. {what}:"
+        " only planar layers hold them; strategy revolved lays layers round the ends"
     )
     return [Warning(Code.BODY_END, text, sub_volume=mesh.name, layer=0)]
 
@@ -168,9 +168,9 @@ def footprint(mesh: Mesh, body: RoundBody, tolerance_mm: float) -> tuple[list[Cu
         whole = intersect(mesh, body.surface, tolerance_mm, nudge_mm=max(lift, clear))
         curves = whole if 0 < len(whole) < len(curves) else curves
     if not curves:
-        raise PartError(f"{mesh.name}: meets the body only in points; a footprint is needed")
+        raise PartError(f"{mesh.name}: touches the body only in points; a footprint is needed")
     if lift > 1e-3:
-        return curves, [f"{mesh.name}: the root stands up to {lift:.3f} mm off the body; layer 0 is taken at the root"]
+        return curves, [f"{mesh.name}: the root is up to {lift:.3f} mm off the body; layer 0 lies at the root"]
     return curves, []
 
 
@@ -230,7 +230,7 @@ def _hanging_beads(sliced: SlicedSubVolume, root: list[Curve]) -> list[str]:
     if width > np.pi + 1e-9:
         lines.append(
             f"{sliced.name}: its footprint spans {np.degrees(width):.0f} degrees of the body; beyond 90 degrees from"
-            " the build direction planar beads have no body below them: cylindrical or nonuniform have"
+            " the build direction planar beads have no body below them (cylindrical and nonuniform beads do)"
         )
     first = sliced.layers[0].surface
     assert isinstance(first, Plane)
@@ -240,7 +240,7 @@ def _hanging_beads(sliced: SlicedSubVolume, root: list[Curve]) -> list[str]:
     if below > sliced.parameters.h_layer_mm:
         lines.append(
             f"{sliced.name}: reaches {below:.2f} mm lower than its footprint along the build direction; planes start"
-            " at the footprint, and what hangs lower is left out"
+            " at the footprint, and the metal below them is left out"
         )
     return lines
 
@@ -260,7 +260,7 @@ def _thin_beads(sliced: SlicedSubVolume) -> list[str]:
             share = np.clip(np.minimum(over, after) / np.minimum(-np.abs(over - after), -1e-12), 0.0, 1.0)
             thin, total = thin + curve.length_mm * float(share.mean()), total + curve.length_mm
         lines.append(
-            f"{sliced.name}: layer {layer.index}: bead thinner than h_min {least:g} mm along {thin:.1f} of"
+            f"{sliced.name}: layer {layer.index}: the bead is thinner than h_min {least:g} mm along {thin:.1f} of"
             f" {total:.1f} mm (least {layer.thickness_mm[0]:.3f} mm)"
         )
     return lines

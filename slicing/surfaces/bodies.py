@@ -43,7 +43,7 @@ class Body:
     Attributes:
         radius_mm: its radius.
         axis_xy_mm: where the axis is.
-        off_mm: how far the surface that is there lies off it at most where a sub-volume stands: on a drafted hub.
+        off_mm: largest distance of the real surface from it where a sub-volume stands (on a drafted hub).
     """
 
     radius_mm: float

@@ -180,7 +180,7 @@ def _slopes(profile: Profile) -> tuple[float, float]:
 def _checked(given: tuple[tuple[float, float], ...]) -> Profile:
     points = np.array(given, dtype=np.float64).reshape(-1, 2)
     if len(points) < 2:
-        raise PartError(f"profile_mm: {len(points)} points are no profile; at least two (r, z) are needed")
+        raise PartError(f"profile_mm: {len(points)} points do not make a profile; at least two (r, z) are needed")
     if not np.isfinite(points).all():
         raise PartError("profile_mm: holds numbers that are not finite; (r, z) in mm are needed")
     if points[:, 0].min() < 0:
@@ -189,7 +189,7 @@ def _checked(given: tuple[tuple[float, float], ...]) -> Profile:
     step = np.diff(points, axis=0)
     if (np.hypot(step[:, 0], step[:, 1]) < ON_PROFILE_MM).any():
         bad = int(np.argmin(np.hypot(step[:, 0], step[:, 1])))
-        raise PartError(f"profile_mm: points {bad} and {bad + 1} are the same; every segment needs a length")
+        raise PartError(f"profile_mm: points {bad} and {bad + 1} are the same; every segment needs a length above 0")
     flat = np.abs(step[:, 1]) <= FLAT_RATIO * np.abs(step[:, 0])
     if flat.all():
         raise PartError("profile_mm: all points at one height; the body needs a height")

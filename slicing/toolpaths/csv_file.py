@@ -153,8 +153,8 @@ def read_toolpath(
     targets = Targets(names, volume[rows], layer[rows], bead, p, n, tangents, thickness, closed, speed)
     require_order(targets, [table.line[k] for k in rows], str(file))
     text = (
-        f"toolpath {file.name}: what lies under its beads, their metal and the layers' own areas are not looked at: "
-        "they are known of layers that are sliced here"
+        f"toolpath {file.name}: overhang, metal and layer areas are not checked: "
+        "they are known only for layers that rbam-cell slices itself"
     )
     told = (Warning(Code.TOOLPATH_NOT_SLICED, text), *_passed_over(table), *own_metal_told(targets, width_mm))
     return Toolpath(targets, BeadParameters(width_mm=width_mm), (), metal == "below", told, str(file))
@@ -164,7 +164,7 @@ def _read(file: Path) -> _Table:
     if not file.is_file():
         raise PartError(f"{file}: {'not a file' if file.exists() else 'no such file'}")
     if file.stat().st_size > MOST_BYTES:
-        raise PartError(f"{file}: has more than {MOST_BYTES // 2**20} MiB")
+        raise PartError(f"{file}: has more than {MOST_BYTES // 2**20} MiB, the most that is read")
     try:
         text = file.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -182,7 +182,7 @@ def _read(file: Path) -> _Table:
     if len(found) > MOST_ROWS:
         raise PartError(f"{file}: has {len(found)} rows; at most {MOST_ROWS} are taken")
     if not found:
-        raise PartError(f"{file}: has a header and no rows")
+        raise PartError(f"{file}: has a header but no rows; a row for each target is needed")
     for number, cells in found:
         if len(cells) != len(header):
             raise PartError(f"{file}: line {number}: has {len(cells)} columns, the header {len(header)}")
@@ -199,12 +199,14 @@ def _places(file: Path, header: list[str]) -> dict[str, int]:
     for meaning, names in NAMES.items():
         places = [k for k, name in enumerate(low) if name in names]
         if len(places) > 1:
-            raise PartError(f"{file}: columns {header[places[0]]} and {header[places[1]]} mean the same")
+            raise PartError(f"{file}: columns {header[places[0]]} and {header[places[1]]} mean the same; one is needed")
         if places:
             at[meaning] = places[0]
     missing = [NAMES[name][0] for name in "xyz" if name not in at]
     if missing:
-        raise PartError(f"{file}: no column {missing[0]}; columns are x_mm, y_mm, z_mm, nx, ny, nz, path, layer, ..")
+        raise PartError(
+            f"{file}: no column {missing[0]}; the columns are x_mm, y_mm, z_mm, nx, ny, nz, path, layer, .."
+        )
     return at
 
 
@@ -217,7 +219,7 @@ def _beads(table: _Table) -> tuple[Ints, Ints]:
     if table.has("on"):
         on &= table.numbers("on") != 0
     if not on.any():
-        raise PartError(f"{table.source}: no row is welded")
+        raise PartError(f"{table.source}: no row is welded (on is 0, or kind is travel, in all of them)")
     rows = np.flatnonzero(on)
     if table.has("bead"):
         bead = np.zeros(n, dtype=np.int64)
@@ -228,7 +230,10 @@ def _beads(table: _Table) -> tuple[Ints, Ints]:
             raise table.wrong(k, "bead", table.columns["bead"][k], "numbers of beads must not fall from row to row")
         return bead, rows
     if not table.has("on") and not table.has("kind"):
-        raise PartError(f"{table.source}: no column path (the number of the bead), nor on (1 where it is welded)")
+        raise PartError(
+            f"{table.source}: no column path (the number of the bead) and none on (1 where the arc is on); "
+            "one is needed"
+        )
     return np.cumsum(np.diff(on.astype(np.int64), prepend=0) == 1) - 1, rows
 
 
@@ -241,12 +246,13 @@ def _normals(table: _Table, position: Floats, normal: str | None) -> Floats:
         given = np.column_stack([position[:, :2], np.zeros(len(position))])
     else:
         raise PartError(
-            f"{table.source}: no columns nx, ny, nz (the deposition direction); say normal: up or radial instead"
+            f"{table.source}: no columns nx, ny, nz (the deposition direction); set normal (in a case "
+            "part.toolpath_normal): up or radial"
         )
     length = np.linalg.norm(given, axis=1)
     if (length < 1e-9).any():
         k = int(np.argmin(length))
-        raise PartError(f"{table.source}: line {table.line[k]}: its deposition direction has no length")
+        raise PartError(f"{table.source}: line {table.line[k]}: its deposition direction has length 0")
     return np.asarray(given / length[:, None])
 
 
@@ -254,7 +260,7 @@ def _given(table: _Table, name: str, rows: Ints, default: float | None, key: str
     """A column of which the rows that are welded are above 0, (rows,); the default where the table has none."""
     if not table.has(name):
         if default is None:
-            raise PartError(f"{table.source}: no column {NAMES[name][0]}; say {key}")
+            raise PartError(f"{table.source}: no column {NAMES[name][0]}; set {key}")
         return np.full(len(rows), float(default))
     values = table.numbers(name)[rows]
     if (values <= 0).any():
@@ -308,4 +314,4 @@ def _passed_over(table: _Table) -> tuple[Warning, ...]:
     if not others:
         return ()
     named = ", ".join(name[:40] for name in others[:6]) + (", .." if len(others) > 6 else "")
-    return (Warning(Code.TOOLPATH_COLUMNS, f"toolpath {Path(table.source).name}: columns passed over: {named}"),)
+    return (Warning(Code.TOOLPATH_COLUMNS, f"toolpath {Path(table.source).name}: unused columns: {named}"),)

@@ -70,7 +70,8 @@ def own_metal_told(targets: Targets, width_mm: float) -> tuple[Warning, ...]:
     bead, target = next(iter(found.items()))
     more = f" and {len(found) - 1} more" if len(found) > 1 else ""
     text = (
-        f"part.toolpath: bead {bead}{more} lies over its own metal from target {target} on, which is not in the cell "
-        "until the bead is done: nothing is held against it; give each turn a bead and a layer of its own"
+        f"part.toolpath: bead {bead}{more} lies over its own metal from target {target} on. That metal "
+        "joins the cell only "
+        "when the bead is done, so collisions with it are not checked; make each turn a bead and a layer of its own"
     )
     return (Warning(Code.BEAD_OVER_ITSELF, text),)

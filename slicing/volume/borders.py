@@ -9,7 +9,7 @@ hundredth of the area. Two questions are asked of every layer:
   between the sides of each: lengths and number of loops follow from which faces are neighbours. None of the exact
   curves are used. A layer is told of only if its border fits no surface within REACH_MM of its own.
 - *Does every border part material from what is none?* Where the region has nothing on either side of a border it is a
-  bridge of no width: a bead would be laid over nothing. Where it has material on both sides (solids that touch) two
+  bridge of no width: a bead would be laid in the air. Where it has material on both sides (solids that touch) two
   beads would run on one another; that is told of, and no more.
 """
 
@@ -193,10 +193,10 @@ def _against_solid(name: str, fine: _Fine, layer: Layer, cut_mm: float) -> list[
     told = []
     if not long_enough:
         told.append(
-            (Code.LAYER_LENGTH, f"its borders are {total:.1f} mm long, those of the solid's section {lengths[0]:.1f}")
+            (Code.LAYER_LENGTH, f"its borders are {total:.1f} mm long, the solid's section has {lengths[0]:.1f} mm")
         )
     if not as_many:
-        told.append((Code.LAYER_LOOPS, f"it has {count} loops, the solid's section there {counts[0][0]}"))
+        told.append((Code.LAYER_LOOPS, f"it has {count} loops, the solid's section has {counts[0][0]}"))
     return [
         Warning(code, f"{where}: {text}: the layer is wrong", sub_volume=name, layer=layer.index) for code, text in told
     ]

@@ -171,7 +171,7 @@ def _with_volume_line(held: HeldVolume, sliced: SlicedSubVolume) -> HeldVolume:
         why.append("its sections change within a layer's thickness")
     line = Warning(
         Code.LAYER_VOLUME,
-        f"{sliced.name}: area times thickness of the layers is {held.laid_mm3:.6g} mm³, the sub-volume"
+        f"{sliced.name}: area times thickness of the layers is {held.laid_mm3:.6g} mm³, the sub-volume has"
         f" {held.volume_mm3:.6g} mm³ ({share:+.1f} %): {'; '.join(why)}",
         sub_volume=sliced.name,
     )

@@ -18,10 +18,10 @@ from slicing.mesh.solid import PartError
 
 NAMES = "t_s,A1_deg,E1_deg,arc"
 CSV = [
-    (NAMES.replace(",", ";") + "\n0,5;1,2;0;0\n", "parted by semicolons"),
-    (NAMES.replace(",", "\t") + "\n0.5\t1.2\t0\t0\n", "parted by tabs"),
-    (NAMES.replace(",", " ") + "\n0.5 1.2 0 0\n", "parted by spaces"),
-    ("0.0,0.0,1.0,0\n0.1,0.0,1.0,0\n", "no line of names"),
+    (NAMES.replace(",", ";") + "\n0,5;1,2;0;0\n", "separated by semicolons"),
+    (NAMES.replace(",", "\t") + "\n0.5\t1.2\t0\t0\n", "separated by tabs"),
+    (NAMES.replace(",", " ") + "\n0.5 1.2 0 0\n", "separated by spaces"),
+    ("0.0,0.0,1.0,0\n0.1,0.0,1.0,0\n", "no line of column names"),
     ("# made by hand\n" + NAMES + "\n0,0,0,0\n", "line 1 is a comment"),
     (NAMES + "\n0,0,0,0\n# half\n1,0,0,0\n", "line 3 is a comment"),
     (NAMES + "\n0,5,1,2,0,0\n", "a decimal comma"),
@@ -36,7 +36,7 @@ def test_a_motion_of_another_locale_says_what_is_expected(text: str, says: str, 
     with pytest.raises(InputError) as caught:
         _csv(path, MOST_BYTES)
     assert says in str(caught.value)
-    assert "twice" in says or "columns are parted by commas, numbers have points" in str(caught.value)
+    assert "twice" in says or "a comma between columns, a decimal point in numbers" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
@@ -49,7 +49,7 @@ def test_an_array_that_says_it_is_larger_than_it_is(version: int, tmp_path: Path
     write(head, described)
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("t_s.npy", head.getvalue() + bytes(16))
-    with pytest.raises(InputError, match=r"says it has \(1000000000000,\) values, and holds 16 bytes"):
+    with pytest.raises(InputError, match=r"claims \(1000000000000,\) values but holds 16 bytes"):
         _npz(path, MOST_BYTES)
 
 

@@ -14,7 +14,8 @@ from cell.collision.checker import Checker
 from cell.failure import Seen
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 from cell.verification import arm_looks
 from cell.verification.bead_samples import COARSE, dense, rows_of
 from cell.verification.motion_check import check_motion

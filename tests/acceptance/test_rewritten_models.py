@@ -210,7 +210,7 @@ def test_an_arm_of_visuals_alone_is_feasible_with_a_warning_that_names_its_links
 
 @pytest.mark.parametrize(
     ("wire", "words"),
-    [([], "no wire that collides"), (["wire", "neck"], "neck (24 mm) thicker than any wire"), (["wire"], None)],
+    [([], "no wire that collides"), (["wire", "neck"], "neck (24 mm) is thicker than a wire"), (["wire"], None)],
 )
 def test_a_wire_that_is_none_is_said(wire, words, tmp_path):
     job = prepare(load_case(write_case(tmp_path, "wire", tool={"wire": wire})))

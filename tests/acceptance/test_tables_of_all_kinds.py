@@ -12,7 +12,8 @@ from support.cases import at, bosses, turned
 from support.lathes import lathe_job, ring_part
 
 from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 
 pytestmark = pytest.mark.slow
 ALONG = {"mode": "coordinated"}

@@ -14,7 +14,8 @@ from support.arm_models import arm
 from cell.case.read import load_case
 from cell.collision.proofs.reach_radii import radii
 from cell.job.job import prepare
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 from slicing.warning import Code
 
 ROUNDED = f"{np.rad2deg(1.5708):.12g}"  # a right angle as exporters of URDF write it

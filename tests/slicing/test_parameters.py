@@ -65,7 +65,7 @@ def test_there_are_numbers_in_both() -> None:
 def test_a_number_out_of_its_range_is_refused_alike(section: str, name: str, low: float, high: float) -> None:
     for value in (low - 1, high + 1, float("nan"), float("inf")):
         refused(section, name, value)
-    assert f"is {low:g} to {high:g}" in refused(section, name, high + 1)
+    assert f"must be {low:g} to {high:g}" in refused(section, name, high + 1)
 
 
 @pytest.mark.parametrize("section", SECTIONS)

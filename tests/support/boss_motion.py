@@ -9,7 +9,8 @@ import yaml
 
 from cell.case.read import load_case
 from cell.job.job import Job, prepare
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 from support.cases import boss_mesh
 
 

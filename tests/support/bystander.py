@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from cell.scene.standalone import standalone_xml
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 
 STEP_MM, STEP_DEG = 0.2, 0.2
 OFF_MM, OFF_DEG = 0.05, 0.05

@@ -21,7 +21,7 @@ from support.cad_parts import FINE, CadPart, Section, Truth, _Build, arrays, fro
 
 Room = tuple[float, float, float]  # radius of the body, and where stands may be along it, lowest and highest, mm
 SIZES_MM = (5.0, 40.0, 40.0, 40.0, 200.0, 3000.0)
-AWAY = (0.0, 2.5, 250.0)  # times the size, from the origin
+AWAY, FARTHEST_MM = (0.0, 2.5, 250.0), 2e4  # times the size, from the origin
 
 
 def bar(rng: np.random.Generator, sides: int, size: float) -> _Build:
@@ -262,5 +262,5 @@ def machined_part(seed: int) -> CadPart:
     motion = np.eye(4)
     if rng.random() < 0.75:
         motion[:3, :3] = Rotation.random(random_state=int(rng.integers(2**31))).as_matrix()
-    motion[:3, 3] = rng.uniform(-1, 1, 3) * size * float(rng.choice(AWAY))
+    motion[:3, 3] = rng.uniform(-1, 1, 3) * min(size * float(rng.choice(AWAY)), FARTHEST_MM)
     return CadPart(words, vertices, faces, truth).moved(motion)

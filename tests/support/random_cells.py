@@ -1,6 +1,7 @@
 """Random cells of all shape kinds that a model may hold: arms, torches, positioners and fixtures, as files of a case.
 
 case = random_cell(rng, folder)           # folder must hold plate.stl of write_meshes(folder)
+scenes = random_scenes(folder, seed=5, count=4)
 a, b = random_pair(rng, "capsule", "mesh")    # a model of two free shapes
 """
 
@@ -13,6 +14,7 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull
 
+from cell import compose, prepare
 from cell.case.read import parse_case
 
 KINDS = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "plane")
@@ -201,3 +203,11 @@ def put(rng, datas):
     for data in datas:
         data.qpos[:] = np.concatenate(places)
         mujoco.mj_kinematics(data.model, data)
+
+
+def random_scenes(folder, seed, count):
+    """Composed random cells that share one part."""
+    write_meshes(folder)
+    rng = np.random.default_rng(seed)
+    part = prepare(random_cell(rng, folder)).shape
+    return [compose(random_cell(rng, folder), part) for _ in range(count)]

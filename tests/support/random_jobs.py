@@ -17,7 +17,7 @@ from cell.errors import InputError
 from cell.job.job import prepare
 from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 from cell.verification.motion_check import check_motion
 from support.odd_models import odd_models
 from support.odder_models import odder_fixtures, odder_models

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from cell.case.sections import Case
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 
 from .second_engine import placed, shape_of, signed_distance
 

@@ -80,7 +80,7 @@ def _frame(state: ControllerState, word: str, place: int, scope: BasScope) -> No
         )
     frame = scope.listed(name, place)
     if isinstance(frame, UnknownValue):
-        raise refuse(scope.where, f"depends on what is not known here: {frame.why}")
+        raise refuse(scope.where, f"depends on an unknown value: {frame.why}")
     if name == "TOOL_DATA":
         state.set_tool(ToolFrame(matrix(frame, scope), number=place))
     else:
@@ -107,7 +107,7 @@ def _held(scope: Scope, name: str) -> Mapping[str, Any]:
 def _frames(state: ControllerState, scope: BasScope) -> None:
     held = _held(scope, "FDAT_ACT")
     if not held:
-        raise refuse(scope.where, "FDAT_ACT, which names tool and base, has no value here")
+        raise refuse(scope.where, "FDAT_ACT, which gives tool and base, has no value")
     if held.get("IPO_FRAME", "#BASE") != "#BASE":
         raise refuse(scope.where, f"FDAT_ACT.IPO_FRAME is #BASE here, not {shown(held['IPO_FRAME'])}")
     for word, part in (("#TOOL", "TOOL_NO"), ("#BASE", "BASE_NO")):

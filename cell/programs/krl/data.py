@@ -143,7 +143,7 @@ class Data:
                     own = shared if root in shared else found
                     self._put(own, root, accessors, evaluate(statement.value[1], self._run))
                 elif statement.op != "pass":
-                    raise refuse(self._run.where, "a .dat file holds declarations and values alone")
+                    raise refuse(self._run.where, "a .dat file may hold only declarations and values")
             into.add(found)
             # one value for all, which any of them may change: no copy is kept for the file itself
             self._everywhere.add(shared)
@@ -193,7 +193,7 @@ class Data:
             return {f"A{i + 1}": math.degrees(x) for i, x in enumerate(home)}
         if name in DEFAULTS:
             return DEFAULTS[name]
-        return UnknownValue(f"{quoted(name)} is declared neither in the program nor in a .dat beside it")
+        return UnknownValue(f"{quoted(name)} is declared neither in the program nor in a .dat file beside it")
 
     def path(self, target: Expression) -> tuple[str, Accessors]:
         """A variable's name and the way to what is assigned of it."""
@@ -206,7 +206,7 @@ class Data:
                 if indices:
                     accessors.append(indices)
             else:
-                raise refuse(self._run.where, "assigns to what is no variable")
+                raise refuse(self._run.where, "assigns to something that is not a variable")
             target = target.of
         return target.name, tuple(reversed(accessors))
 
@@ -269,7 +269,7 @@ class Data:
         if T is not None:
             return ListedFrame(frame_dict(T), name, place)
         return UnknownValue(
-            f"{name}[{place}] is neither in a .dat beside the program nor in controller.read of the case"
+            f"{name}[{place}] is neither in a .dat file beside the program nor in controller.read of the case"
         )
 
     def _of_controller(self, name: str) -> Any:
@@ -334,7 +334,7 @@ class Data:
             raise refuse(run.where, f"EK: the root is of machine {machine}, the kind of machine {kind.machine}")
         place = frame.number if isinstance(frame, ListedFrame) else None
         if isinstance(frame, ListedFrame) and frame.place == "TOOL_DATA" and place:
-            raise refuse(run.where, f"EK: TOOL_DATA[{place}] is no base")
+            raise refuse(run.where, f"EK: TOOL_DATA[{place}] is not a base")
         if isinstance(frame, MachineReference):
             raise refuse(run.where, f"EK: the frame .{quoted(frame.component)} of machine {frame.machine} is not known")
         return CoupledFrame(matrix(frame, run), machine, held, place)

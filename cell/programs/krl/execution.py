@@ -85,9 +85,11 @@ class Execution:
         main = self.sources.main
         part = main.parts[main.first]
         if part.kind != "DEF":
-            raise refuse(SourceLine(str(main.path), part.line), f"{part.name} is no program but data or a function")
+            raise refuse(SourceLine(str(main.path), part.line), f"{part.name} is data or a function, not a program")
         if part.parameters:
-            raise refuse(SourceLine(str(main.path), part.line), f"{part.name} has parameters: it is called by another")
+            raise refuse(
+                SourceLine(str(main.path), part.line), f"{part.name} has parameters, so it cannot be run by itself"
+            )
         self._run_part(main, part, VariableScope())
         self.state.finish(self.where)
 
@@ -100,7 +102,7 @@ class Execution:
 
     def _run_part(self, file: ParsedFile, part: ModulePart, variables: VariableScope) -> Any:
         if len(self.calls) >= self.controller.limits.calls:
-            raise refuse(self.where, f"calls more than {self.controller.limits.calls} sub-programs in each other")
+            raise refuse(self.where, f"calls more than {self.controller.limits.calls} sub-programs inside each other")
         self.data.load(file)
         frame = CallFrame(file, part, variables)
         self.calls.append(frame)
@@ -108,7 +110,7 @@ class Execution:
             self._block(part.body)
         except _Left as left:
             if left.what == "loop":
-                raise refuse(self.where, "EXIT stands in no loop") from None
+                raise refuse(self.where, "EXIT stands outside a loop") from None
         self.calls.pop()
         return frame.result
 
@@ -183,7 +185,7 @@ class Execution:
         file, path = self.calls[-1].file.index, str(self.calls[-1].file.path)
         self._depth += 1
         if self._depth > MOST_DEPTH:
-            raise refuse(self.where, f"runs in more than {MOST_DEPTH} blocks and sub-programs in each other")
+            raise refuse(self.where, f"runs in more than {MOST_DEPTH} blocks and sub-programs inside each other")
         try:
             self._statements(body, file, path)
         finally:
@@ -203,7 +205,9 @@ class Execution:
         self._steps += 1
         if self._steps > self.controller.limits.statements:
             raise refuse(
-                self.where, f"more than {self.controller.limits.statements} statements have run: a loop without end?"
+                self.where,
+                f"more than {self.controller.limits.statements} statements have run: the program may "
+                "have an endless loop",
             )
 
     def _move(self, motion: MotionStatement, where: tuple[int, int]) -> None:
@@ -313,9 +317,11 @@ class Execution:
     def _skip(self, statement: Statement, value: UnknownValue, body: tuple[Statement, ...]) -> None:
         """Pass over statements that may or may not run, where they move nothing."""
         if not self._moves_nothing(body):
-            raise refuse(self.where, f"what runs depends on what is not known here, and may move the arm: {value.why}")
+            raise refuse(
+                self.where, f"a condition decides on moves of the arm and depends on an unknown value: {value.why}"
+            )
         line = self.where.number
-        self.passing("conditions that are not known, on what moves nothing")
+        self.passing("unknown conditions on statements that move nothing")
         for root in set_in(body):
             self.data.set(root, (), UnknownValue(f"{root} is set where line {line} says so"))
         self.state.stop()
@@ -348,7 +354,7 @@ class Execution:
 
     def _equal(self, a: Any, b: Any) -> bool:
         if isinstance(b, UnknownValue):
-            raise refuse(self.where, f"a CASE depends on what is not known here: {b.why}")
+            raise refuse(self.where, f"a CASE depends on an unknown value: {b.why}")
         if isinstance(a, (bool, str)) or isinstance(b, (bool, str)):
             return type(a) is type(b) and bool(a == b)
         return number(a, self) == number(b, self)

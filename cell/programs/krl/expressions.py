@@ -217,7 +217,7 @@ def _selected(cursor: Cursor, found: Expression) -> Expression:
             indices: list[Expression] = []
             while not cursor.take("]"):
                 if len(indices) > 3:
-                    raise refuse(cursor.where, "an array has three indices at most")
+                    raise refuse(cursor.where, "an array has at most three indices")
                 if cursor.take(","):
                     continue
                 indices.append(expression(cursor))
@@ -244,7 +244,7 @@ def _aggregate(cursor: Cursor) -> Aggregate:
                 if cursor.next().kind == "end":
                     raise refuse(cursor.where, "] is missing")
         if any(name == known for known, _ in items):
-            raise refuse(cursor.where, f"component {quoted(name)} stands there twice")
+            raise refuse(cursor.where, f"component {quoted(name)} is given twice")
         items.append((name, expression(cursor)))
         if not cursor.take(","):
             cursor.need("}")

@@ -119,4 +119,4 @@ def _bits(text: str, where: SourceLine) -> int:
     try:
         return int(body[1:] if base else body, base or 10)
     except ValueError:
-        raise refuse(where, f"{quoted(text)} is no number: 'B01..' or 'H0A..' is") from None
+        raise refuse(where, f"{quoted(text)} is not a number: 'B01..' or 'H0A..' is") from None

@@ -236,7 +236,7 @@ def _motion(word: str, cursor: Cursor, spline: bool) -> MotionStatement:
         elif cursor.token.kind == "enum" and cursor.token.text in ("#BASE", "#TOOL"):
             frame = cursor.next().text
         else:
-            raise refuse(cursor.where, f"{word} is followed by {quoted(cursor.token.text)}, which is not known")
+            raise refuse(cursor.where, f"{word} is followed by the unknown word {quoted(cursor.token.text)}")
     return MotionStatement(word, tuple(points), frozenset(blends), frame, angle, settings, spline)
 
 
@@ -271,7 +271,7 @@ _SIMPLE: dict[str, Callable[[Cursor, int], Statement]] = {
     "RETURN": _return,
     "CONTINUE": lambda cursor, number: Statement("continue", number),
     "HALT": lambda cursor, number: Statement("stop", number, "HALT"),
-    "GOTO": _refused("GOTO: where the program goes on is not followed; loops and conditions are"),
+    "GOTO": _refused("GOTO is not supported; use loops and conditions"),
     "RESUME": _refused("RESUME belongs to interrupts, which are not run"),
 }
 
@@ -329,4 +329,4 @@ def _call_or_assignment(text: str, where: SourceLine, known: bool) -> Iterator[S
         cursor.need_end()
         yield Statement("assign", where.number, (target, value))
         return
-    raise refuse(where, f"is no statement that is known: {quoted(text)}")
+    raise refuse(where, f"is an unknown statement: {quoted(text)}")

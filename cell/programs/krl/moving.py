@@ -96,7 +96,7 @@ def _point(point: Any, state: ControllerState, scope: Scope) -> dict[str, float]
     """The numbers of a point, by component."""
     value = point if isinstance(point, dict) else evaluate(point, scope)
     if isinstance(value, UnknownValue):
-        raise refuse(scope.where, f"goes to what is not known here: {value.why}")
+        raise refuse(scope.where, f"goes to an unknown value: {value.why}")
     if not isinstance(value, Mapping):
         raise refuse(scope.where, f"goes to a point or to axes, not to {shown(value)}")
     axes = state.controller.axes
@@ -106,7 +106,8 @@ def _point(point: Any, state: ControllerState, scope: Scope) -> dict[str, float]
             _in_reach(name, number(given, scope), scope)
         else:
             raise refuse(
-                scope.where, f"{quoted(name)} is no axis of this arm: it has A1 .. A{axes}, X Y Z A B C S T, E1 .. E6"
+                scope.where,
+                f"{quoted(name)} is not an axis of this arm, which has A1 .. A{axes}, X Y Z A B C S T, E1 .. E6",
             )
     if not names.isdisjoint(value) and any(name in value for name in CARTESIAN):
         raise refuse(scope.where, "goes to a point and to axes at once")
@@ -123,7 +124,9 @@ def _known(axes: int) -> tuple[frozenset[str], frozenset[str]]:
 def _in_reach(name: str, value: float, scope: Scope) -> None:
     if abs(value) > (FURTHEST if name in "XYZ" else MOST_TURN):
         unit = "mm" if name in "XYZ" else "degrees"
-        raise refuse(scope.where, f"{name} {value:g}: {FURTHEST if unit == 'mm' else MOST_TURN:g} {unit} is the most")
+        raise refuse(
+            scope.where, f"{name} {value:g}: at most {FURTHEST if unit == 'mm' else MOST_TURN:g} {unit} is allowed"
+        )
 
 
 def _doubt(state: ControllerState, end: dict[str, float]) -> None:
@@ -133,7 +136,9 @@ def _doubt(state: ControllerState, end: dict[str, float]) -> None:
             state.doubt(f"{name} is left out of the point: it stays where it is")
     to_pose = any(name in end for name in CARTESIAN)
     if to_pose and state.base is not None and state.base.coupled and not state.external_active:
-        state.doubt("the base is coupled by EK, and $ACT_EX_AX is not set above 0: the table's axes may not count")
+        state.doubt(
+            "the base is coupled by EK, and $ACT_EX_AX is not set above 0: the controller may ignore the table's axes"
+        )
 
 
 def _external(state: ControllerState, end: dict[str, float], word: str, scope: Scope) -> list[float]:
@@ -148,7 +153,7 @@ def _external(state: ControllerState, end: dict[str, float], word: str, scope: S
             continue
         value = math.radians(end[name])
         if relative and math.isnan(external[axis]):
-            raise refuse(scope.where, f"{word} adds to {name}, which has never been given")
+            raise refuse(scope.where, f"{word} adds to {name}, which has no value yet")
         external[axis] = external[axis] + value if relative else value
     return external
 
@@ -160,7 +165,7 @@ def _axes(state: ControllerState, end: dict[str, float], scope: Scope) -> Destin
         if not (-1 <= status < STATUSES and -1 <= turn < TURNS):
             raise refuse(scope.where, f"S is 0 to {STATUSES - 1} and T 0 to {TURNS - 1}, not {status} and {turn}")
         if status >= 0:
-            state.doubt("S is not followed: of the configurations with the signs of T the nearest is taken")
+            state.doubt("S is not used: the nearest configuration with the signs of T is taken")
         return Destination(pose=_pose(state, end, scope), status=status, turn=turn)
     return Destination(joints=_joints(state, end, scope))
 
@@ -173,7 +178,7 @@ def _joints(state: ControllerState, end: dict[str, float], scope: Scope) -> list
         if name in end:
             joints[axis] = math.radians(end[name])
         elif math.isnan(joints[axis]):
-            raise refuse(scope.where, f"gives no {name}, and where it is before is not known")
+            raise refuse(scope.where, f"gives no {name}, and its earlier value is not known")
     return joints
 
 
@@ -181,7 +186,7 @@ def _pose(state: ControllerState, end: dict[str, float], scope: Scope) -> list[f
     missing = [name for name in CARTESIAN if name not in end]
     held = position_now(state, scope) if missing else None
     if missing and held is None:
-        raise refuse(scope.where, f"gives no {' '.join(missing)}, and where the TCP is before is not known")
+        raise refuse(scope.where, f"gives no {' '.join(missing)}, and the earlier position of the TCP is not known")
     pose = list(held) if held is not None else [NAN] * 6
     for i, name in enumerate(CARTESIAN):
         if name in end:
@@ -216,15 +221,15 @@ def _relative(
     end, word = points[-1], motion.word
     if word in ("PTP_REL", "SPTP_REL") and not any(name in end for name in CARTESIAN):
         if state.joints is None:
-            raise refuse(scope.where, f"{word} adds to where the axes are, which is not known")
+            raise refuse(scope.where, f"{word} adds to the position of the axes, which is not known")
         return Destination(joints=[x + math.radians(end.get(f"A{i + 1}", 0.0)) for i, x in enumerate(state.joints)])
     if any(name[0] == "A" and len(name) > 1 for name in end):
         raise refuse(scope.where, f"{word} goes to axes; here it needs a step in X Y Z")
     held = position_now(state, scope)
     if held is None:
-        raise refuse(scope.where, f"{word} adds to where the TCP is, which is not known")
+        raise refuse(scope.where, f"{word} adds to the position of the TCP, which is not known")
     if any(name in end for name in ("S", "T")):
-        raise refuse(scope.where, f"{word} with S or T is not known here")
+        raise refuse(scope.where, f"{word} with S or T is not supported")
     pose = _stepped(held, end, motion, scope)
     if word not in CIRCLES:
         return Destination(pose=pose)
@@ -241,5 +246,5 @@ def _stepped(held: list[float], by: dict[str, float], motion: MotionStatement, s
         T = frame_of(np.array(held)) @ frame_of(np.array([*(1e-3 * x for x in step[:3]), *map(math.radians, step[3:])]))
         return [float(x) for x in pose_of(T)]
     if any(step[3:]):
-        raise refuse(scope.where, f"{motion.word} with a turn about the base's axes is not known here; #TOOL is")
+        raise refuse(scope.where, f"{motion.word} with a turn about the base's axes is not supported; use #TOOL")
     return [*(x + 1e-3 * dx for x, dx in zip(held[:3], step[:3], strict=True)), *held[3:]]

@@ -63,7 +63,7 @@ def assign(state: ControllerState, path: tuple[str, str], indices: tuple[int, ..
         if name == "$ACT_EX_AX":
             state.external_active = isinstance(value, int | float) and value > 0
         if name == "$ASYNC_AXIS" and integer(value, scope) & 0b11:
-            raise refuse(scope.where, "$ASYNC_AXIS makes E1 or E2 asynchronous: moves are known here together alone")
+            raise refuse(scope.where, "$ASYNC_AXIS makes E1 or E2 asynchronous: only synchronous axes are supported")
         if name in OUTPUTS:
             state.stop()
     else:
@@ -82,7 +82,7 @@ def check_modes(state: ControllerState, circle: bool, scope: Scope) -> None:
     for name, known in MODES.items():
         held = state.modes.get(name, known)
         if held != known and (circle or name != "$CIRC_TYPE"):
-            raise refuse(scope.where, f"{name} is {held}: moves are known here for {known} alone")
+            raise refuse(scope.where, f"{name} is {held}: only {known} is supported")
 
 
 def _frame(state: ControllerState, name: str, part: str, value: Any, scope: Scope) -> None:

@@ -126,7 +126,7 @@ class Sources:
         shown, most = printable(path), self._controller.limits.file_bytes
         try:
             if not stat.S_ISREG(path.stat().st_mode):
-                raise InputError(f"{shown}: is no ordinary file; a program in KRL (.src) is")
+                raise InputError(f"{shown}: is not an ordinary file; a KRL program (.src) is needed")
             with path.open("rb") as file:
                 raw = file.read(self._left + 1)
         except FileNotFoundError:
@@ -143,7 +143,7 @@ class Sources:
         self._left -= len(raw)
         if b"\0" in raw:
             line = raw.count(b"\n", 0, raw.index(b"\0")) + 1
-            raise InputError(f"{shown}:{line}: has a byte 0; a program is text")
+            raise InputError(f"{shown}:{line}: has a byte 0; a program must be text")
         try:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError:

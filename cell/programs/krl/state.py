@@ -171,7 +171,7 @@ class ControllerState:
         """
         columns, speeds = self._columns, self.speeds
         if self._stood:
-            self.doubt("waits or halts before it with the arc on, for how long is not known")
+            self.doubt("waits or halts before it with the arc on, for an unknown time")
             self._stood = False
         tool, base = self._indices()
         axes = kind == MoveKind.AXES
@@ -256,7 +256,7 @@ class ControllerState:
     def finish(self, where: SourceLine) -> None:
         """The program has ended."""
         if self._waiting:
-            raise refuse(where, f"the trigger of {self._waiting[0].line} has no motion behind it")
+            raise refuse(where, f"the trigger of {self._waiting[0].line} has no motion after it")
 
     def doubt(self, kind: str) -> None:
         """Note something that is no fault of the move that comes next, and may be a slip."""

@@ -126,7 +126,7 @@ class _FileParser:
         if self._frame_of_parts(statement, word, where):
             return
         if self.part is None:
-            raise refuse(where, f"stands outside of DEF and END: {quoted(statement)}")
+            raise refuse(where, f"stands outside DEF and END: {quoted(statement)}")
         if word in OPENING or word in CLOSING:
             self._block(word, statement, where)
         else:
@@ -151,7 +151,7 @@ class _FileParser:
         """Whether the line starts or ends a part, or stands between parts."""
         if word in ("DEF", "DEFFCT", "DEFDAT") or (word == "GLOBAL" and " DEF" in f" {statement.upper()[6:].strip()}"):
             if self.part is not None:
-                raise refuse(where, f"{word} stands within {self.part[0]}, which has no end")
+                raise refuse(where, f"{word} stands within {self.part[0]}, which is not closed")
             self._start(statement, where)
             return True
         if word in ("END", "ENDFCT", "ENDDAT"):
@@ -184,13 +184,13 @@ class _FileParser:
                     break
         everywhere |= cursor.take("PUBLIC") is not None
         if name in self.parts:
-            raise refuse(where, f"{quoted(name)} stands there twice")
+            raise refuse(where, f"{quoted(name)} is declared twice")
         self.part = (name, kind, where.number, tuple(parameters), everywhere)
         self.blocks = [_Open(kind, where.number)]
 
     def _end(self, word: str, where: SourceLine) -> None:
         if self.part is None:
-            raise refuse(where, f"{word} ends nothing")
+            raise refuse(where, f"{word} closes nothing")
         name, kind, line, parameters, everywhere = self.part
         if word != {"DEF": "END", "DEFFCT": "ENDFCT", "DEFDAT": "ENDDAT"}[kind]:
             raise refuse(where, f"{word} stands where {kind} {name} of line {line} is open")
@@ -206,7 +206,7 @@ class _FileParser:
     def _block(self, word: str, statement: str, where: SourceLine) -> None:
         if word in OPENING:
             if len(self.blocks) > self.controller.limits.depth:
-                raise refuse(where, f"has more than {self.controller.limits.depth} blocks in each other")
+                raise refuse(where, f"has more than {self.controller.limits.depth} blocks inside each other")
             self.blocks.append(_Open(word, where.number, self.forms.head(word, statement, where)))
             return
         block = self.blocks[-1]
@@ -223,7 +223,7 @@ class _FileParser:
 
     def _case(self, block: _Open, word: str, statement: str, where: SourceLine) -> None:
         if block.otherwise:
-            raise refuse(where, f"{word} stands behind DEFAULT")
+            raise refuse(where, f"{word} stands after DEFAULT")
         self._end_case(block, where)
         block.otherwise = word == "DEFAULT"
         block.labels = () if block.otherwise else self.forms.labels(statement, where)

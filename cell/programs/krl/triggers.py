@@ -20,7 +20,7 @@ from .setting import HARMLESS
 from .statements import Happening, Statement
 from .values import UnknownValue
 
-PASSED = "triggers that are no known event"
+PASSED = "triggers that are not a known event"
 CALLS = "triggers whose sub-programs are not run"
 _DONE = re.compile(r"\bDO\b\s*(.*?)\s*(?:\bPRIO\s*=[^;]*)?(;.*)?$", re.IGNORECASE)
 _COMPUTED = re.compile(r"\b(PATH|DELAY)\s*=\s*(?![-+]?[\d.]+(\s|$))", re.IGNORECASE)
@@ -54,14 +54,14 @@ def trigger_statements(text: str, where: SourceLine, event: Happening | None) ->
         return
     found = _NAME.match(done_by(text))
     if found is None:
-        raise refuse(where, f"TRIGGER does nothing that is known: {quoted(text)}")
+        raise refuse(where, f"TRIGGER with an unknown statement: {quoted(text)}")
     name, sign = found.group(1).upper(), found.group(2)
     if name == "PULSE" or (sign == "=" and name in HARMLESS):
         yield Statement("pass", number, PASSED)
     elif sign == "(":
         yield Statement("doubt", number, (CALLS, f"a TRIGGER calls {quoted(name)}, which is not run"))
     elif name.startswith("$"):
-        yield Statement("refused", number, f"a TRIGGER sets {quoted(name)}: when it does is not followed")
+        yield Statement("refused", number, f"a TRIGGER sets {quoted(name)}: the time at which it does so is not known")
     else:
         unknown = UnknownValue(f"{quoted(name)} is set by the TRIGGER of line {number}")
         yield Statement("assign", number, (Variable(name), Constant(unknown)))
@@ -74,6 +74,6 @@ def _off_its_point(event: Happening, text: str, number: int) -> Iterator[Stateme
     if path:
         yield Statement("refused", number, f"a TRIGGER with PATH = {path:g} mm: {word} off a point is not followed")
     elif delay or _COMPUTED.search(text):
-        when = f"DELAY = {delay:g} ms" if delay else "a PATH or DELAY that is computed"
+        when = f"DELAY = {delay:g} ms" if delay else "a computed PATH or DELAY"
         doubt = f"a TRIGGER with {when}: {word} is taken to be at its point"
         yield Statement("doubt", number, ("triggers off their point", doubt))

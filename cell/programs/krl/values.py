@@ -146,11 +146,11 @@ def number(value: Any, scope: Scope) -> float:
         InputError: it is none, or not known.
     """
     if isinstance(value, UnknownValue):
-        raise refuse(scope.where, f"depends on what is not known here: {value.why}")
+        raise refuse(scope.where, f"depends on an unknown value: {value.why}")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise refuse(scope.where, f"needs a number, not {shown(value)}")
     if not abs(value) <= LARGEST:
-        raise refuse(scope.where, f"comes to {value:g}, which is no number of the language")
+        raise refuse(scope.where, f"comes to {value:g}, which is not a number of KRL")
     return value
 
 
@@ -162,7 +162,7 @@ def integer(value: Any, scope: Scope) -> int:
     """
     found = number(value, scope)
     if abs(found) > LARGEST_INTEGER:
-        raise refuse(scope.where, f"comes to {found:g}, which is no whole number of the language")
+        raise refuse(scope.where, f"comes to {found:g}, which is not a whole number of KRL")
     return math.floor(found + 0.5)
 
 
@@ -173,7 +173,7 @@ def truth(value: Any, scope: Scope) -> bool:
         InputError: it is none, or not known.
     """
     if isinstance(value, UnknownValue):
-        raise refuse(scope.where, f"depends on what is not known here: {value.why}")
+        raise refuse(scope.where, f"depends on an unknown value: {value.why}")
     if not isinstance(value, bool):
         raise refuse(scope.where, f"needs true or false, not {shown(value)}")
     return value
@@ -182,7 +182,7 @@ def truth(value: Any, scope: Scope) -> bool:
 def shown(value: Any) -> str:
     """A value as messages name it."""
     if isinstance(value, UnknownValue):
-        return f"what is not known here ({value.why})"
+        return f"an unknown value ({value.why})"
     if isinstance(value, CoupledFrame):
         return "a frame on an external kinematic"
     if isinstance(value, dict):
@@ -202,7 +202,7 @@ def matrix(value: Any, scope: Scope) -> Floats:
         InputError: it is no frame, or a component has no value.
     """
     if isinstance(value, UnknownValue):
-        raise refuse(scope.where, f"depends on a frame that is not known here: {value.why}")
+        raise refuse(scope.where, f"depends on an unknown frame: {value.why}")
     if not isinstance(value, dict):
         raise refuse(scope.where, f"needs a frame with X Y Z A B C, not {shown(value)}")
     missing = next((name for name in CARTESIAN if name not in value), None)

@@ -115,12 +115,10 @@ class _Walk:
         moves, scene = self.moves, self.job.scene
         where = place(self.program, 0)
         if moves.kind[0] != MoveKind.AXES:
-            raise InputError(
-                f"{where}: the first move is a line; a program begins with a PTP, from wherever the arm is"
-            )
+            raise InputError(f"{where}: the first move is a line; a program must begin with a PTP")
         q = self._target(0, scene.home)
         if q is None:
-            raise InputError(f"{where}: the first move leads to a pose that the arm does not reach")
+            raise InputError(f"{where}: the first move leads to a pose that the arm cannot reach")
         return q
 
     def _target(self, i: int, q: Floats) -> Floats | None:
@@ -224,7 +222,7 @@ class _Lines:
                 ):
                     raise InputError(
                         f"{place(self.walk.program, int(self.move[k + 1]))}: another tool or base right after a circle "
-                        "that ends at an angle (CA) is not followed; a point in between is needed"
+                        "that ends at an angle (CA) is not supported; add a point in between"
                     )
                 start[k + 1, :3, 3] = arcs.end[k]
                 via[k + 1] = via[k + 1] if self.circle[k + 1] else arcs.end[k]

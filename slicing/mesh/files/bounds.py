@@ -38,7 +38,7 @@ def require_bounded(file: Path) -> None:
         raise PartError(f"{file}: unpacks to {unpacked / 2**20:.0f} MiB; at most {most} MiB are read")
     for count in _counts(file):
         if count > MOST_VALUES:
-            raise PartError(f"{file}: says it has an array of {count:,} values; at most {MOST_VALUES:,} are taken")
+            raise PartError(f"{file}: claims an array of {count:,} values; at most {MOST_VALUES:,} are taken")
 
 
 def _unpacked(file: Path) -> int:

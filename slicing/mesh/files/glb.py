@@ -91,6 +91,6 @@ def _require_counts(file: Path) -> None:
             document = json.loads(stream.read(length))
             counts = [int(accessor["count"]) for accessor in document.get("accessors", [])]
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            raise PartError(f"{file}: not readable as a GLB mesh (its first chunk is no such JSON)") from None
+            raise PartError(f"{file}: not readable as a GLB mesh (its first chunk is not JSON)") from None
     if max(counts, default=0) > 3 * part.MOST_FACES:
         raise PartError(f"{file}: {max(counts):,} entries of one kind; at most {3 * part.MOST_FACES:,} are taken")

@@ -71,7 +71,7 @@ def _position(file: Path, number: int, words: list[str]) -> list[float]:
     except (ValueError, IndexError):
         hint = "; numbers are written with a point, not a comma" if any("," in word for word in words) else ""
         raise PartError(
-            f"{file}: line {number}: {' '.join(words)[:60]!r} is no vertex of three numbers{hint}"
+            f"{file}: line {number}: {' '.join(words)[:60]!r} is not a vertex of three numbers{hint}"
         ) from None
     return place
 
@@ -83,7 +83,7 @@ def _corners(file: Path, number: int, words: list[str], known: int) -> list[int]
         try:
             index = int(word.split("/", 1)[0])
         except ValueError:
-            raise PartError(f"{file}: line {number}: {word[:40]!r} names no vertex of a face") from None
+            raise PartError(f"{file}: line {number}: {word[:40]!r} does not name a vertex") from None
         place = index - 1 if index > 0 else known + index
         if index == 0 or place < 0:
             raise PartError(f"{file}: line {number}: a face names vertex {index}; {known} are read there")

@@ -106,7 +106,7 @@ def _header(file: Path, text: str) -> tuple[str, list[_Element]]:
         except (KeyError, IndexError, ValueError):
             raise _bad(file, f"header line {line[:60]!r}") from None
     if not order or any(element.rows < 0 for element in elements):
-        raise _bad(file, "its header names no format, or counts below 0")
+        raise _bad(file, "its header has no format, or a count below 0")
     return order, elements
 
 

@@ -81,13 +81,13 @@ def triangulated(points: Floats, count: Sequence[int] | Ints, corners: Sequence[
         lines.append(
             Warning(
                 Code.POLYGON_NOT_FLAT,
-                f"{name}: {len(warped)} polygons are not flat, their corners up to {max(warped):.3g} (in the file's"
-                " unit) off their planes; divided into triangles, which another program may do otherwise",
+                f"{name}: {len(warped)} polygons are not flat: their corners are up to {max(warped):.3g} (in the file's"
+                " unit) off their planes; they were divided into triangles, which another program may do differently",
             )
         )
     if (sizes < 3).any():
         few = int((sizes < 3).sum())
-        lines.append(Warning(Code.MESH_REPAIRED, f"{name}: {few} faces of fewer than three corners dropped"))
+        lines.append(Warning(Code.MESH_REPAIRED, f"{name}: dropped {few} faces of fewer than three corners"))
     if not faces:
         return Triangles(points, np.zeros((0, 3), dtype=np.int64), tuple(lines))
     order = np.argsort(np.concatenate(owner), kind="stable")

@@ -75,12 +75,16 @@ def _read_binary(file: Path) -> Triangles:
             parts.append(data["corners"].reshape(-1, 3).astype(np.float64))
             at = end
     if not parts:
-        raise PartError(f"{file}: not readable as a STL mesh (neither its text nor a header of {COUNT} bytes is there)")
+        raise PartError(
+            f"{file}: not readable as a STL mesh (it has neither the text form nor a header of {COUNT} bytes)"
+        )
     lines: list[str] = []
     if len(parts) > 1:
-        lines.append(Warning(Code.MESH_FILE, f"{file}: {len(parts)} binary STL files one behind the other; all read"))
+        lines.append(
+            Warning(Code.MESH_FILE, f"{file}: {len(parts)} binary STL files one after the other; all were read")
+        )
     if at < size:
-        told = f"{size - at:,} bytes after the last triangle, which the header does not account for, not read"
+        told = f"{size - at:,} bytes after the last triangle were not read: the header does not count them"
         lines.append(Warning(Code.MESH_FILE, f"{file}: {told}"))
     return _of_corners(np.concatenate(parts), lines)
 
@@ -96,7 +100,7 @@ def _read_text(file: Path) -> Triangles:
     if len(found) != corners or corners != 3 * facets:
         raise PartError(
             f"{file}: not readable as a STL mesh ({facets} facets with {len(found)} readable of {corners} vertices;"
-            " three numbers a vertex and three vertices a facet are needed)"
+            " a facet needs three vertices, a vertex three numbers)"
         )
     try:
         points = np.array(found, dtype=np.bytes_).reshape(-1, 3).astype(np.float64)

@@ -109,12 +109,12 @@ class _Reader:
                 continue
             self._place(path or root, number, transform, ())
         lines = [
-            Warning(Code.MESH_FILE, f"{self.file}: {count} {what}{'s'[: count - 1]} left out")
+            Warning(Code.MESH_FILE, f"{self.file}: left out {count} {what}{'s'[: count - 1]}")
             for what, count in sorted(self.left_out.items())
         ]
         if not self.faces:
             told = "".join(f"; {line.split(': ', 1)[1]}" for line in lines)
-            raise PartError(f"{self.file}: no triangles in what the file builds; a closed solid is needed{told}")
+            raise PartError(f"{self.file}: the file builds no triangles; a closed solid is needed{told}")
         return Triangles(np.concatenate(self.points), np.concatenate(self.faces), tuple(lines), model.unit)
 
     def _leave_out(self, what: str) -> None:
@@ -148,7 +148,7 @@ class _Reader:
         path = posixpath.normpath(path)
         if path not in self.models:
             if path.lstrip("/") not in self.archive.namelist():
-                raise PartError(f"{self.file}: the model {path}, which the file names, is not in it")
+                raise PartError(f"{self.file}: the file names the model {path}, which is not in it")
             self.models[path] = _parsed(self.file, self._bytes(path))
         return self.models[path]
 
@@ -159,7 +159,7 @@ class _Reader:
         model = self._model(path)
         found = model.objects.get(number)
         if found is None:
-            raise PartError(f"{self.file}: object {number}, which the file names, is not in {path}")
+            raise PartError(f"{self.file}: the file names object {number}, which is not in {path}")
         root = next(iter(self.models.values()))
         if model.unit != root.unit:
             raise PartError(f"{self.file}: {path} is in {model.unit}, the file in {root.unit}; one unit is needed")
@@ -176,7 +176,8 @@ class _Reader:
         said = self.purposes.get((above[-1][1], number) if above else (number, number), "")
         if said.lower().startswith("negative"):
             raise PartError(
-                f"{self.file}: part {number} is to be subtracted ({said}), which is not done here: subtract it"
+                f"{self.file}: part {number} is to be subtracted ({said}), which rbam-cell does not do: "
+                "export the result"
             )
         if said not in TAKEN:
             return LEFT_OUT.get(said, f"part of the kind {said}")
@@ -188,7 +189,9 @@ class _Reader:
         faces = found.faces
         for first, last, said in self.ranges.get(number, []):
             if said.lower().startswith("negative"):
-                raise PartError(f"{self.file}: a part of object {number} is to be subtracted, which is not done here")
+                raise PartError(
+                    f"{self.file}: a part of object {number} is to be subtracted, which rbam-cell does not do"
+                )
             if said not in TAKEN:
                 self._leave_out(LEFT_OUT.get(said, f"part of the kind {said}"))
                 faces = np.where(_between(len(faces), first, last)[:, None], -1, faces)
@@ -291,7 +294,7 @@ def _require_understood(file: Path, required: str, spaces: dict[str, str]) -> No
     for prefix in required.split():
         space = spaces.get(prefix, prefix)
         if space not in UNDERSTOOD:
-            raise PartError(f"{file}: requires the 3MF extension {space}, which is not read here")
+            raise PartError(f"{file}: needs the 3MF extension {space}, which rbam-cell does not read")
 
 
 def _transform(file: Path, text: str | None) -> Floats:

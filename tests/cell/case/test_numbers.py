@@ -64,7 +64,7 @@ def test_what_is_beyond_is_one_line_with_key_value_and_range(
         parse_case(content, "c.yaml")
     said = str(caught.value)
     assert said.startswith(f"c.yaml: {section}.{key}")
-    assert f"is {allowed} (is " in said or value == 10**400
+    assert f"must be {allowed} (is " in said or value == 10**400
     assert len(said) < 200
     assert "\n" not in said
 
@@ -78,7 +78,7 @@ def test_a_change_is_refused_where_the_case_would_be() -> None:
     assert lower.support.height_mm == 50.0
     assert lower.path == case.path
     assert with_changes(case, roll=parse_roll("fixed:5")).roll.fixed_deg == 5  # type: ignore[union-attr]
-    with pytest.raises(InputError, match=r"support\.height_mm: is 0.001 to 100000 \(is -5"):
+    with pytest.raises(InputError, match=r"support\.height_mm: must be 0.001 to 100000 \(is -5"):
         with_changes(case, support=support.model_copy(update={"height_mm": -5.0}))
     with pytest.raises(InputError, match="needs h_min_mm"):
         with_changes(case, slicing={**asdict(case.slicing), "h_layer_mm": 9.0})
@@ -95,19 +95,19 @@ BAD = [
     ("[" * (MOST_DEPTH + 1) + "]" * (MOST_DEPTH + 1), "nests deeper"),
     ("[" * 9999, "nest"),
     ("name: 2024-13-01", "quotes"),
-    ("name: !!bool maybe", "'maybe' is no bool"),
-    ("table: {E1_deg: !!int abc}", "'abc' is no int"),
-    ("a: " + "9" * 5000, "is no int"),
+    ("name: !!bool maybe", "'maybe' is not of the type bool"),
+    ("table: {E1_deg: !!int abc}", "'abc' is not of the type int"),
+    ("a: " + "9" * 5000, "is not of the type int"),
     ("a: !!python/object:os.system x", "constructor"),
-    ("table: {E1_deg: 1}\ntable: {E1_deg: 2}", "stands twice"),
-    ('extends: "a\\0b"', "is the name of a case file"),
-    ("extends: " + "x" * 300, "is the name of a case file"),
+    ("table: {E1_deg: 1}\ntable: {E1_deg: 2}", "is given twice"),
+    ('extends: "a\\0b"', "must be the name of a case file"),
+    ("extends: " + "x" * 300, "must be the name of a case file"),
     ("a: \0", "not allowed"),
     ("# " + "x" * 2**22, "MiB"),
-    ("fixtures: 5", "fixtures: is a list"),
+    ("fixtures: 5", "fixtures: must be a list"),
     ("tool: {wire: ['']}", "at least one character"),
     ('fixtures: [{name: "a\\nb", mesh: x.stl}]', "without control characters"),
-    ("part: {mesh: '" + "x" * 300 + ".stl'}", "is the name of a file"),
+    ("part: {mesh: '" + "x" * 300 + ".stl'}", "must be the name of a file"),
 ]
 
 

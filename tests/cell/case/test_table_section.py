@@ -34,14 +34,14 @@ def poses(*entries: tuple[Any, ...]) -> dict[str, Any]:
     ("table", "said"),
     [
         ({"mode": "turning"}, "table.mode"),
-        ({"poses": [{"sub_volume": "SV1"}]}, "poses go with mode: indexed, not with fixed"),
-        ({"axes": ["E2"]}, "axes goes with mode: coordinated, not with fixed"),
-        ({"mode": "indexed", "upright_deg": 5}, "upright_deg goes with mode: coordinated, not with indexed"),
-        ({"mode": "indexed", "E1_deg": 5}, "mode: indexed has poses of its own; E1_deg does not go with it"),
+        ({"poses": [{"sub_volume": "SV1"}]}, "poses need mode: indexed, not fixed"),
+        ({"axes": ["E2"]}, "axes needs mode: coordinated, not fixed"),
+        ({"mode": "indexed", "upright_deg": 5}, "upright_deg needs mode: coordinated, not indexed"),
+        ({"mode": "indexed", "E1_deg": 5}, "mode: indexed has poses of its own; leave E1_deg out"),
         ({"mode": "coordinated", "axes": ["E2", "E2"]}, "axes: E2 is listed twice"),
         ({"mode": "coordinated", "axes": ["E3"]}, "table.axes"),
         ({"mode": "coordinated", "axes": []}, "table.axes"),
-        ({"mode": "coordinated", "upright_deg": -1}, "table.upright_deg: is 0 to 180"),
+        ({"mode": "coordinated", "upright_deg": -1}, "table.upright_deg: must be 0 to 180"),
         (poses(("SV1", [3, 1])), "layers needs first <= last"),
         ({"mode": "indexed", "poses": [{"sub_volume": "SV1", "E3_deg": 0}]}, "E3_deg: unknown key"),
     ],
@@ -56,7 +56,7 @@ def test_keys_that_a_mode_does_not_have_are_refused(table: dict[str, Any], said:
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        (poses(("SV9",)), "table.poses.0.sub_volume: there is no SV9; sub-volumes are SV1, SV2, SV3"),
+        (poses(("SV9",)), "table.poses.0.sub_volume: there is no SV9; the sub-volumes are SV1, SV2, SV3"),
         (poses(("SV1",), ("SV2",)), "no pose for SV3"),
         (poses(("SV1",), ("SV2",), ("SV3",), ("SV1", [4, 4])), "layer 4 of SV1 comes twice"),
         (poses(("SV1",), ("SV1",), ("SV2",), ("SV3",)), "layer 0 of SV1 comes twice"),
@@ -144,4 +144,4 @@ def test_another_mode_does_not_inherit_the_angles(tmp_path: Any) -> None:
 @pytest.mark.parametrize("option", ["--e1", "--e2"])
 def test_angles_do_not_go_with_a_table_that_finds_its_own(option: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "--table", "indexed", option, "3"]) == 2
-    assert f"{option}: does not go with a table that is indexed" in capsys.readouterr().err
+    assert f"{option}: does not go with table mode indexed" in capsys.readouterr().err

@@ -8,9 +8,11 @@ import sys
 import numpy as np
 import pytest
 import trimesh
+import yaml
 from support.paths import ROOT
 
-from cell.cli.main import main, parse_roll
+from cell.cli.given_case import parse_roll
+from cell.cli.main import main
 from cell.errors import InputError
 
 REASONS = {"unreachable", "joint_limit", "singular", "collision", "no_path", "speed", "gravity"}
@@ -112,7 +114,7 @@ def test_models_and_dimensions_that_do_not_exist_are_named(make_case, capsys):
     assert "positioner.table: kr70_r2100 has no site named 'table'" in capsys.readouterr().err
     box = {"name": "floor", "box": {"size_mm": [1, 1, 1]}}
     assert main(["check", str(make_case(fixtures=[box]))]) == 2
-    assert "the name 'floor' is taken" in capsys.readouterr().err
+    assert "the name 'floor' is already used" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -194,6 +196,20 @@ def test_slice_fills_layers_and_deals_with_thickness(make_case, tmp_path, capsys
     assert "beads.width_mm" in capsys.readouterr().err
 
 
+def test_options_of_slice_go_with_a_table_of_any_mode(make_case, tmp_path):
+    layers = tmp_path / "layers.json"
+    path = make_case(beads={"seams": [{"angle_deg": 90}]})
+    path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text("utf-8")), "table": {"mode": "indexed"}}))
+    assert (
+        main(["slice", str(path), "--pattern", "zigzag", "--width", "2.5", "--h-layer", "1.5", "--json", str(layers)])
+        == 0
+    )
+    (found,) = json.loads(layers.read_text("utf-8"))["sub_volumes"]
+    assert {bead["kind"] for bead in found["beads"]} == {"contour", "infill"}
+    thickness = [v for layer in found["layers"] for v in layer["thickness_mm"]]
+    assert max(thickness) == pytest.approx(1.5, rel=0.01)
+
+
 def test_slice_takes_a_mesh_alone(make_case, tmp_path, capsys):
     make_case()
     for strategy in ("planar", "cylindrical", "nonuniform"):
@@ -240,7 +256,11 @@ def test_the_html_report_is_written_whole(make_case, tmp_path, capsys):
 
 UNUSABLE = {
     "range_reversed": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0" range="60 -175"', "A2's range"),
-    "range_of_nothing": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0" range="20 20"', "excludes everything"),
+    "range_of_nothing": (
+        'axis="0 1 0" range="-175 60"',
+        'axis="0 1 0" range="20 20"',
+        "is empty; low < high is needed",
+    ),
     "no_range": ('axis="0 1 0" range="-175 60"', 'axis="0 1 0"', "A2 has no joint limits"),
     "no_hinge": ('<joint name="A2"', '<joint type="slide" name="A2"', "A2 is not a hinge"),
     "no_joint": ('<joint name="A2"', '<joint name="B2"', "no joint named 'A2'"),
@@ -270,9 +290,9 @@ BAD_SECTIONS = [
     ({"positioner": {"joints": ["A1", "E2"]}}, "A1 does not turn the table"),
     ({"tool": {"tcp": "tip"}}, "the wire's end, z along the wire"),
     ({"table": {"E1_deg": 200}}, "E1 = 200 deg is outside the positioner's range -135 .. 135"),
-    ({"checks": {"wrist_deg": 95}}, "checks.wrist_deg: is 0 to 90 (is 95)"),
+    ({"checks": {"wrist_deg": 95}}, "checks.wrist_deg: must be 0 to 90 (is 95)"),
     ({"roll": {"range_deg": [90, -90]}}, "range_deg needs low <= high"),
-    ({"part": {"position_mm": [float("nan"), 0, 0]}}, "part.position_mm.0: is a finite number"),
+    ({"part": {"position_mm": [float("nan"), 0, 0]}}, "part.position_mm.0: must be a finite number"),
 ]
 
 

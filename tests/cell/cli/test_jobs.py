@@ -17,7 +17,7 @@ from support.paths import ROOT
 
 from cell.cli.main import main
 from cell.processes import WorkerTraceback, cores
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 
@@ -49,14 +49,14 @@ def test_a_number_that_is_none_is_one_line(
     monkeypatch.chdir(tmp_path)
     out = {"check": [], "export": ["--krl", "out"], "replay": ["--picture", "out.png"]}[command]
     assert main([command, case, "--jobs", "0", *out]) == 2
-    assert capsys.readouterr().err == "rbam: --jobs: 0 is not a number of processes; 1 or more\n"
+    assert capsys.readouterr().err == "rbam: --jobs: 0 is not a number of processes; 1 or more is needed\n"
     assert not list(tmp_path.glob("out*"))
 
 
 def test_a_motion_is_exported_without_a_search(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["export", str(little_case(tmp_path)), "--motion-in", "m.csv", "--krl", str(tmp_path), "--jobs", "2"]
     assert main(argv) == 2
-    assert capsys.readouterr().err.startswith("rbam: --jobs: does not go with")
+    assert capsys.readouterr().err.startswith("rbam: --jobs: leave it out with --motion-in")
 
 
 def test_all_cores_are_used_unless_it_says_otherwise(

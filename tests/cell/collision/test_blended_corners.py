@@ -33,7 +33,8 @@ from cell.remedy_search.changes import single_changes
 from cell.remedy_search.search import remedies
 from cell.report.motion_report import finding_in_words
 from cell.timing.blending import blended
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 from cell.verdict.words import in_words
 from cell.verification.motion_check import check_motion
 

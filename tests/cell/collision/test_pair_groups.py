@@ -4,25 +4,19 @@ import itertools
 
 import numpy as np
 import pytest
-from support.random_cells import random_cell, write_meshes
+from support.random_cells import random_scenes
 
-from cell import prepare
 from cell.collision.checker import Checker
 from cell.collision.pair_groups import PairGroup
 from cell.collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
 from cell.collision.proofs.reach_radii import radii
-from cell.scene.compose import compose
 
 REACH = 0.3
 
 
 @pytest.fixture(scope="module")
 def scenes(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("cells")
-    write_meshes(folder)
-    rng = np.random.default_rng(5)
-    part = prepare(random_cell(rng, folder)).shape
-    return [compose(random_cell(rng, folder), part) for _ in range(5)]
+    return random_scenes(tmp_path_factory.mktemp("cells"), seed=5, count=5)
 
 
 def checkers(scenes, rng):

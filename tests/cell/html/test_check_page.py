@@ -34,7 +34,8 @@ from cell.motion.deposition_speed import speed_document
 from cell.motion.motion import Motion
 from cell.remedy_search.search import Remedy
 from cell.shipped import DEFAULT_CASE
-from cell.verdict.check import Result, TargetVerdict, check
+from cell.verdict.check import check
+from cell.verdict.result import Result, TargetVerdict
 from cell.verdict.severity import severity, worst_first
 
 NASTY = "<script>alert(1)</script> & \"quotes\" '{{data}}'"
@@ -146,7 +147,7 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
     np.testing.assert_allclose(path["x"], motion.t_s, atol=1e-4)
     for k, name in enumerate(motion.names):
         np.testing.assert_allclose(lines_of(path, name)[0]["y"], np.rad2deg(motion.q[:, k]), atol=1e-3)
-    clearance = lines_of(path, "Nearest")[0]["y"]
+    clearance = lines_of(path, "Least distance")[0]["y"]
     assert good.clearance is not None
     least = int(np.argmin(clearance))
     assert clearance[least] == pytest.approx(good.clearance.value * 1e3, abs=1e-3)
@@ -216,7 +217,7 @@ def test_a_result_without_any_configuration_has_a_page(good: Result) -> None:
     assert "floor and layer 3 of SV1: -2.0 mm, needs 0" in page
     path = document_of(page)["path"]
     assert np.isnan(lines_of(path, "A1")[0]["y"]).all()
-    assert np.isnan(lines_of(path, "Nearest")[0]["y"]).all()
+    assert np.isnan(lines_of(path, "Least distance")[0]["y"]).all()
 
 
 def test_a_collision_is_said_in_words(hit: Result) -> None:
@@ -228,7 +229,7 @@ def test_gathered_samples_keep_the_peaks_and_every_target(good: Result) -> None:
     assert fine["note"] == ""
     coarse = unpack(packed(good, PageBudget(samples=300)))["path"]
     assert len(coarse["x"]) < 0.4 * len(fine["x"])
-    assert coarse["note"].startswith(f"{len(coarse['x']):,} steps stand for the {len(fine['x']):,} samples")
+    assert coarse["note"].startswith(f"The charts show {len(coarse['x']):,} steps for the {len(fine['x']):,} samples")
     assert set(coarse["target"][coarse["arc"] == 1]) == set(range(len(good.rows)))
     for title, peak in (("Joint speed", np.nanmax), ("wrist", np.nanmin), ("shoulder", np.nanmin)):
         for a, b in zip(lines_of(fine, title), lines_of(coarse, title), strict=True):
@@ -240,12 +241,12 @@ def test_the_least_clearance_is_drawn_where_it_occurs(good: Result) -> None:
     # nearer than at any sample sent: between two of them
     least = replace(good.clearance, value=0.0061, target=77, what=("torch_nozzle", "faceplate"))
     path = unpack(packed(replace(good, clearance=least), PageBudget(samples=300)))["path"]
-    shown = lines_of(path, "Nearest")[0]["y"]
+    shown = lines_of(path, "Least distance")[0]["y"]
     at = int(np.argmin(shown))
     assert shown[at] == pytest.approx(6.1, abs=0.0051)
     assert path["target"][at] == 77
     assert path["pairs"][int(path["pair"][at])] == ["torch nozzle", "faceplate"]
-    assert "the least of all where it occurs" in path["note"]
+    assert "the least clearance of the motion is drawn where it occurs" in path["note"]
 
 
 def test_of_many_infeasible_targets_the_worst_of_each_reason_are_listed(

@@ -13,8 +13,9 @@ import pytest
 from PIL import Image
 from support.browser import Browser
 
+from cell.case.part_sections import Sampling
 from cell.case.read import load_case, with_changes
-from cell.case.sections import REASONS, Sampling
+from cell.case.sections import REASONS
 from cell.cli.main import main
 from cell.compare.compare import Comparison, ComparisonRow, compare_document
 from cell.errors import InputError

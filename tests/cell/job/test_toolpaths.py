@@ -67,9 +67,9 @@ def test_what_does_not_go_with_a_toolpath_is_refused(theirs, make_case, capsys):
     _, path = theirs
     base = {"toolpath": "theirs.csv", "sub_volumes": []}
     for part, says in (
-        ({"sub_volumes": ["boss.stl"]}, "give toolpath, or meshes"),
+        ({"sub_volumes": ["boss.stl"]}, "give either toolpath or meshes"),
         ({"toolpath": "none.csv"}, "no such file"),
-        ({"take": ["SV1"]}, "part.take: does not go with part.toolpath"),
+        ({"take": ["SV1"]}, "part.take: leave it out: a toolpath is laid whole"),
     ):
         with pytest.raises(InputError, match=says):
             cell.prepare(cell.load_case(make_case("bad", part={**base, **part})))

@@ -1,4 +1,4 @@
-"""Which targets lie over nothing, whether the case sets a limit or not."""
+"""Which targets overhang, whether the case sets a limit or not."""
 
 import numpy as np
 import pytest

@@ -177,5 +177,5 @@ def test_a_sheet_too_thin_to_be_cut_up_is_refused_and_not_left_out(make_case, tm
     for k, mesh in enumerate((sheet, trimesh.util.concatenate([block, sheet]))):
         mesh.export(tmp_path / f"sheet{k}.stl")
         path = make_case(fixtures=[{"name": "wall", "mesh": str(tmp_path / f"sheet{k}.stl")}])
-        with pytest.raises(InputError, match=r"fixtures\.wall\.mesh: a part of it is thinner than"):
+        with pytest.raises(InputError, match=r"fixtures\.wall\.mesh: a part of the mesh is thinner than"):
             prepare(load_case(path))

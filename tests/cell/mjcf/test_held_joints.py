@@ -106,7 +106,7 @@ def test_a_third_axis_of_a_positioner_is_held_and_told(composed):
     [
         ({"held_deg": {"RAIL": 3}}, "RAIL is not a hinge; its key is held_mm"),
         ({"held_deg": {"A1": 3}}, "A1 is planned"),
-        ({"held_mm": {"TRACK": 3}}, "no joint 'TRACK'; those that are not planned are RAIL"),
+        ({"held_mm": {"TRACK": 3}}, "no joint 'TRACK'; the joints that are not planned are RAIL"),
         ({"held_mm": {"RAIL": 2001}}, "outside its range -2000 .. 2000"),
         ({"joints": ["A1", "A2", "A3", "A4", "A5", "B6"]}, "no joint named 'B6'; it has RAIL, A1"),
         ({"base": "link_2"}, "link_2 is moved by joint A2"),
@@ -134,7 +134,7 @@ def test_a_home_outside_the_joint_limits_is_refused(composed):
 
 
 def test_arms_of_other_than_six_or_seven_axes_are_refused(composed):
-    with pytest.raises(InputError, match=r"robot.joints: has 5 joints; arms of six or seven are supported"):
+    with pytest.raises(InputError, match=r"robot.joints: has 5 joints; six or seven are needed"):
         composed(arm(), robot={"joints": ["A1", "A2", "A3", "A4", "A5"]})
 
 

@@ -47,7 +47,7 @@ def test_shapes_without_names_are_called_after_their_bodies(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("clamp/left", "taken, or holds a /"), ("barrel", "taken"), ("a\nb", "name"), (" ", "name")],
+    [("clamp/left", "already used, or contains a /"), ("barrel", "already used"), ("a\nb", "name"), (" ", "name")],
 )
 def test_a_fixtures_name_that_cannot_be_is_refused(name, said, tmp_path):
     box = {"name": name, "box": {"size_mm": [9, 9, 9]}, "position_mm": [0, 2000, 50]}
@@ -60,7 +60,7 @@ def test_two_fixtures_of_one_name_are_refused_and_names_of_ours_are_theirs(tmp_p
     names = ("part", "workpiece", "clamp", "clamp_visual")
     scene = scene_of(write_case(tmp_path, "cell", fixtures=[{"name": name, **box} for name in names]))
     assert (scene.piece_of_geom == Piece.FIXTURE).sum() == 2 * len(names)
-    with pytest.raises(InputError, match="taken"):
+    with pytest.raises(InputError, match="already used"):
         scene_of(write_case(tmp_path, "cell", fixtures=[{"name": "clamp", **box}] * 2))
 
 

@@ -13,7 +13,7 @@ from support.boss_motion import boss_case, result_of
 from cell.cli.main import main
 from cell.errors import InputError
 from cell.motion.motion_file import read_motion, write_motion
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 
 
 @pytest.fixture(scope="module")
@@ -94,8 +94,8 @@ def only_one_row_of_a_bead(table: Table) -> None:
         (without("E2_deg"), "has no column E2_deg"),
         (without("arc"), "has no column arc"),
         (at(3, "A1_deg", "nan"), "row 3: A1_deg is not a finite number"),
-        (at(3, "A1_deg", "east"), "row 3: A1_deg is no number (is 'east')"),
-        (at(4, "t_s", "0.0"), "row 4: t_s 0 is not after the row before"),
+        (at(3, "A1_deg", "east"), "row 3: A1_deg is not a number (is 'east')"),
+        (at(4, "t_s", "0.0"), "row 4: t_s 0 is not later than that of the row before"),
         (at(5, "A6_deg", "170"), "row 5: A6_deg"),
         (at(3, "arc", "2"), "row 3: arc is 0 or 1 (is 2)"),
         (at(3, "arc", "0.5"), "row 3: arc is not a whole number"),
@@ -105,7 +105,7 @@ def only_one_row_of_a_bead(table: Table) -> None:
         (at(3, "layer", "1"), "belongs to layer 0, not 1"),
         (at(0, "A1_deg", "A2_deg"), "has the column A2_deg twice"),
         (lambda table: table[6].pop(), "row 6: has 12 values for 13 columns"),
-        (cut(2), "a motion has at least two"),
+        (cut(2), "a motion needs at least two"),
         (cut(0), "is empty"),
         (only_one_row_of_a_bead, "bead 1 has one row with the arc on"),
     ],
@@ -129,8 +129,8 @@ def test_bad_files_are_refused_in_one_line(
 
 def test_bad_names_and_arguments_exit_with_2(boss: Path, tmp_path: Path, capsys) -> None:
     for argv, said in (
-        (["--motion-in", "m.txt"], "m.txt: a motion file ends in .csv or .npz"),
-        (["--motion", str(tmp_path / "m.xls")], "a motion file ends in .csv or .npz"),
+        (["--motion-in", "m.txt"], "m.txt: a motion file must end in .csv or .npz"),
+        (["--motion", str(tmp_path / "m.xls")], "a motion file must end in .csv or .npz"),
         (["--motion-in", str(tmp_path / "none.csv")], "none.csv: no such file"),
         (["--motion-in", str(tmp_path / "none.npz")], "none.npz: no such file"),
         (["--motion-in", "m.csv", "--html", str(tmp_path / "r.html")], "--html: does not go with --motion-in"),
@@ -154,5 +154,5 @@ def test_repeated_rows_are_left_out_and_said(result: Result, tmp_path: Path) -> 
     path.write_text("\n".join([*lines[:5], lines[4], lines[4], *lines[5:]]) + "\n")
     read = read_motion(path, result.job)
     assert len(read.motion.t_s) == len(result.motion.t_s)
-    assert read.repaired == (f"{path}: 2 row(s) that repeat the one before were left out, first row 5",)
+    assert read.repaired == (f"{path}: 2 row(s) that repeat the row before were left out, the first is row 5",)
     assert read.row[4] == 7  # rows keep the numbers they have in the file

@@ -20,7 +20,8 @@ from cell.planning.context import Context
 from cell.planning.free_rolls import _looked_at, free_rolls
 from cell.planning.lost_part import LossJudge, lost_alone, unreachable
 from cell.scene.scene import table_angles
-from cell.verdict.check import NOT_LOOKED_AT, Result, check
+from cell.verdict.check import check
+from cell.verdict.result import NOT_LOOKED_AT, Result
 from ik.roll import apply_roll
 
 # leaves no room for the nozzle above the last layers, at any roll

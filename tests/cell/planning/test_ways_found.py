@@ -198,7 +198,7 @@ def test_messages_say_what_was_found_and_what_is_needed():
     assert "no way found in 60 attempts" in failure_in_words(replace(way, effort=replace(effort, attempts=60)))
     limit = Failure(Kind.JOINT_LIMIT, measure=12.3, axis="A6")
     changed = Failure(Kind.CONFIGURATION_CHANGE, because=limit, place=Place(Where.BEAD, from_target=0))
-    assert failure_in_words(changed).endswith("no configuration leads on: A6 12.3 deg over its limit")
+    assert failure_in_words(changed).endswith("no configuration goes on: A6 12.3 deg over its limit")
 
 
 @pytest.mark.slow

@@ -92,10 +92,10 @@ def test_damaged_poses_are_told_and_computed_again(
     assert b"crc32" not in first
     capsys.readouterr()
     log.write_bytes(whole.replace(b"infeasible", b"Infeasible", 1))
-    with pytest.raises(InputError, match="line 2 does not hold what was written"):
+    with pytest.raises(InputError, match="line 2 is damaged"):
         picked_pose(load_case(case), str(log), "0")
     assert main(argv) == code
-    assert "1 damaged line(s) left out; their poses are computed again" in capsys.readouterr().err
+    assert "1 damaged line(s) were left out; their poses are computed again" in capsys.readouterr().err
     assert json_.read_bytes() == first
     assert sorted(log.read_bytes().splitlines()) == sorted(whole.splitlines())
 

@@ -118,7 +118,7 @@ def test_screening_and_check_agree_about_a_table_by_itself(make_case):
     settled = {}
     for turn in (-180, -90, 0, 90):
         found, result = screen(job, 90, turn), check(job, 90, turn)
-        alone = result.rows[0].detail.get("note") == "the table and what stands on it, whatever the arm does"
+        alone = result.rows[0].detail.get("note") == "the table and what stands on it, in any pose of the arm"
         settled[turn] = found is not None and found.infeasible == found.looked_at == len(job.targets)
         assert alone <= settled[turn]  # what a check says at once is not searched for
         assert found is None or not result.feasible
@@ -158,7 +158,7 @@ def test_values_as_they_are_written():
     assert values_of("0:1:0.1")[-1] == pytest.approx(1.0)
     assert values_of([5, "0:2:1"]) == [5.0, 0.0, 1.0, 2.0]
     for bad in ("1:0:1", "0:1:0", "a", "0:1", "nan:1:1", "inf", [], None, True, "0:1e9:1"):
-        with pytest.raises(ValueError, match=r"is not a number|has "):
+        with pytest.raises(ValueError, match=r"must be a number|has "):
             values_of(bad)
 
 
@@ -366,7 +366,7 @@ BAD = [
     (["--positioner", "1,2"], "--positioner"),
     (["--positioner", "1,2,x"], "--positioner"),
     (["--positioner", "-1,nan,0"], "--positioner"),
-    (["--height", "-5:5:5"], "height has to be above 0"),
+    (["--height", "-5:5:5"], "height of the support must be above 0"),
     (["--height", "0:a"], "--height"),
     (["--picture", "no/such/folder/m.png"], "does not exist"),
     (["--csv", "no/such/folder/m.csv"], "does not exist"),

@@ -76,4 +76,4 @@ def test_nothing_else_takes_a_cell_without_a_part(tmp_path: Path, capsys: pytest
     assert main(["check", str(case), "--program", str(program), "--html", str(tmp_path / "a.html")]) == 2
     case.write_text(yaml.safe_dump({**CELL, "part": {"absent": True, "mesh": "boss.stl"}}))
     assert main(["check", str(case), "--program", str(program)]) == 2
-    assert "part.absent: nothing is built" in capsys.readouterr().err
+    assert "part.absent: leave mesh, sub_volumes, toolpath and body out" in capsys.readouterr().err

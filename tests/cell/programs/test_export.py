@@ -299,7 +299,7 @@ def test_a_motion_from_a_file_is_written_as_it_is(tmp_path: Path, capsys: pytest
     write_motion(tmp_path / "off.npz", late)
     assert main(["export", str(case), "--motion-in", str(tmp_path / "off.npz"), "--krl", str(tmp_path / "no")]) == 1
     assert not (tmp_path / "no").exists()
-    assert "off.npz: infeasible: no program of it; rbam check --motion-in says why" in capsys.readouterr().err
+    assert "off.npz: infeasible: no program is written; rbam check --motion-in says why" in capsys.readouterr().err
 
 
 def test_an_infeasible_case_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -307,7 +307,7 @@ def test_an_infeasible_case_leaves_nothing(tmp_path: Path, capsys: pytest.Captur
     out = tmp_path / "krl"
     assert main(["export", str(case), "--krl", str(out)]) == 1
     assert not out.exists()
-    assert "no program of it" in capsys.readouterr().err
+    assert "no program is written" in capsys.readouterr().err
 
 
 def test_a_program_that_does_not_hold_leaves_nothing(
@@ -327,7 +327,7 @@ def test_what_is_to_be_written_has_to_be_named(tmp_path: Path, capsys: pytest.Ca
     assert main(["export", str(case)]) == 2
     assert "give --krl DIR, --csv F.csv or --robodk F.py" in capsys.readouterr().err
     assert main(["export", str(case), "--krl", str(case)]) == 2
-    assert "is no folder" in capsys.readouterr().err
+    assert "is not a folder" in capsys.readouterr().err
     assert main(["export", str(case), "--csv", str(tmp_path / "boss.stl")]) == 2
     assert "is read by this run" in capsys.readouterr().err
     assert main(["check", str(case), "--program", "a.src", "--motion-in", "b.csv"]) == 2
@@ -341,4 +341,4 @@ def test_a_program_of_numbers_reads_back_by_the_same_numbers(tmp_path: Path) -> 
     document = json.loads((out / "KNOB.json").read_text())
     assert (document["tool"]["number"], document["base"]["number"]) == (3, 7)
     assert "TOOL_DATA[3]" in (out / "KNOB_L000.src").read_text()
-    assert sum("must hold it" in line for line in document["warnings"]) == 2
+    assert sum("must have the same" in line for line in document["warnings"]) == 2

@@ -94,7 +94,7 @@ def test_a_trigger_that_calls_a_hook_is_the_arc(trigger: str, before: int, tmp_p
     ("statement", "words"),
     [
         ("TRIGGER WHEN DISTANCE=0 DELAY=500 DO ARC_ON ( )", "a TRIGGER with DELAY = 500 ms: arc_on is taken"),
-        ("TRIGGER WHEN PATH=FAR(1) DELAY=0 DO ARC_ON ( )", "a TRIGGER with a PATH or DELAY that is computed"),
+        ("TRIGGER WHEN PATH=FAR(1) DELAY=0 DO ARC_ON ( )", "a TRIGGER with a computed PATH or DELAY"),
         ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO ELSEWHERE ( )", "a TRIGGER calls ELSEWHERE, which is not run"),
         ("INTERRUPT DECL 5 WHEN $IN[1]==TRUE DO EVADE ( )", "an interrupt is declared"),
         ("GLOBAL INTERRUPT DECL 5 WHEN $IN[1]==TRUE DO EVADE ( )", "an interrupt is declared"),
@@ -121,7 +121,7 @@ def test_a_configuration_that_is_not_followed_is_doubted(tmp_path: Path) -> None
     point = "PTP {X 100,Y 0,Z 50,A 0,B 90,C 0%s,T 2,E1 0,E2 0}\n"
     found = doubts(run(tmp_path, FRAMES + PTP + point % ",S 6"))
     assert [line for _, line in found] == [5]
-    assert found[0][0].startswith("S is not followed")
+    assert found[0][0].startswith("S is not used")
     assert not run(tmp_path, FRAMES + PTP + point % "").doubts
 
 

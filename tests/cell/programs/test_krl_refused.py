@@ -38,15 +38,15 @@ def refused(folder: Path, body: str) -> str:
         (FRAMES + "BAS(#INITMOV,0)\n" + LIN, 5, "no tool"),
         (FRAMES + "LIN {X 1,Y 2,Z 3}\n", 4, "gives no A B C"),
         (FRAMES + PTP + "LIN {X 1}\n", 5, "gives no Y Z A B C"),
-        (FRAMES + PTP + "LIN_REL {X 1}\n", 5, "where the TCP is"),
+        (FRAMES + PTP + "LIN_REL {X 1}\n", 5, "the position of the TCP"),
         ("PTP {A1 0,A2 -90}\n", 2, "gives no A3"),
-        ("PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0,A7 0}\n", 2, "A7 is no axis"),
-        ("PTP {J1 0}\n", 2, "J1 is no axis"),
+        ("PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0,A7 0}\n", 2, "A7 is not an axis"),
+        ("PTP {J1 0}\n", 2, "J1 is not an axis"),
         ("PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0,E3 5}\n", 2, "E1 and E2 alone"),
         (FRAMES + LIN.replace("E2 0", "E1 0"), 4, "twice"),
         (FRAMES + LIN.replace("X 100", "X nan"), 4, "NAN"),
         (FRAMES + LIN.replace("X 100", "X 1e400"), 4, "not finite"),
-        (FRAMES + LIN.replace("X 100", "X 1e30"), 4, "is the most"),
+        (FRAMES + LIN.replace("X 100", "X 1e30"), 4, "is allowed"),
         (FRAMES + LIN.replace("X 100,", "X 100"), 4, "needs"),
         (FRAMES + LIN.replace("X 100", "X 1/0"), 4, "divides by 0"),
         (FRAMES + "LIN {X 100,Y 0,Z 50,A 0,B 90,A1 0}\n", 4, "at once"),
@@ -73,7 +73,7 @@ def refused(folder: Path, body: str) -> str:
         ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO $VEL.CP=0.5\n" + PTP, 2, "a TRIGGER sets $VEL"),
         ("TRIGGER WHEN PATH=-5 DELAY=0 DO ARC_ON ( )\n" + PTP, 2, "PATH = -5 mm"),
         ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO N=2\n" + PTP + "IF N==2 THEN\n" + PTP + "ENDIF\n", 4, "TRIGGER of line 2"),
-        (PTP + "TRIGGER WHEN DISTANCE=1 DELAY=0 DO ARC_ON ( )\n", 3, "has no motion behind it"),
+        (PTP + "TRIGGER WHEN DISTANCE=1 DELAY=0 DO ARC_ON ( )\n", 3, "has no motion after it"),
         ("$ADVANCE=6\n" + PTP, 2, "0 to 5"),
         ("WAIT SEC -1\n" + PTP, 2, "WAIT SEC"),
         (FRAMES + "$ORI_TYPE=#JOINT\n" + LIN, 5, "$ORI_TYPE is #JOINT"),
@@ -85,18 +85,18 @@ def refused(folder: Path, body: str) -> str:
         (FRAMES + LIN + "$TOOL={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN {X 1}\n", 6, "gives no Y Z A B C"),
         (FRAMES + LIN + "$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN {X 1}\n", 6, "gives no Y Z A B C"),
         (FRAMES + LIN + "LIN {X 1} C_FOO\n", 5, "C_FOO"),
-        ("IF $IN[1] THEN\n" + PTP + "ENDIF\n" + PTP, 2, "depends on what is not known"),
+        ("IF $IN[1] THEN\n" + PTP + "ENDIF\n" + PTP, 2, "depends on an unknown value"),
         (FRAMES + "I=1\nIF $IN[1] THEN\nI=2\nENDIF\n" + LIN.replace("X 100", "X I"), 8, "I is set where line 5"),
-        ("IF TRUE THEN\n" * 30 + "T ( )\n" + "ENDIF\n" * 30, 28, "blocks and sub-programs in each other"),
+        ("IF TRUE THEN\n" * 30 + "T ( )\n" + "ENDIF\n" * 30, 28, "blocks and sub-programs inside each other"),
         ("GOTO AGAIN\nAGAIN:\n" + PTP, 2, "GOTO"),
         ("FOR I=1 TO 3 STEP 0\nENDFOR\n" + PTP, 2, "STEP is 0"),
-        ("EXIT\n" + PTP, 2, "EXIT stands in no loop"),
+        ("EXIT\n" + PTP, 2, "EXIT stands outside a loop"),
         ("IF TRUE THEN\n" + PTP, 4, "IF of line 2 is open"),
         ("ENDLOOP\n" + PTP, 2, "ENDLOOP stands where"),
-        ("one two three\n" + PTP, 2, "no statement that is known"),
+        ("one two three\n" + PTP, 2, "is an unknown statement"),
         ("T ( )\n" + PTP, 2, "calls more than"),
         ("I=" + "(" * 60 + "1" + ")" * 60 + "\n" + PTP, 2, "in each other"),
-        ("IF TRUE THEN\n" * 60 + "ENDIF\n" * 60 + PTP, 42, "blocks in each other"),
+        ("IF TRUE THEN\n" * 60 + "ENDIF\n" * 60 + PTP, 42, "blocks inside each other"),
         ("@\n" + PTP, 2, "cannot be read"),
         ('MSG="open\n' + PTP, 2, "cannot be read"),
         ("X=" + "9" * 50 + "\n" + PTP, 2, "50 digits"),
@@ -124,11 +124,11 @@ def test_a_file_that_is_cut_off_is_refused(tmp_path: Path) -> None:
         (b"", r":1: holds no program"),
         (b"DEF T ( )\nEND\n", r"moves nothing"),
         (b"DEF T ( )\n\0\nEND\n", r":2: has a byte 0"),
-        (b"DEFDAT T\nENDDAT\n", r":1: T is no program"),
+        (b"DEFDAT T\nENDDAT\n", r":1: T is data or a function, not a program"),
         (b"DEF T (a:IN)\nEND\n", r":1: T has parameters"),
         (b"DEF T ( )\nDEF U ( )\nEND\n", r":2: DEF stands within T"),
         (b"X=1\nDEF T ( )\nEND\n", r":1: stands outside"),
-        (b"DEF T ( )\nEND\nDEF t ( )\nEND\n", r":3: T stands there twice"),
+        (b"DEF T ( )\nEND\nDEF t ( )\nEND\n", r":3: T is declared twice"),
     ],
 )
 def test_what_is_no_program(tmp_path: Path, raw: bytes, words: str) -> None:
@@ -139,7 +139,11 @@ def test_what_is_no_program(tmp_path: Path, raw: bytes, words: str) -> None:
 
 
 def test_what_is_no_file(tmp_path: Path) -> None:
-    for name, words in (("none.src", "no such file"), ("none.txt", r"is a file \.src"), ("folder.src", "no ordinary")):
+    for name, words in (
+        ("none.src", "no such file"),
+        ("none.txt", r"is a \.src file"),
+        ("folder.src", "not an ordinary"),
+    ):
         (tmp_path / "folder.src").mkdir(exist_ok=True)
         with pytest.raises(InputError, match=words):
             read_krl(tmp_path / name, controller())

@@ -14,7 +14,7 @@ from support.boss_motion import boss_case, result_of
 from cell.programs.export import Exported, export_program
 from cell.programs.orientation import frame_of
 from cell.programs.robodk_script import robodk_script
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 
 BENCH = """<mujoco><compiler angle="degree"/><worldbody><geom name="slab" type="box" size="0.2 0.2 0.15"
 pos="0 0 0.15"/><frame pos="0 0 0.3" euler="0 0 20"><site name="table" euler="0 0 50"/></frame></worldbody></mujoco>"""

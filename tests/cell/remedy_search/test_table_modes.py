@@ -13,7 +13,8 @@ from cell.job.job import prepare
 from cell.remedy_search.search import remedies
 from cell.remedy_search.table_modes import mode_trials
 from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 
 LIMIT = {"gravity_max_deg": 45}  # three bosses a third of a turn apart: at no one pose
 

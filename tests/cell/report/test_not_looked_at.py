@@ -15,7 +15,8 @@ from cell.html.words import Words
 from cell.job.job import prepare
 from cell.planning import lost_part
 from cell.remedy_search.search import remedies
-from cell.verdict.check import NOT_LOOKED_AT, check
+from cell.verdict.check import check
+from cell.verdict.result import NOT_LOOKED_AT
 from cell.verdict.severity import worst_first
 from cell.view.colours import GREY, target_colours
 

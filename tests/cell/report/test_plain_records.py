@@ -11,7 +11,7 @@ import numpy as np
 from cell.cli.main import main
 from cell.failure import AT_TARGET, IN_ROWS, Contact, Failure, Kind, Seen
 from cell.plain import plain
-from cell.verdict.check import TargetVerdict
+from cell.verdict.result import TargetVerdict
 from cell.verification.bead_order import Finding
 
 CLAMP = {"name": "clamp [left]", "on": "table", "position_mm": [-120, 0, 130], "box": {"size_mm": [120, 120, 120]}}

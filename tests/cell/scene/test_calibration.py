@@ -134,8 +134,8 @@ def test_frames_that_are_far_from_the_model_are_told_of(make_case):
     ("positioner", "says"),
     [
         ({"calibration": {**SKEW, "axis_2_mm_deg": None}}, "axis_2_mm_deg is needed"),
-        ({"joints": ["E2"], "model": "turn.xml", "calibration": SKEW}, "axis_2_mm_deg does not go with it"),
-        ({"model": "none", "calibration": SKEW}, "a table without axes"),
+        ({"joints": ["E2"], "model": "turn.xml", "calibration": SKEW}, "leave axis_2_mm_deg out"),
+        ({"model": "none", "calibration": SKEW}, "the table has no axes"),
     ],
 )
 def test_frames_that_the_positioner_has_not_are_refused(make_case, tmp_path, positioner, says):

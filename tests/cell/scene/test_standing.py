@@ -27,7 +27,7 @@ def of_code(job, code):
         ([-30, 40], [0, 0, 0], "30.0 mm below"),
         ([0, 40], [0, 0, 7], "7.0 mm above"),
         ([5, 40], [0, 0, 0], "5.0 mm above"),
-        ([0, 40], [200, 0, 0], "it is beside what"),
+        ([0, 40], [200, 0, 0], "it stands beside the surface"),
     ],
 )
 def test_a_body_in_or_above_its_support_is_said(z_mm, position_mm, said, make_case):
@@ -102,10 +102,10 @@ def test_what_is_neither_taken_nor_built_is_said_to_be_absent(neighbours):
     ("part", "said"),
     [
         ("built: [SV9]", "part.built: no sub-volume 'SV9'"),
-        ("built: [SV1, SV1]", "SV1 stands there twice"),
-        ("take: [SV1], built: [SV1]", "either built or to be built"),
+        ("built: [SV1, SV1]", "SV1 is listed twice"),
+        ("take: [SV1], built: [SV1]", "list it in one of them"),
         ("built: [SV1, SV2, SV3]", "nothing is left"),
-        ("take: [SV1, SV1]", "part.take: SV1 stands there twice"),
+        ("take: [SV1, SV1]", "part.take: SV1 is listed twice"),
     ],
 )
 def test_what_cannot_be_taken_or_built_is_refused(part, said, neighbours):
@@ -142,4 +142,4 @@ def test_a_body_whose_hull_fills_its_hollows_is_said(tmp_path, hollow):
     lines = of_code(job, Code.CONCAVE_BODY)
     assert len(lines) == hollow
     volume = body.convex_hull.volume / body.volume - 1
-    assert not hollow or f"counts, {100 * volume:.0f} % more" in lines[0]
+    assert not hollow or f"has {100 * volume:.0f} % more volume" in lines[0]

@@ -14,8 +14,8 @@ from cell.job.table_groups import table_groups
 from cell.processes import working
 from cell.verdict import group_verdicts
 from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import Result
 from cell.verdict.group_verdicts import GroupVerdicts, Trial, place_of
+from cell.verdict.result import Result
 
 
 def alike(one: Result, other: Result) -> None:

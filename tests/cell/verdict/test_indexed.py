@@ -19,8 +19,10 @@ from cell.report.check_report import pasted_poses
 from cell.table_poses.layer_order import shortest_order
 from cell.table_poses.table_turn import TurnSearch
 from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import Result, check
-from cell.verdict.indexed import _Build, _OrderSearch
+from cell.verdict.check import check
+from cell.verdict.indexed import _Build
+from cell.verdict.order_search import OrderSearch
+from cell.verdict.result import Result
 from cell.verification.motion_check import check_motion
 
 
@@ -225,7 +227,7 @@ def test_blocks_that_lock_the_torch_out_of_one_another_in_any_order_are_refused_
 
     monkeypatch.setattr("cell.verdict.indexed._Build", Counted)
     job = prepare(load_case(corner(tmp_path, face_first=face_first)))
-    search = _OrderSearch(job)
+    search = OrderSearch(job)
     first = (search.needs[0][0, 1], search.needs[1][0, 0])
     assert first == (0, 0)  # neither may have laid anything before the other has begun
     assert shortest_order(job.layers, search.seconds, search.needs) is None

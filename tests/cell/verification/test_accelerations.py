@@ -12,7 +12,7 @@ from support.random_jobs import own_motion, random_job
 
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion, read_motion, write_motion
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 from cell.verification.bead_samples import rows_of
 from cell.verification.blended_motion import RoundedRows
 from cell.verification.motion_check import (

@@ -20,7 +20,8 @@ from cell.job.job import Job
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion, read_motion, write_motion
 from cell.report.motion_report import finding_in_words
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 from cell.verification.bead_order import skips
 from cell.verification.bead_samples import FINE, Way, against_beads, dense
 from cell.verification.bead_samples import rows_of as way_of

@@ -16,7 +16,7 @@ from cell.job.job import Job
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion
 from cell.report.motion_report import finding_in_words, motion_document, motion_lines
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 from cell.verification.motion_check import MotionResult, check_motion
 from ik.singularity import sides
 

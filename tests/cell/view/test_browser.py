@@ -27,7 +27,7 @@ from support.paths import ROOT
 
 from cell.errors import InputError
 from cell.failure import Contact, Failure, Kind
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 from cell.view.browser import LOOPBACK, PIECES, _is_news, listen
 from cell.view.browser_stage import ROOM, BrowserStage
 from cell.view.player import KEYS, Player

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cell.errors import InputError
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 from cell.view import film as video
 from cell.view.camera import _cell_points, camera
 from cell.view.film import film, parse_size

@@ -19,7 +19,8 @@ from cell.case.read import load_case
 from cell.errors import InputError
 from cell.failure import Contact, Failure, Kind
 from cell.job.job import prepare
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 from cell.view import picture as pictures
 from cell.view.camera import camera, still
 from cell.view.picture import picture

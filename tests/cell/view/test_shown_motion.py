@@ -13,7 +13,7 @@ from support.boss_motion import boss_case, result_of
 from cell.cli.main import main
 from cell.motion.motion import Motion
 from cell.motion.motion_file import read_motion, write_motion
-from cell.verdict.check import Result
+from cell.verdict.result import Result
 from cell.verification.motion_check import check_motion
 from cell.view.picture import picture
 from cell.view.player import Player
@@ -115,7 +115,7 @@ def test_what_does_not_fit_is_one_line(result: Result, boss: Path, tmp_path: Pat
     for argv, said in (
         (["--motion", str(path)], "has no column A6_deg"),
         (["--motion", str(tmp_path / "none.csv")], "no such file"),
-        (["--motion", "m.txt"], "a motion file ends in .csv or .npz"),
+        (["--motion", "m.txt"], "a motion file must end in .csv or .npz"),
         (["--motion", str(path), "--e1", "10"], "--e1: does not go with --motion"),
         (["--motion", str(path), "--sweep", "map.json"], "--sweep: does not go with --motion"),
     ):

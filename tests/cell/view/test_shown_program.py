@@ -51,7 +51,7 @@ def test_what_only_a_program_has_wrong_makes_what_is_shown_infeasible(tmp_path: 
     assert {row.reason for row in shown.rows} == {None, "blend"}
     page = html_report(shown)
     assert "can weld all" not in page
-    assert f"Found at {LAYER}:{line_of(LIN, nth=2)}: corners rounded over 10 mm" in page
+    assert f"Found at {LAYER}:{line_of(LIN, nth=2)}: corners are rounded over 10 mm" in page
 
 
 def test_a_page_of_a_program_has_its_verdict_its_clearance_and_its_lines(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from support.paths import ROOT
 
 from cell.errors import InputError
 from cell.failure import Contact, Failure, Kind
-from cell.verdict.check import Result, TargetVerdict
+from cell.verdict.result import Result, TargetVerdict
 from cell.view.picture import StagedScene
 from cell.view.player import DWELL, FASTER, KEYS, SLOWER, Player
 from cell.view.window import replay, require_display

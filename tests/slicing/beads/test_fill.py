@@ -10,7 +10,9 @@ from manifold3d import CrossSection, Manifold
 from support.meshes import box, from_manifold
 
 from slicing.beads.deposition import LayerMetal, metal_lines
+from slicing.beads.infill import Stroke
 from slicing.beads.lay import lay_beads
+from slicing.beads.zigzag import spread
 from slicing.curves.intersect import Curve
 from slicing.layers.layer import Layer, SlicedSubVolume
 from slicing.parameters import BeadParameters, SlicingParameters
@@ -87,14 +89,14 @@ def test_a_layer_that_takes_next_to_nothing_is_told_of_by_its_volume():
     parameters = BeadParameters("zigzag")
     metal = [LayerMetal(0, 1000.0, 1080.0), LayerMetal(1, 900.0, 910.0), LayerMetal(2, 1.25, 58.0)]
     (line,) = metal_lines("SV1", metal, parameters)
-    assert "2 of 3 layers are more than 5% off, most layer 0 with 108%" in line
-    assert "1 of them takes next to nothing: layer 2 gets 58 mm³ for 1.2 mm³" in line
+    assert "2 of 3 layers are off by more than 5%, layer 0 the most (108%)" in line
+    assert "1 of them needs almost no metal: layer 2 needs 1.25 mm³ and gets 58 mm³" in line
     (line,) = metal_lines("SV1", metal[1:], parameters)  # no other layer is off
     assert line.endswith(
-        "1 of 2 layers are more than 5% off; 1 of them takes next to nothing: layer 2 gets 58 mm³ for 1.2 mm³"
+        "1 of 2 layers are off by more than 5%; 1 of them needs almost no metal: layer 2 needs 1.25 mm³ and gets 58 mm³"
     )
     (line,) = metal_lines("SV1", metal[:2], parameters)
-    assert line.endswith("most layer 0 with 108%")
+    assert line.endswith("layer 0 the most (108%)")
 
 
 def test_beads_vary_their_speed_so_that_every_layer_gets_its_metal():
@@ -174,3 +176,36 @@ def test_middle_lines_that_do_not_go_right_round_are_laid_once(pattern: str) -> 
     assert apart.min() > 0.5
     layers = targets.layer[[np.flatnonzero(targets.path == k)[0] for k in range(len(targets.closed))]]
     assert set(layers.tolist()) == set(range(len(sliced.layers)))
+
+
+@pytest.mark.parametrize("angle_deg", [45.0, 90.0])
+@pytest.mark.parametrize("shape", ["straight", "round", "on the body"])
+def test_lines_to_and_fro_are_spread_so_that_joints_and_rounds_are_no_surplus(shape: str, angle_deg: float) -> None:
+    for share in (3.2, 4.0, 5.5, 6.7):
+        sliced, area = wall(shape, share * W)
+        (laid,) = lay_beads([sliced], BeadParameters("zigzag", width_mm=W, angle_deg=angle_deg))
+        by_hand = sum(length_of(bead) for bead in laid.beads) * PITCH / area
+        assert by_hand == pytest.approx(1.0, abs=0.05), share
+        assert [line for line in laid.warnings if getattr(line, "code", None) == Code.DEPOSIT_SHARE] == []
+
+
+@pytest.mark.parametrize(("radius", "high"), [(20.0, 18.0), (20.0, 25.0), (10.0, 30.0)])
+def test_lines_about_a_body_lay_what_a_ring_takes(radius: float, high: float) -> None:
+    tube = Manifold.cylinder(high, radius + 5, radius + 5, 256) - Manifold.cylinder(3 * high, radius - 1, -1, 256, True)
+    sliced = slice_sub_volume(from_manifold(tube), Body(radius), SlicingParameters("cylindrical"))
+    for angle_deg in (45.0, 90.0, 67.0):
+        (laid,) = lay_beads([sliced], BeadParameters("zigzag", width_mm=W, angle_deg=angle_deg, angle_step_deg=0.0))
+        assert [metal.share for metal in laid.metal] == pytest.approx([1.0] * len(sliced.layers), abs=0.05)
+
+
+def test_lines_are_never_farther_apart_than_a_bead_is_wide() -> None:
+    def lines(apart_mm: float) -> list[Stroke]:
+        asked.append(apart_mm)
+        levels = np.linspace(0.0, 30.0, math.ceil(30.0 / apart_mm) + 1)
+        return [Stroke(np.array([[0.0, y], [40.0, y]]), False, False, "infill") for y in levels]
+
+    asked: list[float] = []
+    assert len(spread(lines, 100.0, PITCH, W)) == 7  # a third of the metal would leave gaps
+    assert max(asked) == W
+    assert len(spread(lines, 40.0 * 8, PITCH, W)) == 8
+    assert len(spread(lines, 0.0, PITCH, W)) == 9  # rounds alone lay more than all of it: as asked

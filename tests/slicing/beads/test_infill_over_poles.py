@@ -243,7 +243,7 @@ def test_a_layer_over_both_ends_in_one_is_refused():
     barrel = RevolvedBody(((0.0, -20.0), (20.0, -12.0), (20.0, 12.0), (0.0, 20.0)))
     shell = manifold3d.Manifold.sphere(60.0, 64) - manifold3d.Manifold.cylinder(100, 3, 3, 32).rotate((0, 90, 0))
     layer = layer_on(from_manifold(shell), barrel, 0.0)
-    with pytest.raises(PartError, match="both ends of its body"):
+    with pytest.raises(PartError, match="both ends of the body"):
         layer_beads(layer, filled("zigzag"))
 
 

@@ -1,4 +1,4 @@
-"""What lies over nothing on layers that close over the end of a body: areas, distances and places by hand."""
+"""What overhangs on layers that close over the end of a body: areas, distances and places by hand."""
 
 from __future__ import annotations
 

@@ -44,9 +44,9 @@ CLEAN = {
     f"{BASE}/lid_cover.obj": "m",
 }
 REPAIRED = {
-    "grippers/fingertips/originals/camera_arduino_holder.stl": ("mm", "6 open edges closed by joining vertices"),
-    f"{BASE}/kelo_drive_wheel.obj": ("m", "3 shells overlap and were united"),
-    f"{BASE}/kelo_drive_base.obj": ("m", "10 shells overlap and were united"),
+    "grippers/fingertips/originals/camera_arduino_holder.stl": ("mm", "closed 6 open edges by joining vertices"),
+    f"{BASE}/kelo_drive_wheel.obj": ("m", "united 3 shells that overlap"),
+    f"{BASE}/kelo_drive_base.obj": ("m", "united 10 shells that overlap"),
 }
 REFUSED = {
     "arms/ur5e/visual/base.obj": "4 open edges round 1 hole, the widest 4.9 mm",

@@ -427,7 +427,7 @@ def test_what_stands_on_an_end_stays_with_the_body():
     parts = decompose(from_manifold(solid, "part"))
     assert len(parts.sub_volumes) == 1
     assert parts.body_mesh.bounds[1, 2] == pytest.approx(130)
-    assert any("left with it" in line for line in parts.warnings)
+    assert any("left with the body" in line for line in parts.warnings)
 
 
 def test_shells_that_overlap_are_united():
@@ -489,7 +489,7 @@ def test_hints_that_fit(boxes, plain, hint):
     ("hint", "says"),
     [
         (BodyHint(radius_mm=15.0), "radius_mm 15 is not the radius of an outer cylinder"),
-        (BodyHint(radius_mm=20.1), "there are 20"),
+        (BodyHint(radius_mm=20.1), "the radii are 20"),
         (BodyHint((3, 0, 50)), "3 mm off the axis"),
         (BodyHint((5, 0, 5), (0, 0, 1)), "5 mm off the axis"),
         (BodyHint(None, (1, 0, 0)), "no round body found about the axis that the hint gives"),

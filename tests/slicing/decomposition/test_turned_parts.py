@@ -197,7 +197,7 @@ def test_cylindrical_layers_begin_with_the_whole_root_on_a_drafted_hub(strategy)
     top = 25 - 100 * math.tan(math.radians(0.5))
     parts = decompose(mesh_of(cylinder(25, 0, 100, 48, top) + box((3, -3, 30), (50, 3, 70))))
     (body,) = parts.bodies
-    assert any("0.17 mm off it" in line for line in parts.warnings)
+    assert any("0.17 mm off the cone" in line for line in parts.warnings)
     ends = body_ends(parts.outline.points, body)
     assert ends[1] >= 69.9
     sliced = slice_sub_volume(parts.sub_volumes[0], body, SlicingParameters(strategy), ends)
@@ -316,7 +316,7 @@ def test_body_and_sub_volumes_add_up_to_the_part():
 
 
 def test_a_boss_on_a_block_is_no_body():
-    with pytest.raises(PartError, match=r"no round body found.* 8 sides.* seen along"):
+    with pytest.raises(PartError, match=r"no round body found.* 8 sides.* lies open along"):
         decompose(mesh_of(box((-20, -20, -20), (20, 20, 20)) + cylinder(5, 10, 40, 96)))
 
 
@@ -412,7 +412,7 @@ def test_the_equator_of_a_ball_is_doubted_as_a_body():
     radius = max(s.radius_low for s in ball.sections if s.is_cylinder)
     (line,) = domed_body("part", ball, radius)
     assert line.code is Code.BODY_RADIUS
-    assert "a stretch of 3.14 mm of a ball" in line  # 2 * 30 * sin(3 degrees)
+    assert "it was measured on 3.14 mm of a ball" in line  # 2 * 30 * sin(3 degrees)
     crowned = outline_of([(29, -20), (30, -3), (30, 3), (29, 20)])
     chamfered = outline_of([(25, -8), (30, -3), (30, 3), (25, 8)])
     assert domed_body("part", crowned, 30.0) == domed_body("part", chamfered, 30.0) == []

@@ -174,6 +174,6 @@ def test_what_a_case_may_take(make_case):
 def test_where_the_body_ends_and_stands_is_said_if_it_is_not_plain(make_case):
     loose = read_part(load_case(make_case(part={"body": {"radius_mm": 20, "z_mm": None}}, slicing={"body": "planar"})))
     assert loose.warnings == (
-        "BODY: no part.body.z_mm; taken to end where its sub-volumes do, z = 16 .. 24 mm",
+        "BODY: part.body.z_mm is not given; the body ends where its sub-volumes end, z = 16 .. 24 mm",
         "BODY: its lower end is 16.000 mm off what the part stands on (part.position_mm)",
     )

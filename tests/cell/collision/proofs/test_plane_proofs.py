@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from support.random_cells import ARM, random_cell, text, write_meshes
+from support.random_cells import ARM, random_scenes, text, write_meshes
 
 from cell import prepare
 from cell.case.read import parse_case
@@ -21,11 +21,7 @@ REACH, STEPS = 0.3, 20
 
 @pytest.fixture(scope="module")
 def scenes(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("cells")
-    write_meshes(folder)
-    rng = np.random.default_rng(11)
-    part = prepare(random_cell(rng, folder)).shape
-    return [compose(random_cell(rng, folder), part) for _ in range(4)]
+    return random_scenes(tmp_path_factory.mktemp("cells"), seed=11, count=4)
 
 
 def motions(checker, rng, size):

@@ -25,7 +25,8 @@ from cell.planning.travels.travel import travel
 from cell.report.check_document import report_document
 from cell.report.check_report import report_lines
 from cell.shipped import MODELS_DIR
-from cell.verdict.check import Result, check
+from cell.verdict.check import check
+from cell.verdict.result import Result
 from cell.verdict.words import in_words
 from cell.verification.motion_check import check_motion
 
@@ -121,7 +122,7 @@ def test_a_home_that_the_arm_does_not_have_is_refused(folder: Path) -> None:
         "narrow",
         lambda text: text.replace('name="A3" axis="0 1 0" range="-120 165"', 'name="A3" axis="0 1 0" range="-120 80"'),
     )
-    with pytest.raises(InputError, match=r"the key home of narrow/kr70_r2100.xml \(robot.home_deg goes before it\)"):
+    with pytest.raises(InputError, match=r"the key home of narrow/kr70_r2100.xml \(robot.home_deg replaces it\)"):
         job_of(boss_case(folder, "narrow", robot={"model": narrow}))
 
 

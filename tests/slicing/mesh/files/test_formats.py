@@ -122,7 +122,7 @@ def test_3mf_of_several_meshes(block, tmp_path):
 def test_3mf_states_its_unit(block, tmp_path):
     write_3mf(tmp_path / "inch.3mf", [block], "inch")
     assert load_mesh(tmp_path / "inch.3mf", units="inch").volume == pytest.approx(6000 * 25.4**3)
-    with pytest.raises(PartError, match="say units: inch"):
+    with pytest.raises(PartError, match="set units: inch"):
         load_mesh(tmp_path / "inch.3mf")
     write_3mf(tmp_path / "foot.3mf", [block], "foot")
     with pytest.raises(PartError, match="allowed: mm, cm, m, inch"):

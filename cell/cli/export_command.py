@@ -1,8 +1,4 @@
-"""What ``rbam export`` does, and ``rbam check --program``: programs out of the house, and into it.
-
-code = export(args, case)
-code = check_program_file(args, case)
-"""
+"""What ``rbam export`` does: the checked motion as a robot program."""
 
 from __future__ import annotations
 
@@ -14,12 +10,12 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..atomic_files import STDOUT, beside, check_outputs
+from ..atomic_files import beside, check_outputs
 from ..case.files import case_files
 from ..errors import InputError
-from ..processes import working
 from .bar import Bars
-from .console import put_json, say
+from .exit_codes import FEASIBLE, INFEASIBLE
+from .given_case import load
 from .jobs import jobs_of
 from .speech import is_quiet
 
@@ -28,29 +24,23 @@ if TYPE_CHECKING:
     from ..job.job import Job
     from ..motion.motion import Motion
     from ..programs.export import Exported
-    from ..programs.program_check import ProgramResult
-
-DONE, NOT_DONE = 0, 1
 
 
-def export(args: argparse.Namespace, case: Case) -> int:
-    """Check a case and write its motion as a program, read back, run and judged before anything is left.
-
-    Args:
-        args: of the command.
-        case: the case.
+def run(args: argparse.Namespace) -> int:
+    """Check a case and write its motion as a program, which is read back, run and checked before files are written.
 
     Returns:
-        0; 1 where the case is infeasible or the program does not hold.
+        The exit code; 1 also where the program does not hold.
 
     Raises:
         InputError: one line.
     """
+    case = load(args)
     if not (args.krl or args.csv or args.robodk):
-        raise InputError("export: nothing asked for; give --krl DIR, --csv F.csv or --robodk F.py")
+        raise InputError("export: no output; give --krl DIR, --csv F.csv or --robodk F.py")
     jobs = jobs_of(args)
     if args.motion_in and args.jobs is not None:
-        raise InputError("--jobs: does not go with --motion-in, for which no motion is searched")
+        raise InputError("--jobs: leave it out with --motion-in: no motion is searched")
     folder = None if args.krl is None else _folder(args.krl)
     read = [*case_files(case), *([args.motion_in] if args.motion_in else [])]
     check_outputs({"--csv": args.csv, "--robodk": args.robodk}, read)
@@ -59,17 +49,17 @@ def export(args: argparse.Namespace, case: Case) -> int:
     job, motion = _checked_motion(args.motion_in, case, jobs)
     if motion is None:
         what, how = (args.motion_in, " --motion-in") if args.motion_in else (case.path, "")
-        sys.stderr.write(f"rbam: {what}: infeasible: no program of it; rbam check{how} says why\n")
-        return NOT_DONE
+        sys.stderr.write(f"rbam: {what}: infeasible: no program is written; rbam check{how} says why\n")
+        return INFEASIBLE
     made = export_program(job, motion)
     if made.fault is not None:
         sys.stderr.write(f"rbam: no program: {made.fault}\n")
-        return NOT_DONE
+        return INFEASIBLE
     contents = _contents(args, job, made, folder)
     _write(contents, folder, read)
     if not is_quiet():
         _told(made, contents, _left_over(made, folder))
-    return DONE
+    return FEASIBLE
 
 
 def _checked_motion(path: str | None, case: Case, jobs: int) -> tuple[Job, Motion | None]:
@@ -100,7 +90,7 @@ def _left_over(made: Exported, folder: Path | None) -> list[str]:
 def _folder(name: str) -> Path:
     folder = Path(name)
     if folder.exists() and not folder.is_dir():
-        raise InputError(f"--krl: {name}: is no folder")
+        raise InputError(f"--krl: {name}: is not a folder")
     if not folder.exists() and not folder.absolute().parent.is_dir():
         raise InputError(f"--krl: {name}: the folder {folder.absolute().parent} does not exist")
     return folder
@@ -179,51 +169,3 @@ def _told(made: Exported, contents: dict[Path, bytes], left_over: list[str]) -> 
     if left_over:
         names = ", ".join(left_over[:3]) + (f" and {len(left_over) - 3} more" if len(left_over) > 3 else "")
         sys.stdout.write(f"  warning: left over from another program of this name, and not called: {names}\n")
-
-
-def checked_program(path: str, job: Job) -> ProgramResult:
-    """Read a program, run it as the controller would, and judge it.
-
-    Raises:
-        InputError: it cannot be read or begun; one line with the file's line.
-    """
-    from ..programs.cell_controller import cell_controller
-    from ..programs.krl_read import read_krl
-    from ..programs.program_check import check_program
-
-    return check_program(read_krl(path, cell_controller(job)), job)
-
-
-def check_program_file(args: argparse.Namespace, case: Case) -> int:
-    """A program from anybody against the cell.
-
-    Args:
-        args: of the command.
-        case: the case.
-
-    Returns:
-        0 feasible, 1 infeasible.
-
-    Raises:
-        InputError: one line.
-    """
-    from ..atomic_files import write_text
-    from ..job.bare_job import bare_job
-    from ..job.job import prepare
-    from ..report.program_document import program_lines, program_report
-
-    check_outputs({"--json": args.json, "--html": args.html}, [*case_files(case), args.program])
-    if case.part.absent and args.html:
-        raise InputError("--html: shows a part being built; the case has none (part: none)")
-    job = bare_job(case) if case.part.absent else prepare(case)
-    with working(jobs_of(args)):
-        result = checked_program(args.program, job)
-    if args.json:
-        put_json(args.json, program_report(result, args.program))
-    if args.html:
-        from ..html.check_page import html_report
-        from ..view.shown_motion import played_program
-
-        write_text(args.html, html_report(played_program(result.found.job, result)))
-    say(program_lines(result, args.program), sys.stderr if args.json == STDOUT else sys.stdout)
-    return DONE if result.feasible else NOT_DONE

@@ -1,0 +1,71 @@
+"""A robot program from a file, checked: ``rbam check --program`` and ``rbam replay --program``.
+
+code = check_program_file(args, case)
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING
+
+from ..atomic_files import STDOUT, check_outputs
+from ..case.files import case_files
+from ..errors import InputError
+from ..processes import working
+from .console import put_json, say
+from .exit_codes import FEASIBLE, INFEASIBLE
+from .jobs import jobs_of
+
+if TYPE_CHECKING:
+    from ..case.sections import Case
+    from ..job.job import Job
+    from ..programs.program_check import ProgramResult
+
+
+def checked_program(path: str, job: Job) -> ProgramResult:
+    """Read a program, run it as the controller would, and judge it.
+
+    Raises:
+        InputError: it cannot be read or begun; one line with the file's line.
+    """
+    from ..programs.cell_controller import cell_controller
+    from ..programs.krl_read import read_krl
+    from ..programs.program_check import check_program
+
+    return check_program(read_krl(path, cell_controller(job)), job)
+
+
+def check_program_file(args: argparse.Namespace, case: Case) -> int:
+    """Check a program from anybody in the cell.
+
+    Args:
+        args: of the command.
+        case: the case.
+
+    Returns:
+        0 feasible, 1 infeasible.
+
+    Raises:
+        InputError: one line.
+    """
+    from ..atomic_files import write_text
+    from ..job.bare_job import bare_job
+    from ..job.job import prepare
+    from ..report.program_document import program_lines, program_report
+
+    check_outputs({"--json": args.json, "--html": args.html}, [*case_files(case), args.program])
+    if case.part.absent and args.html:
+        raise InputError("--html: shows a part being built; the case has none (part: none)")
+    job = bare_job(case) if case.part.absent else prepare(case)
+    with working(jobs_of(args)):
+        result = checked_program(args.program, job)
+    if args.json:
+        put_json(args.json, program_report(result, args.program))
+    if args.html:
+        from ..html.check_page import html_report
+        from ..view.shown_motion import played_program
+
+        write_text(args.html, html_report(played_program(result.found.job, result)))
+    say(program_lines(result, args.program), sys.stderr if args.json == STDOUT else sys.stdout)
+    return FEASIBLE if result.feasible else INFEASIBLE

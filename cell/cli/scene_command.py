@@ -1,0 +1,35 @@
+"""What ``rbam scene`` does."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from ..atomic_files import write_text
+from .console import say
+from .exit_codes import FEASIBLE
+from .given_case import load, refuse_outputs
+
+
+def run(args: argparse.Namespace) -> int:
+    """Describe the composed cell, or write it as one MJCF.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        InputError: one line.
+    """
+    case = load(args)
+    refuse_outputs(args, case, "xml")
+    from ..job.job import prepare
+    from ..report.scene_contents import look_into_scene, scene_lines
+    from ..scene.scene import table_angles
+    from ..scene.standalone import standalone_xml
+
+    scene = prepare(case).scene
+    if args.xml:
+        write_text(args.xml, standalone_xml(scene))
+        return FEASIBLE
+    say(scene_lines(look_into_scene(scene, table_angles(scene, case.table.E1_deg, case.table.E2_deg))), sys.stdout)
+    return FEASIBLE
