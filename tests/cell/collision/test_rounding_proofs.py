@@ -16,7 +16,7 @@ from cell.collision.clearances import Clearances
 from cell.collision.pair_groups import PairGroup, groups_of
 from cell.collision.proofs.reach_radii import radii
 from cell.collision.rounded_paths import BlendedPath, Roundings
-from cell.collision.rounding_looks import NEARLY_ALL, looked_at
+from cell.collision.rounding_looks import NEARLY_ALL, _Sheet, _Sheets, looked_at
 from cell.collision.rounding_proofs import Corners, KnownRows, _off_by_links, _otherwise, every_rounding_kept
 from cell.job.job import prepare
 from cell.timing.blending import blended, kept_zone
@@ -287,3 +287,30 @@ def test_no_rectangle_of_roundings_reaches_further_than_is_said():
             assert k in hits.step or true >= least - NEARLY_ALL
             assert k not in hits.step or true < least + 1e-3
     assert passed > 20
+
+
+def to_and_fro(rng):
+    """Rows on one line, to and fro by steps of very different lengths: within one of them a rounding sways."""
+    m = int(rng.integers(4, 9))
+    q = np.stack([rng.normal(size=m), np.zeros(m)], axis=1)
+    s = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 2.0, m - 1))])
+    return BlendedPath(q, s, float(rng.uniform(0.1, 0.5)) * s[-1])
+
+
+@pytest.mark.parametrize("path_of", [wandering, to_and_fro])
+def test_no_configuration_of_a_rectangle_is_further_from_its_middle_than_is_said(path_of):
+    rng, tight = np.random.default_rng(31), []
+    for _ in range(400):
+        path = path_of(rng)
+        path = BlendedPath(path.q, path.s - path.s[0], kept_zone(path.zone, path.s[-1] - path.s[0]))
+        k = int(rng.integers(len(path.s) - 1))
+        ends, wide = path.s[k : k + 2], rng.uniform(0.3, 1.0) * path.zone
+        for narrow in (0.0, rng.uniform(0.3, 0.99) * wide):
+            some = _Sheets(np.array([k]), *(np.array([x]) for x in (*ends, narrow, wide, np.inf)))
+            middle, far, _ = _Sheet(Point([[9.0, 9.0]], 0.0), np.ones(2), path).extent(some)
+            at, zones = np.linspace(*ends, 15), np.linspace(max(narrow, 1e-6), wide, 8)
+            sheet = np.concatenate([blended(path.q, path.s, zone, at) for zone in zones.tolist()])
+            off = np.linalg.norm(sheet - middle, axis=1).max()
+            assert off <= far[0] + 1e-12
+            tight.append(off / far[0])
+    assert max(tight) > 0.8
