@@ -34,6 +34,7 @@ BOUNDS, DETECTION, OWN = (
     "cell/mjcf/test_detection.py",
     "acceptance/test_own_motion.py",
 )
+ROUNDINGS = "cell/collision/test_rounding_proofs.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
 GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
 # of a row that comes to lie too near: the steps beside it are reported all the same
@@ -76,8 +77,8 @@ MUTANTS = (
     Mutant("cell/collision/proofs/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
     Mutant("cell/collision/pair_groups.py", "model.geom_conaffinity[arm] = 0", "model.geom_conaffinity[~arm] = 0", (GROUPS,)),
     Mutant("cell/collision/pair_groups.py", "self.pair_gap = 0.0", "self.pair_gap = -1e3", (GROUPS,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", "np.minimum(joints, 2 * (straight", "np.minimum(joints, 1 * (straight", (BOUNDS,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", "2 * (straight + curvature(self.radius, np.abs(b - a)) / 4)", "2 * straight", (BOUNDS,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", "np.minimum(joints, parts * (straight", "np.minimum(joints, 1 * (straight", (BOUNDS,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", "parts * (straight + curvature(self.radius, np.abs(b - a)) / 4)", "parts * straight", (BOUNDS,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "np.minimum(value - off, carried)", "np.minimum(value, carried)", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "travel = share * self._links.travel(", "travel = 0.5 * self._links.travel(", (PLANES,)),
     Mutant("cell/collision/proofs/link_poses.py", " + chord[:, self.joint] * self.size", "", (PLANES,)),
@@ -112,8 +113,17 @@ MUTANTS = (
     Mutant("cell/collision/blended_corners.py", "= low[steps] - off, low[steps + 1] - off", "= low[steps], low[steps + 1]", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "    if sagitta <= off:\n", "    if True:\n", (ROUNDED,)),
     Mutant("cell/collision/blended_corners.py", "return np.unique(np.concatenate([*lost, of]))", "return np.unique(of)", (BOUNDS,)),
-    Mutant("cell/collision/blended_corners.py", "DENSER = 3.0", "DENSER = 1.5", (ROUNDED,)),
-    Mutant("cell/collision/blended_corners.py", "for share in (1.0, 0.5):", "for share in (0.5,):", (ROUNDED,)),
+    Mutant("cell/collision/rounding_proofs.py", "** 2 / (4 * self.zone)", "** 2 / (8 * self.zone)", (ROUNDINGS,)),
+    Mutant("cell/collision/rounding_proofs.py", "aside = np.abs(sums", "aside = 0 * np.abs(sums", (ROUNDINGS,)),
+    Mutant("cell/collision/rounding_proofs.py", "(known.kept[left] - most[left] >= least)", "(known.kept[left] >= least)", (ROUNDINGS,)),
+    Mutant("cell/collision/rounding_proofs.py", "way + corners.off(radius, path.s[row] + inwards)", "0 * way + corners.off(radius, path.s[row] + inwards)", (ROUNDINGS, BOUNDS)),
+    Mutant("cell/collision/rounding_proofs.py", "(differs <= room) & (laid[step].min(axis=1) >= laid[steps[some]])", "differs <= room", (ROUNDINGS,)),
+    Mutant("cell/collision/rounding_proofs.py", "np.ptp(aside, axis=1).sum(axis=1)", "0.3 * np.ptp(aside, axis=1).sum(axis=1)", (ROUNDINGS,)),
+    Mutant("cell/collision/rounding_looks.py", "far += ((some.v - some.u) ** 2", "far += 0 * ((some.v - some.u) ** 2", (ROUNDINGS,)),
+    Mutant("cell/collision/rounding_looks.py", "way += checker.bend_bound(radius, np.abs(one)) + np.abs(one + across) @ radius", "way = 0.5 * way", (ROUNDINGS,)),
+    Mutant("cell/collision/rounding_looks.py", "return middle, way + most, way > most", "return middle, way, way > most", (ROUNDINGS,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", "return parts * curvature(self.radius, turn)", "return 0.25 * parts * curvature(self.radius, turn)", (ROUNDINGS,)),
+    Mutant("cell/collision/pair_groups.py", "self.moving = 2 if itself else 1", "self.moving = 1", (ROUNDINGS,)),
     Mutant("cell/collision/blended_corners.py", "low = known - joint_travel_bound(radius, path.q, q)", "low = known", (BOUNDS,)),
     Mutant("cell/collision/blended_corners.py", "hit = np.flatnonzero(seen.distance < least)", "hit = np.flatnonzero(seen.distance < -1)", (BOUNDS, ROUNDED), AT_ITS_END),
     Mutant("cell/planning/assemble.py", "        if not _dwell(job, before, first):\n", "        if True:\n", (BOUNDS,)),

@@ -2,16 +2,15 @@
 
     step, nearest = cut_corners(checker, radius, Path(q, s, zone), stage, found, least)    # steps that are not free
 
-The rounded path is the one that ``cell.timing.time_law`` times, the rows' moving average. It is made of parabolas, of
-which it is known exactly how far they are off the rows and how far off their own chords. Where the clearances at the
-rows, less that, prove nothing, the rounded path itself is looked at. A controller may round less than it is told to, so
-that paths between the rows and that one are looked at as well where they are far apart. Radians and metres; a path's
-length may be in either.
+A controller may round less than it is told to. Most corners are proved free however much they are rounded
+(``rounding_proofs``), and only steps that this leaves are looked at: the path that is rounded most, which
+``cell.timing.time_law`` times, and all that round less (``rounding_looks``). A rounded path is made of parabolas
+(``rounded_paths``), of which it is known exactly how far they are off the rows and how far off their own chords.
+Radians and metres; a path's length may be in either.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,75 +23,14 @@ from ..timing.blending import blended, kept_zone, mirrored
 from .clearances import Clearances, Sees
 from .proofs.between_samples import unproven_steps
 from .proofs.motion_bounds import curvature, joint_travel_bound
+from .rounded_paths import NOTHING, BlendedPath, Parabolas, Roundings, on_rows, pieces
+from .rounding_looks import looked_at
+from .rounding_proofs import KnownRows, every_rounding_kept
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 FINE_CHORD = 1e-6  # m: likewise where that is too much; less than what is proved beyond a clearance that is asked for
 HALVED = 6  # times that a step is halved before it is looked at by chords
-APART = 5e-3  # m: paths no further apart are taken for one where a smaller clearance is asked for
-DENSER = 3.0  # see _between
-MOST_BETWEEN = 100  # paths of one run that are looked at
-NOTHING = 1e-9  # m: a path that is off its rows by less is on them
 CLOSELY, PLACES = 100, 12  # of what is too near so many steps are looked at again, in so many places
-MANY = 20  # steps, from which to prove them together costs less than each by itself
-SPARE = 5e-4  # m that may be given for what is between rows
-
-
-@dataclass(frozen=True, eq=False)
-class BlendedPath:
-    """Rows of a motion that is run without a stop between its ends.
-
-    Attributes:
-        q: rows, (m, j), rad.
-        s: path length at each, (m,), ascending.
-        zone: distance each way over which corners are rounded; at most half the path.
-    """
-
-    q: Floats
-    s: Floats
-    zone: float
-
-
-@dataclass(frozen=True, eq=False)
-class Parabolas:
-    """The parabolas that a rounded path is made of.
-
-    Attributes:
-        s: path lengths between which they lie, (g + 1,); the rows' are among them.
-        row: the row that each follows, (g,).
-        off: bound on how far any point of the arm is off where the rows have it, (g,), m.
-        bend: bound on the second derivative of its place, (g,), m per unit of path length squared.
-    """
-
-    s: Floats
-    row: Ints
-    off: Floats
-    bend: Floats
-
-
-def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
-    """Take a rounded path apart.
-
-    Args:
-        path: the rows.
-        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
-
-    Returns:
-        Its parabolas.
-    """
-    s = path.s - path.s[0]
-    end = s[-1]
-    zone = kept_zone(path.zone, end)
-    # a parabola ends where either end of the average's window passes a row, or its mirror image beyond an end
-    far = np.concatenate([-s[1:], s, 2 * end - s[:-1]])
-    grid = np.concatenate([s, far - zone, far + zone])
-    grid = np.unique(grid[(grid >= 0) & (grid <= end)])
-    slope = np.diff(path.q, axis=0) / np.diff(s)[:, None]
-    off = np.abs(blended(path.q, s, zone, grid) - _linear(path.q, s, grid)) @ radius
-    middle = (grid[:-1] + grid[1:]) / 2
-    bend = (_slope_at(slope, s, middle + zone) - _slope_at(slope, s, middle - zone)) / (2 * zone)
-    bends = np.abs(bend) @ radius
-    row = np.clip(np.searchsorted(s, middle) - 1, 0, len(s) - 2)
-    return Parabolas(grid + path.s[0], row, np.maximum(off[:-1], off[1:]) + np.diff(grid) ** 2 / 8 * bends, bends)
 
 
 def _off_rows(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas, most: Floats) -> Floats:
@@ -123,10 +61,10 @@ def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas,
     ends, at = np.unique(np.stack([p.s[piece], p.s[piece + 1]], axis=1), return_inverse=True)
     at = at.reshape(-1, 2)
     there = blended(path.q, path.s, path.zone, ends)
-    away = checker.travel_bound(radius, _linear(path.q, path.s, ends), there)
+    away = checker.travel_bound(radius, on_rows(path.q, path.s, ends), there)
     t, far = mirrored(path.q, path.s - path.s[0])
     zone, off = kept_zone(path.zone, path.s[-1] - path.s[0]), ends - path.s[0]
-    slope = np.abs(_linear(far, t, off + zone) - _linear(far, t, off - zone)) / (2 * zone)
+    slope = np.abs(on_rows(far, t, off + zone) - on_rows(far, t, off - zone)) / (2 * zone)
     straight = np.abs(np.diff(path.q, axis=0)) / np.diff(path.s)[:, None]
     steepest = np.maximum.reduce([slope[at[:, 0]], slope[at[:, 1]], straight[p.row[piece]]])
     bends = p.bend[piece] + 4 * curvature(radius, steepest)
@@ -134,17 +72,6 @@ def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas,
     out = np.zeros(len(path.s))
     np.maximum.at(out, p.row[piece], here)
     return out[steps]
-
-
-def _linear(q: Floats, s: Floats, at: Floats) -> Floats:
-    return np.stack([np.interp(at, s, column) for column in q.T], axis=1)
-
-
-def _slope_at(slope: Floats, s: Floats, at: Floats) -> Floats:
-    """Slope of the path and of its point reflections beyond its ends, where it is the same."""
-    inside = np.where(at < 0, -at, np.where(at > s[-1], 2 * s[-1] - at, at))
-    out: Floats = slope[np.clip(np.searchsorted(s, inside) - 1, 0, len(slope) - 1)]
-    return out
 
 
 def cut_corners(
@@ -174,71 +101,46 @@ def cut_corners(
     """
     if len(path.s) < 3:
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
-    every = np.ones(len(path.s) - 1, dtype=bool) if which is None else which
-    rows = _KnownRows(stage, found, least, every, kept)
-    ways = [
-        (one, *_cut_on(checker, radius, one, replace(rows, which=every & far)))
-        for one, far in _between(checker, radius, path, least)
-    ]
-    for one, step, nearest in ways:
-        _look_closely(checker, one, step, stage, nearest)
-    step, nearest = np.concatenate([way[1] for way in ways]), Clearances.joined([way[2] for way in ways])
-    order = np.argsort(nearest.distance, kind="stable")
-    first, index = np.unique(step[order], return_index=True)
-    return first, nearest.rows(order[index])
+    steps = len(path.s) - 1
+    every = np.ones(steps, dtype=bool) if which is None else which
+    rows = KnownRows(stage, found, least, every, np.full(steps, -np.inf) if kept is None else kept)
+    left = every & ~every_rounding_kept(checker, radius, path, rows)
+    if not left.any():
+        return np.zeros(0, dtype=np.int64), Clearances.none(0)
+    step, nearest = _cut_on(checker, radius, path, replace(rows, which=left))
+    left[step] = False
+    less = looked_at(checker, radius, path, rows, np.flatnonzero(left))
+    both = np.concatenate([step, less.step])
+    order = np.argsort(both, kind="stable")
+    first, nearest = np.asarray(both[order]), Clearances.joined([nearest, less.nearest]).rows(order)
+    zone = np.concatenate([np.full(len(step), path.zone), less.zone])[order]
+    _look_closely(checker, path, zone, first, stage, nearest)
+    return first, nearest
 
 
-def _look_closely(checker: Sees, path: BlendedPath, steps: Ints, stage: Ints, nearest: Clearances) -> None:
-    """Note what is nearer on steps that are too near than what they were found by."""
-    for n, k in enumerate(steps[:CLOSELY].tolist()):
-        at = blended(path.q, path.s, path.zone, np.linspace(path.s[k], path.s[k + 1], PLACES))
-        there = checker.clearances(at, np.full(PLACES, max(stage[k], stage[k + 1])))
-        nearest.nearer(np.array([n]), there.rows(np.array([int(np.argmin(there.distance))])))
+def _look_closely(
+    checker: Sees, path: BlendedPath, zone: Floats, steps: Ints, stage: Ints, nearest: Clearances
+) -> None:
+    """Note what is nearer on steps that are too near, rounded over so much, than what they were found by.
 
-
-@dataclass(frozen=True, eq=False)
-class _KnownRows:
-    """What :func:`cut_corners` is told of the rows."""
-
-    stage: Ints
-    found: Clearances
-    least: float
-    which: NDArray[np.bool_]
-    kept: Floats | None
-
-
-def _between(
-    checker: Sees, radius: Floats, path: BlendedPath, least: float
-) -> Iterator[tuple[BlendedPath, NDArray[np.bool_]]]:
-    """A rounded path, and such as round less, until two of them are no further apart than the clearance.
-
-    Where that is kept on all of them and on the rows, whatever lies between two is half of it away at least. How far
-    the path is off its rows differs from step to step, and so does how many of them a step needs: ``DENSER`` times as
-    many as there would be if the distance grew evenly with the rounding.
-
-    Yields:
-        A path, and the steps of it that are to be looked at, (m - 1,).
+    Along each as it was found; where that is nearest, rounded over other zones; and along it by the best of these.
     """
-    steps, apart, p = len(path.s) - 1, max(least, APART), pieces(path, radius)
-    yield path, np.ones(steps, dtype=bool)
-    off, need = np.zeros(steps), np.ones(steps, dtype=np.int64)
-    np.maximum.at(off, p.row, p.off)
-    far = np.flatnonzero(off > apart)
-    if not len(far):
-        return
-    at = np.concatenate([path.s[far], (path.s[far] + path.s[far + 1]) / 2, path.s[far + 1]])
-    rows, moved = _linear(path.q, path.s, at), np.zeros(len(at))
-    for share in (1.0, 0.5):
-        run = blended(path.q, path.s, share * path.zone, at)
-        moved = np.maximum(moved, checker.travel_bound(radius, rows, run))
-    more = np.ceil(DENSER * moved.reshape(3, -1).max(axis=0) / apart)
-    need[far] = np.clip(more, 1, MOST_BETWEEN).astype(np.int64)
-    count = int(need.max())
-    for k in range(count - 1, 0, -1):
-        yield replace(path, zone=path.zone * k / count), (need > 1) & (k * need // count > (k - 1) * need // count)
+    run, s = Roundings(path.q, path.s - path.s[0]), path.s - path.s[0]
+    widest = kept_zone(path.zone, s[-1])
+    for n, k in enumerate(steps[:CLOSELY].tolist()):
+        laid, places = np.full(PLACES, max(stage[k], stage[k + 1])), np.linspace(s[k], s[k + 1], PLACES)
+        at, over = places, np.full(PLACES, kept_zone(float(zone[n]), s[-1]))
+        for _ in range(3):
+            there = checker.clearances(run.at(at, over), laid)
+            best = int(np.argmin(there.distance))
+            nearest.nearer(np.array([n]), there.rows(np.array([best])))
+            if at is places:
+                at, over = np.full(PLACES, at[best]), widest * np.arange(1, PLACES + 1) / PLACES
+            else:
+                at, over = places, np.full(PLACES, over[best])
 
 
-def _cut_on(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
+def _cut_on(checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:
     """As :func:`_cut`, of the part of a path on which there are steps to be looked at: the rest is not taken apart.
 
     Rows further than the zone from a step say nothing of how it is rounded.
@@ -253,23 +155,20 @@ def _cut_on(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) 
     if high - low < 2:
         low, high = 0, len(path.s) - 1
     mine = slice(low, high + 1)
-    kept = None if rows.kept is None else rows.kept[low:high]
     found, which = rows.found.rows(np.arange(low, high + 1)), rows.which[low:high]
-    known = _KnownRows(rows.stage[mine], found, rows.least, which, kept)
+    known = KnownRows(rows.stage[mine], found, rows.least, which, rows.kept[low:high])
     step, nearest = _cut(checker, radius, BlendedPath(path.q[mine], path.s[mine], path.zone), known)
     return step + low, nearest
 
 
-def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: _KnownRows) -> tuple[Ints, Clearances]:
+def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:
     """As :func:`cut_corners`, of one rounded path."""
     p, stage, found, least = pieces(path, radius), rows.stage, rows.found, rows.least
     bend = np.zeros(len(path.s) - 1)
     np.maximum.at(bend, p.row, p.bend)
-    off = _off_rows(checker, radius, path, p, np.full(len(bend), np.inf) if rows.kept is None else rows.kept - least)
-    steps = rows.which & (off > NOTHING)
-    if rows.kept is not None:
-        # off the rows' own way by so much at most
-        steps &= rows.kept - off < least
+    off = _off_rows(checker, radius, path, p, rows.kept - least)
+    # off the rows' own way by so much at most
+    steps = rows.which & (off > NOTHING) & (rows.kept - off < least)
     q = blended(path.q, path.s, path.zone)
     known, sagitta = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
     # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
@@ -308,6 +207,10 @@ class _Nearer:
     def travel_bound(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
         """As of the checker."""
         return self.checker.travel_bound(radius, a, b)
+
+    def bend_bound(self, radius: Floats, turn: Floats, /) -> Floats:
+        """As of the checker."""
+        return self.checker.bend_bound(radius, turn)
 
     def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
         """As of the checker, less the distance."""

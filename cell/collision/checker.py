@@ -82,6 +82,7 @@ class Checker:
     table: tuple[float, float]
     reach: float
     asked: Asked
+    moving = 2  # of two things that get nearer to one another so many may be parts of the arm
 
     def __init__(
         self,
@@ -153,17 +154,38 @@ class Checker:
         Returns:
             (m,), m.
         """
-        n, axes = self.scene.chain.n, len(self.scene.arm_qpos)
-        if axes < n:
+        bounds = self._bounds(radius)
+        if bounds is None:
             return joint_travel_bound(radius, a, b)
-        if self._swept is None:
-            arm = replace(self.scene, arm_qpos=self.scene.arm_qpos[:n])
-            self._swept = MotionBounds(arm, radius) if axes == n else CoupledBounds(arm, radius)
-        bounds = [
-            self._swept.bound(a[i : i + STEPS_TOGETHER], b[i : i + STEPS_TOGETHER])
+        some = [
+            bounds.bound(a[i : i + STEPS_TOGETHER], b[i : i + STEPS_TOGETHER], self.moving)
             for i in range(0, max(len(a), 1), STEPS_TOGETHER)
         ]
-        return np.concatenate(bounds)
+        return np.concatenate(some)
+
+    def bend_bound(self, radius: Floats, turn: Floats) -> Floats:
+        """How much the ways of things towards one another bend: their greatest second derivative on steps.
+
+        A quadratic form of the turns. What it has for the sum of two motions beyond what it has for each is by how much
+        one moves anything otherwise, at most, once the joints have turned by the other.
+
+        Args:
+            radius: from ``cell.collision.proofs.reach_radii.radii``, (n,), m.
+            turn: of each joint on each step, no less than 0, (m, n), rad.
+
+        Returns:
+            (m,), m.
+        """
+        bounds = self._bounds(radius)
+        return np.zeros(len(turn)) if bounds is None else bounds.bend(turn, self.moving)
+
+    def _bounds(self, radius: Floats) -> MotionBounds | CoupledBounds | None:
+        """Bounds that know where a step leads; None of what moves by arcs alone."""
+        n, axes = self.scene.chain.n, len(self.scene.arm_qpos)
+        if axes >= n and self._swept is None:
+            arm = replace(self.scene, arm_qpos=self.scene.arm_qpos[:n])
+            self._swept = MotionBounds(arm, radius) if axes == n else CoupledBounds(arm, radius)
+        return self._swept
 
     def clearances(self, q: Floats, stage: Ints) -> Clearances:
         """The nearest pair of every configuration.

@@ -28,6 +28,10 @@ class Sees(Protocol):
         """How far anything can travel towards anything on steps, (m,), m; see ``proofs.motion_bounds``."""
         ...
 
+    def bend_bound(self, radius: Floats, turn: Floats, /) -> Floats:
+        """How much ways of things towards one another bend where the joints turn by so much; likewise, (m,), m."""
+        ...
+
     def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
         """As of :class:`cell.collision.checker.Checker`."""
         ...

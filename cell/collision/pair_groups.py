@@ -10,26 +10,36 @@ pair that counts for the checker counts in one group at least.
 
 from __future__ import annotations
 
+import weakref
+from collections.abc import Sequence
+
 import numpy as np
 
 from .checker import Checker
+from .clearances import Sees
+
+REACH_ITSELF = 0.1  # m
 
 
 class PairGroup(Checker):
     """Collision detection of the arm against what is none of it, or of the arm against itself."""
 
-    def __init__(self, checker: Checker, *, itself: bool, beside: Checker | None = None) -> None:
+    def __init__(
+        self, checker: Checker, *, itself: bool, beside: Checker | None = None, reach: float | None = None
+    ) -> None:
         """Prepare.
 
         Args:
             checker: of all pairs, of an arm at a table that stands.
             itself: whether the arm is held against itself.
             beside: as of :class:`cell.collision.checker.Checker`.
+            reach: distances are known out to here, m; as far as the checker's where left out.
         """
-        given = checker.scene, checker.table, checker.reach, checker.without
+        given = checker.scene, checker.table, checker.reach if reach is None else reach, checker.without
         super().__init__(*given, pair_gap=checker.pair_gap, beside=beside)
         self.asked = checker.asked
         self.itself = itself
+        self.moving = 2 if itself else 1
         scene = self.scene
         self._moving_body = np.zeros(scene.model.nbody, dtype=bool)
         self._moving_body[scene.model.geom_bodyid[scene.arm_geom]] = True
@@ -48,3 +58,22 @@ class PairGroup(Checker):
         else:
             model.geom_conaffinity[arm] = 0
             model.body_conaffinity[self._arm_body] = 0
+
+
+_made: weakref.WeakKeyDictionary[Checker, tuple[PairGroup, PairGroup]] = weakref.WeakKeyDictionary()
+
+
+def groups_of(checker: Sees) -> Sequence[Sees]:
+    """Checkers whose pairs are together those of one: its two groups, made once; itself where the table moves as well.
+
+    The arm is seen further from itself than from other things: nothing is mostly near it, and so few looks do.
+    """
+    if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
+        return (checker,)
+    if len(checker.scene.arm_qpos) != checker.scene.chain.n:
+        return (checker,)
+    if checker not in _made:
+        still = PairGroup(checker, itself=False, beside=checker)
+        itself = PairGroup(checker, itself=True, beside=checker, reach=max(checker.reach, REACH_ITSELF))
+        _made[checker] = still, itself
+    return _made[checker]

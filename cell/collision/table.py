@@ -108,6 +108,10 @@ class TableChecker:
         """How far anything on the table can travel on steps, (m,), m."""
         return joint_travel_bound(radius, a, b)
 
+    def bend_bound(self, radius: Floats, turn: Floats) -> Floats:
+        """None: arcs are what the travel is bounded by, wherever they begin, (m,)."""
+        return np.zeros(len(turn))
+
     def clearances(self, tables: Floats, stage: Ints) -> Clearances:
         """The nearest pair at every table pose.
 

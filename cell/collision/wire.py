@@ -18,7 +18,7 @@ from ..scene.contacts import SOLID
 from ..scene.scene import Scene
 from .checker import NEVER, Checker
 
-WIRE_REACH = 20e-3  # m: nothing is asked for but not to touch, yet far samples are proved free sooner
+WIRE_REACH = 20e-3  # m: nothing is asked for but not to touch, yet far samples and corners are proved free sooner
 
 
 def wire_checker(checker: Checker) -> Checker | None:

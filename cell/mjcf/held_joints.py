@@ -28,6 +28,7 @@ from .own_places import OwnPlaces
 HINGE, SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
 BALL, FREE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_FREE
 MM = 1e-3
+SAME = 1e-9  # m, and rad
 UNNAMED = "joint without a name "
 MANY = 4  # joints without a name, said to stand at one place, that are told together
 
@@ -83,6 +84,8 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
     told = [*check_couplings(model, planned, own)]
     if free or coupled:
         _drop_what_drives(spec)
+    if home is not None:
+        told += _dragged(spec, model, own)
     for body in spec.bodies:
         joints = list(body.joints)
         if all(joint.name in planned for joint in joints):
@@ -287,18 +290,45 @@ def _freed(
     """Put a body with a free joint to where the key has it; without a key it stays where it is drawn."""
     j, home = at_home
     if home is not None:
-        at = int(model.jnt_qposadr[j])
-        T, R = np.eye(4), np.zeros(9)
-        mujoco.mju_quat2Mat(R, home[at + 3 : at + 7] / np.linalg.norm(home[at + 3 : at + 7]))
-        T[:3, :3], T[:3, 3] = R.reshape(3, 3), home[at : at + 3]
-        if body.frame is not None and not np.allclose(T, _pose_of(spec, body)):
-            raise own.error(
-                f".model: {own.model}: the key home moves a free body inside a frame; remove the frame from the MJCF"
-            )
-        _put(body, T)
+        seven = slice(int(model.jnt_qposadr[j]), int(model.jnt_qposadr[j]) + 7)
+        # what a joint places may be the body's inertial frame (alignfree) and no frame of the file's
+        _bring(spec, body, _pose(home[seven]) @ np.linalg.inv(_pose(model.qpos0[seven])), own)
     return _warning(
         own,
         model.joint(j).name,
         "where its body is drawn" if home is None else "where the key has it",
         home is not None,
     )
+
+
+def _dragged(spec: mujoco.MjSpec, model: mujoco.MjModel, own: OwnPlaces) -> Iterator[Warning]:
+    """Put bodies that a user drags to where the key home has them, and say so of each that it moves."""
+    key = model.key("home")
+    for k, body in enumerate(body for body in spec.bodies if body.mocap):
+        number = int(np.flatnonzero(model.body_mocapid == k)[0])
+        drawn = np.concatenate([model.body_pos[number], model.body_quat[number]])
+        at = np.concatenate([key.mpos.reshape(-1, 3)[k], key.mquat.reshape(-1, 4)[k]])
+        if not np.allclose(_pose(at), _pose(drawn), atol=SAME):
+            _bring(spec, body, _pose(at) @ np.linalg.inv(_pose(drawn)), own)
+            name = body.name or "without a name"
+            text = f"{own.section}: {own.model}: body {name} (mocap) stands where the key home has it"
+            yield Warning(Code.JOINT_HELD, text)
+
+
+def _bring(spec: mujoco.MjSpec, body: mujoco.MjsBody, by: Floats, own: OwnPlaces) -> None:
+    """Displace a body of the worldbody."""
+    if np.allclose(by, np.eye(4), atol=SAME):
+        return
+    if body.frame is not None:
+        raise own.error(
+            f".model: {own.model}: the key home moves a free body inside a frame; remove the frame from the MJCF"
+        )
+    _put(body, by @ _pose_of(spec, body))
+
+
+def _pose(seven: Floats) -> Floats:
+    """A place and a quaternion, (7,), as a (4, 4)."""
+    T, R = np.eye(4), np.zeros(9)
+    mujoco.mju_quat2Mat(R, seven[3:] / np.linalg.norm(seven[3:]))
+    T[:3, :3], T[:3, 3] = R.reshape(3, 3), seven[:3]
+    return T

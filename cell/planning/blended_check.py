@@ -17,9 +17,10 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..collision.blended_corners import BlendedPath, cut_corners
+from ..collision.blended_corners import cut_corners
 from ..collision.checker import Checker
 from ..collision.clearances import Clearances
+from ..collision.rounded_paths import BlendedPath
 from ..failure import ON_TRAVEL, Failure, Place, Seen, Where
 from ..motion.motion import STANDING
 from ..timing.blending import TRAVEL_ZONE

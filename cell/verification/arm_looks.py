@@ -17,11 +17,12 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..collision.blended_corners import BlendedPath, cut_corners
+from ..collision.blended_corners import cut_corners
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.between_samples import least_on_the_way, unproven_steps
 from ..collision.proofs.reach_radii import all_radii
+from ..collision.rounded_paths import BlendedPath
 from ..collision.table import with_table_axes
 from ..job.job import Job
 from ..processes import Tick, crew

@@ -21,6 +21,8 @@ from ..layers.layer import Layer, RoundBody, make_layer, without_slivers
 from ..mesh.solid import Floats, Mesh
 from ..parameters import SlicingParameters
 
+SAME_GAP_RAD = 1e-5  # gaps between footprints that differ by less are one
+
 
 def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
     """Slice by offsets of the body's surface.
@@ -81,7 +83,9 @@ def span(curves: list[Curve], axis_point: tuple[float, float]) -> tuple[float, f
     order = np.argsort(low)
     low, covered = low[order], np.maximum.accumulate(high[order])
     gaps = np.where(low[1:] >= 0.0, low[1:] - covered[:-1], 0.0)  # gaps that end within one turn: each once
-    widest = int(np.argmax(gaps))
+    # of gaps as good as equal the first one counter-clockwise from +x, whatever the last digits say
+    alike = np.flatnonzero(gaps >= gaps.max() - SAME_GAP_RAD)
+    widest = int(alike[np.argmin((low[1:][alike] + SAME_GAP_RAD) % full)])
     width = full - max(float(gaps[widest]), 0.0)
     middle = float(low[1 + widest]) + 0.5 * width
     return (middle + np.pi) % full - np.pi, width

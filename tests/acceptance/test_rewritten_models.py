@@ -263,7 +263,8 @@ def test_a_pair_that_touches_at_zero_is_no_affair_of_the_table_nor_of_the_wire(v
 def test_options_images_and_sizes_of_public_models_say_nothing_and_change_nothing(usual, tmp_path, recwarn, capfd):
     extra = (
         '<option timestep="0.001" integrator="implicitfast" gravity="0 0 -9.81"><flag filterparent="disable"/></option>'
-        '<size nuser_geom="2"/>'
+        '<size nuser_geom="2" nkey="3" njmax="500" nconmax="10"/><visual><map znear="0.1"/><quality shadowsize="64"/>'
+        '<headlight ambient="1 1 1"/><global azimuth="30"/><scale jointlength="9"/><rgba haze="1 0 0 1"/></visual>'
     )
     arm = ARM.replace("<worldbody>", extra + "<worldbody>", 1).replace('name="wrist"', 'name="wrist" user="1 2"')
     job, distance = clearances(write_case(tmp_path, "options", arm=arm))

@@ -13,6 +13,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from cell.case.read import load_case
+from cell.collision.proofs.between_samples import NEAREST_SHARE
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.motion.motion_file import read_motion, write_motion
@@ -153,7 +154,7 @@ def own_result(path: Path, suffix: str = "csv") -> tuple[Result, list[str]]:
     wrong += [f"{f.reason} {f.detail}" for f in again.findings]
     least = np.inf if result.clearance is None else result.clearance.value
     held = np.inf if again.clearance is None else again.clearance[0]
-    if not (least == held or abs(least - held) <= SAME):
+    if not (least == held or abs(least - held) <= max(SAME, NEAREST_SHARE * min(least, held))):
         wrong.append(f"least clearance {least * 1e3:.3f} mm, held against itself {held * 1e3:.3f} mm")
     if min(least, held) < job.case.checks.clearance_mm * 1e-3:
         wrong.append(f"least clearance {min(least, held) * 1e3:.3f} mm of {job.case.checks.clearance_mm:g}")

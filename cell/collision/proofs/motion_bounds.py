@@ -61,12 +61,13 @@ class MotionBounds:
         self._joint = np.array(owner, dtype=np.int64)
         self._centre, self._size = np.array(centre).reshape(-1, 3), np.array(size)
 
-    def bound(self, a: Floats, b: Floats) -> Floats:
+    def bound(self, a: Floats, b: Floats, parts: int = 2) -> Floats:
         """The most by which two things can get nearer to one another on the way, both ends' shares added up.
 
         Args:
             a: where each step begins, (m, n), rad.
             b: where it ends, (m, n), rad.
+            parts: how many of the two are parts of the arm, 1 or 2: the other stands still.
 
         Returns:
             (m,), m: if the clearances at a step's ends add up to more, nothing touches on it.
@@ -77,7 +78,11 @@ class MotionBounds:
         straight = self.straight(self.chain.frames(a), self.chain.frames(b))
         # of a point that is off its chord by an eighth of the curvature at most, the ways from both ends add up to
         # this; two parts of the arm may both move, one towards the other
-        return np.minimum(joints, 2 * (straight + curvature(self.radius, np.abs(b - a)) / 4))
+        return np.minimum(joints, parts * (straight + curvature(self.radius, np.abs(b - a)) / 4))
+
+    def bend(self, turn: Floats, parts: int = 2) -> Floats:
+        """How much the ways of two things bend on steps, one towards the other, of turns (m, n), rad: (m,), m."""
+        return parts * curvature(self.radius, turn)
 
     def straight(self, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Floats:
         """How far any point of the arm is after steps from where it was before them.
@@ -144,8 +149,8 @@ class CoupledBounds:
         # how far the arm gets from E2 and from E1
         self._seen_radius = np.array([to_tilt + apart, to_tilt]) + radius[0]
 
-    def bound(self, a: Floats, b: Floats) -> Floats:
-        """As :meth:`MotionBounds.bound`, of steps (m, n + 2)."""
+    def bound(self, a: Floats, b: Floats, parts: int = 2) -> Floats:
+        """As :meth:`MotionBounds.bound`, of steps (m, n + 2), with whatever moves."""
         joints = joint_travel_bound(self.radius, a, b)
         if not len(a):
             return joints
@@ -164,6 +169,13 @@ class CoupledBounds:
             radius = np.concatenate([self._seen_radius, self.radius[:n]])
             seen = np.maximum(seen, straight + curvature(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)
         return np.maximum(arm, np.minimum(joints, seen))
+
+    def bend(self, turn: Floats, parts: int = 2) -> Floats:
+        """As :meth:`MotionBounds.bend`, of turns (m, n + 2): of the arm's own and as seen from the table, together."""
+        n = self._n
+        radius = np.concatenate([self._seen_radius, self.radius[:n]])
+        seen = curvature(radius, np.concatenate([turn[:, n:][:, ::-1], turn[:, :n]], axis=1))
+        return self._arm.bend(turn[:, :n]) + seen
 
 
 def _seen(Ts: Floats, frames: tuple[Floats, Floats]) -> tuple[Floats, Floats]:

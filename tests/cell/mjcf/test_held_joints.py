@@ -14,7 +14,8 @@ from support.arm_models import arm, table
 from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
-from cell.mjcf.held_joints import OwnPlaces, hold
+from cell.mjcf.held_joints import hold
+from cell.mjcf.own_places import OwnPlaces
 from cell.scene.scene import Scene
 from slicing.warning import Code
 
@@ -154,3 +155,30 @@ def test_a_flange_is_where_its_site_is_however_it_is_written(composed):
     np.testing.assert_allclose(spec.site("flange").pos, bare.site("flange").pos, atol=1e-12)
     np.testing.assert_allclose(np.abs(spec.site("flange").quat), np.abs(bare.site("flange").quat), atol=1e-12)
     np.testing.assert_allclose(one, two, atol=1e-9)
+
+
+LOOSE = """<mujoco><compiler alignfree="{}"/><worldbody><body name="a"><joint name="A"/><geom size=".1"/></body>
+<body name="f" pos="1 0 0" euler="0 0 30"><freejoint/><geom name="g" type="box" size=".1 .2 .3" pos=".3 .2 .1"
+euler="10 20 30"/></body><body name="m" mocap="true" pos="0 3 0" euler="20 0 0"><geom name="h" pos=".2 0 0" size=".1"/>
+</body></worldbody><keyframe><key name="home" qpos="0 2 1 0.5 .5 .5 .5 .5"{}/></keyframe></mujoco>"""
+
+
+@pytest.mark.parametrize("align", ["true", "false"])
+@pytest.mark.parametrize(("dragged", "lines"), [("", 1), (' mpos="1 2 3" mquat="0 1 0 0"', 2)])
+def test_loose_and_dragged_bodies_stand_where_the_key_home_has_them(align, dragged, lines):
+    text = LOOSE.format(align, dragged)
+    whole, spec = mujoco.MjModel.from_xml_string(text), mujoco.MjSpec.from_string(text)
+    held = hold(spec, ["A"], OwnPlaces("robot", "loose.xml", "c.yaml"))
+    assert len(held.warnings) == lines
+    for key in list(spec.keys):
+        spec.delete(key)
+    for body in spec.bodies:
+        body.mocap = False
+    bare = spec.compile()
+    at, here = mujoco.MjData(whole), mujoco.MjData(bare)
+    mujoco.mj_resetDataKeyframe(whole, at, 0)
+    for data in (at, here):
+        mujoco.mj_kinematics(data.model, data)
+    for name in ("g", "h"):
+        np.testing.assert_allclose(here.geom(name).xpos, at.geom(name).xpos, atol=1e-9)
+        np.testing.assert_allclose(here.geom(name).xmat, at.geom(name).xmat, atol=1e-9)

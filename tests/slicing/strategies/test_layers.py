@@ -25,6 +25,7 @@ from support.meshes import (
     subdivided,
 )
 
+from slicing.curves.intersect import Curve
 from slicing.decomposition.decompose import decompose
 from slicing.layers.layer import Body
 from slicing.layers.thickness import resampled
@@ -426,3 +427,21 @@ def test_a_plane_that_only_grazes_a_ridge_is_no_layer() -> None:
     sliced = slice_sub_volume(from_manifold(manifold3d.Manifold.hull_points(corners)), Body(20.0), PLANAR)
     assert len(sliced.layers) == 4
     assert [line for line in sliced.warnings if getattr(line, "code", None) in WRONG_LAYER] == []
+
+
+@pytest.mark.parametrize("first", [0.0, 0.2])
+def test_of_equal_gaps_rounding_does_not_choose_the_build_direction(first: float) -> None:
+    """Nine feet all round: which gap is the widest by the eighth digit is no reason to turn the planes."""
+    rng = np.random.default_rng(5)
+    found = set()
+    for _ in range(20):
+        feet = []
+        for k in range(9):
+            begin = first + k * 2 * math.pi / 9 + rng.uniform(-1e-8, 1e-8)
+            angle = np.linspace(begin, begin + 0.1, 5)
+            points = np.column_stack([20 * np.cos(angle), 20 * np.sin(angle), 0 * angle])
+            feet.append(Curve(points, False, False, 1.0))
+        middle, width = span(feet, (0.0, 0.0))
+        found.add(round(middle, 4))
+        assert width == pytest.approx(2 * math.pi - (2 * math.pi / 9 - 0.1), abs=1e-5)
+    assert len(found) == 1

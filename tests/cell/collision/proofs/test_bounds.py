@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from cell.case.read import load_case
-from cell.collision.blended_corners import BlendedPath, cut_corners
+from cell.collision.blended_corners import cut_corners
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way, unproven_steps
 from cell.collision.proofs.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.proofs.reach_radii import radii, table_radii
+from cell.collision.rounded_paths import BlendedPath
 from cell.failure import Failure, Kind, Place, Where
 from cell.job.job import prepare
 from cell.planning import assemble as motion
@@ -34,6 +35,9 @@ class Posts:
     def travel_bound(self, radius, a, b):
         return np.linalg.norm(b - a, axis=1)
 
+    def bend_bound(self, radius, turn):
+        return np.zeros(len(turn))
+
     def distance(self, q):
         return np.linalg.norm(q[:, None] - self.posts, axis=2).min(axis=1) - self.thick
 
@@ -49,6 +53,12 @@ def stage_of(q):
 def on_the_way(q, k, count=400):
     """Dense samples of a step."""
     return q[k] + np.linspace(0, 1, count)[:, None] * (q[k + 1] - q[k])
+
+
+def from_step(posts, a, b):
+    """How far posts are from the straight way from one place to another, to the last digit, (p,)."""
+    t = np.clip((posts - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+    return np.linalg.norm(a + t[:, None] * (b - a) - posts, axis=1)
 
 
 def surface(model, g):
@@ -246,7 +256,7 @@ def test_a_rounded_corner_that_comes_too_near_is_never_passed(least):
         run = blended(q, s, zone, dense)
         post = run[rng.integers(1000)] + rng.normal(size=2) * 0.3 * least
         checker = Posts(post, 1e-4)
-        if min(checker.distance(on_the_way(q, k)).min() for k in range(4)) < least:
+        if min(from_step(checker.posts, q[k], q[k + 1]).min() for k in range(4)) - checker.thick < least:
             continue  # the rows themselves are not free
         seen = checker.clearances(q, stage_of(q))
         steps, _ = cut_corners(checker, np.ones(2), BlendedPath(q, s, zone), stage_of(q), seen, least)
@@ -260,15 +270,14 @@ def test_a_rounded_corner_that_comes_too_near_is_never_passed(least):
 def test_a_rounding_is_passed_by_what_the_rows_keep_only_where_it_keeps_it_too(least):
     rng = np.random.default_rng(11)
     passed = near = 0
-    for _ in range(60):
+    for _ in range(80):
         q = np.cumsum(rng.normal(size=(9, 2)) * 0.3, axis=0)
         s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
         zone = float(rng.uniform(0.02, 0.3))
         stage, run = stage_of(q), blended(q, s, zone, np.linspace(0, s[-1], 1000))
         checker = Posts(run[rng.integers(1000, size=1)] + rng.normal(size=(1, 2)) * 0.3 * least, 1e-4)
         # what the rows' own way keeps, exactly
-        t = np.linspace(0, 1, 200)[:, None]
-        own = [checker.clearances(a + t * (b - a), stage_of(t)).distance.min() for a, b in pairwise(q)]
+        own = [from_step(checker.posts, a, b).min() - checker.thick for a, b in pairwise(q)]
         seen = checker.clearances(q, stage)
         steps, _ = cut_corners(
             checker, np.ones(2), BlendedPath(q, s, zone), stage, seen, least, kept=np.array(own) - 1e-3

@@ -1,0 +1,222 @@
+"""Roundings that nothing proves free by the rows alone, looked at until all of them are free or one is not.
+
+    hits = looked_at(checker, radius, path, known, steps)         # steps of BlendedPath(q, s, zone)
+    hits.step, hits.zone, hits.nearest
+
+What a step may become when it is rounded over any zone up to the path's is a sheet of configurations, over the path's
+length and the zone. A rectangle of it keeps a clearance if the configuration in its middle has more than that by
+what anything can move to the others; otherwise it is halved. Between the corners of a rectangle the sheet is off their
+bilinear mean by no more than an eighth of the squares of its sides times the second derivatives: both are less than
+what the slope changes by along the window that is averaged over, divided by the width of the window. Radians and
+metres; a path's length may be in either.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..timing.blending import kept_zone
+from .clearances import Clearances, Sees
+from .pair_groups import groups_of
+from .rounded_paths import BlendedPath, Roundings, on_rows
+from .rounding_proofs import Corners, KnownRows, every_rounding_kept
+
+NEARLY_ALL = 2.5e-4  # m: between roundings that are looked at no other is nearer than the clearance less this
+MANY, NEARLY_MANY = 20_000, 2.5e-3  # likewise, once so many have been looked at, and then so much
+LIKELY = 1.1  # times the room that was seen may be there half a rectangle further
+HALVINGS = 2  # of the zone, in search of the widest that is proved
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Roundings that come too near to something, one of a step.
+
+    Attributes:
+        step: of the path, (k,).
+        zone: over which it is rounded there, (k,).
+        nearest: what it comes near to.
+    """
+
+    step: Ints
+    zone: Floats
+    nearest: Clearances
+
+
+@dataclass(frozen=True, eq=False)
+class _Sheets:
+    """Rectangles of the sheets of steps.
+
+    Attributes:
+        step: of the path, (k,).
+        u: path length where each begins, (k,).
+        v: where it ends, (k,).
+        narrow: its smallest zone, (k,); 0: the rows themselves.
+        wide: its largest zone, (k,).
+        room: what was seen beyond the clearance where it was looked at last, (k,), m; infinite where that was nowhere.
+    """
+
+    step: Ints
+    u: Floats
+    v: Floats
+    narrow: Floats
+    wide: Floats
+    room: Floats
+
+    def rows(self, index: NDArray[np.bool_]) -> _Sheets:
+        """Some of them."""
+        return _Sheets(*(getattr(self, one.name)[index] for one in fields(self)))
+
+    def halves(self, along: NDArray[np.bool_]) -> _Sheets:
+        """Both halves of each, of those ``along`` by length, of the others by zone."""
+        m, zone = (self.u + self.v) / 2, (self.narrow + self.wide) / 2
+        ends = (np.where(along, m, self.v), np.where(along, self.wide, zone))
+        begins = (np.where(along, m, self.u), np.where(along, self.narrow, zone))
+        return _Sheets(
+            np.concatenate([self.step, self.step]),
+            np.concatenate([self.u, begins[0]]),
+            np.concatenate([ends[0], self.v]),
+            np.concatenate([self.narrow, begins[1]]),
+            np.concatenate([ends[1], self.wide]),
+            np.concatenate([self.room, self.room]),
+        )
+
+
+def looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Hits:
+    """Look at all roundings of steps.
+
+    Args:
+        checker: collision detection.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
+        path: the rows.
+        known: what is known of them.
+        steps: those in question, ascending, (k,).
+
+    Returns:
+        Those that do not keep the clearance; all others keep it, but for ``NEARLY_ALL``.
+    """
+    s = path.s - path.s[0]
+    path = BlendedPath(path.q, s, kept_zone(path.zone, s[-1]))
+    hits = [_looked_at(group, radius, path, known, steps) for group in groups_of(checker)]
+    nearest = Clearances.joined([one.nearest for one in hits])
+    step, zone = (np.concatenate(some) for some in zip(*((one.step, one.zone) for one in hits), strict=True))
+    order = np.argsort(nearest.distance, kind="stable")
+    first, index = np.unique(step[order], return_index=True)
+    return Hits(first, zone[order[index]], nearest.rows(order[index]))
+
+
+def _looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Hits:
+    """The same of some pairs."""
+    s, least = path.s, known.least
+    steps = steps[~every_rounding_kept(checker, radius, path, known, _only(steps, path))[steps]]
+    sheet = _Sheet(checker, radius, path)
+    ends, narrow = (s[steps], s[steps + 1]), _proved_zone(checker, radius, path, known, steps)
+    open_ = _Sheets(steps, *ends, narrow, np.full(len(steps), path.zone), np.full(len(steps), np.inf))
+    step, zone, what, looks = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], [Clearances.none(0)], 0
+    while len(open_.step):
+        middle, far, along = sheet.extent(open_)
+        # where there is hardly more room than there was, to look at so large a one is of no use
+        enough = NEARLY_ALL if looks < MANY else NEARLY_MANY
+        near = (far < np.minimum(checker.reach - least, LIKELY * open_.room)) | (far <= enough)
+        some = open_.rows(near)
+        laid = np.maximum(known.stage[some.step], known.stage[some.step + 1])
+        seen = checker.clearances(middle[near], laid)
+        looks += len(laid)
+        hit = seen.distance < least
+        first, row = np.unique(some.step[hit], return_index=True)
+        step.append(first)
+        zone.append(((some.narrow + some.wide) / 2)[hit][row])
+        what.append(seen.rows(np.flatnonzero(hit)[row]))
+        left = np.ones(len(far), dtype=bool)
+        open_.room[near] = np.minimum(seen.distance, checker.reach) - least
+        left[near] = (open_.room[near] < far[near]) & (far[near] > enough)
+        left &= ~np.isin(open_.step, first)
+        open_ = open_.rows(left).halves(along[left])
+    return Hits(np.concatenate(step), np.concatenate(zone), Clearances.joined(what))
+
+
+def _proved_zone(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Floats:
+    """A zone up to which steps are proved free, however much they are rounded, (k,); 0: none was found."""
+    low, high = np.zeros(len(steps)), np.full(len(steps), 1.0)
+    for _ in range(HALVINGS):
+        share = (low + high) / 2
+        proved = np.zeros(len(steps), dtype=bool)
+        for one in np.unique(share).tolist():
+            mine = share == one
+            narrower, which = BlendedPath(path.q, path.s, one * path.zone), _only(steps[mine], path)
+            proved[mine] = every_rounding_kept(checker, radius, narrower, known, which)[steps[mine]]
+        low, high = np.where(proved, share, low), np.where(proved, high, share)
+    return low * path.zone
+
+
+def _only(steps: Ints, path: BlendedPath) -> NDArray[np.bool_]:
+    """Some steps of a path, (m - 1,)."""
+    out = np.zeros(len(path.s) - 1, dtype=bool)
+    out[steps] = True
+    return out
+
+
+class _Sheet:
+    """How far configurations of a sheet are from one another."""
+
+    def __init__(self, checker: Sees, radius: Floats, path: BlendedPath) -> None:
+        self._checker, self._radius, self._path = checker, radius, path
+        self._run, self._corners = Roundings(path.q, path.s), Corners.of(path)
+        changes = np.cumsum(np.abs(self._corners.bend) @ radius)
+        self._changes = np.concatenate([[0.0], changes])
+
+    def extent(self, some: _Sheets) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Configurations in the middle, how far anything can get from there, and which way there is more of it.
+
+        Args:
+            some: rectangles.
+
+        Returns:
+            (k, j), rad; (k,), m, at most; and whether it is along the path rather than by the zone, (k,).
+        """
+        rows = some.narrow <= 0.0
+        m = (some.u + some.v) / 2
+        middle = np.empty((len(m), self._path.q.shape[1]))
+        far, along = np.empty(len(m)), np.empty(len(m), dtype=bool)
+        if rows.any():
+            middle[rows], far[rows], along[rows] = self._near_rows(some.rows(rows), m[rows])
+        if not rows.all():
+            middle[~rows], far[~rows], along[~rows] = self._between_zones(some.rows(~rows), m[~rows])
+        return middle, far, along
+
+    def _near_rows(self, some: _Sheets, m: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        path, radius, checker = self._path, self._radius, self._checker
+        middle, begin = on_rows(path.q, path.s, m), on_rows(path.q, path.s, some.u)
+        off = np.empty((2, len(m)))
+        for zone in np.unique(some.wide).tolist():
+            k = np.flatnonzero(some.wide == zone)
+            corners = Corners(self._corners.s, self._corners.bend, zone)
+            off[:, k] = corners.off(radius, some.u[k]), corners.off(radius, some.v[k])
+        most = off.max(axis=0)
+        # a straight way: as far to either end, but for what it bends
+        way = checker.travel_bound(radius, middle, begin) + checker.bend_bound(radius, np.abs(begin - middle))
+        return middle, way + most, way > most
+
+    def _between_zones(self, some: _Sheets, m: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        radius, checker = self._radius, self._checker
+        middle = self._run.at(m, (some.narrow + some.wide) / 2)
+        ends = [self._run.at(at, zone) - middle for at in (some.u, some.v) for zone in (some.narrow, some.wide)]
+        far = np.zeros(len(m))
+        for one, across in ((ends[0], ends[3]), (ends[1], ends[2])):
+            # the corner across is as far, but for what the way bends and for what they are off its middle
+            way = checker.travel_bound(radius, middle, middle + one)
+            way += checker.bend_bound(radius, np.abs(one)) + np.abs(one + across) @ radius
+            far = np.maximum(far, way)
+        far += checker.bend_bound(radius, np.ptp(ends, axis=0)) / 2
+        first = np.searchsorted(self._corners.s, some.u - some.wide)
+        stop = np.searchsorted(self._corners.s, some.v + some.wide, side="right")
+        curved = (self._changes[stop] - self._changes[first]) / (2 * some.narrow)
+        far += ((some.v - some.u) ** 2 + (some.wide - some.narrow) ** 2) / 8 * curved
+        length = np.abs(ends[2] + ends[3] - ends[0] - ends[1]) @ radius + (some.v - some.u) ** 2 / 4 * curved
+        width = np.abs(ends[1] + ends[3] - ends[0] - ends[2]) @ radius + (some.wide - some.narrow) ** 2 / 4 * curved
+        return middle, far, length > width
