@@ -67,13 +67,13 @@ class Wires:
         of = (self.tip[index], self.out[index], self.free[index])
         return Wires(*of, self.length, self.radius, self.deposit[index], self.sub_volume[index])
 
-    def skin(self, k: int) -> Wires:
-        """Lines on the skin of one of the wires."""
-        across = np.linalg.svd(self.out[k][None])[2][1:]
+    def skin(self, index: Ints) -> Wires:
+        """Lines on the skin of some of the wires, SKIN_LINES of each in turn."""
+        across = np.linalg.svd(self.out[index][:, None])[2][:, 1:]
         turn = np.linspace(0.0, 2 * np.pi, SKIN_LINES, endpoint=False)
-        off = self.radius * (np.cos(turn)[:, None] * across[0] + np.sin(turn)[:, None] * across[1])
-        one = self.rows(np.full(SKIN_LINES, k))
-        return replace(one, tip=one.tip + off)
+        off = self.radius * (np.cos(turn)[:, None] * across[:, :1] + np.sin(turn)[:, None] * across[:, 1:])
+        lines = self.rows(np.repeat(index, SKIN_LINES))
+        return replace(lines, tip=lines.tip + off.reshape(-1, 3))
 
     @cached_property
     def boxes(self) -> tuple[Floats, Floats]:
@@ -154,23 +154,31 @@ class Metal:
     def _run_through(self, wires: Wires, which: Ints, piece: Ints, planes: dict[int, Planes]) -> tuple[Ints, Floats]:
         """The piece that every wire runs through, and over which length, of those that come into question."""
         found, length = np.full(len(wires.tip), -1, dtype=np.int64), np.zeros(len(wires.tip))
-        begins = np.full(len(wires.tip), np.inf)
+        begins, all_of_it = np.full(len(wires.tip), np.inf), np.zeros(len(wires.tip), dtype=bool)
         for m in np.unique(piece).tolist():
             if m not in planes:
                 planes[m] = hull_planes(self.points[m])
             k = which[piece == m]
             begin, end = _within(planes[m], wires.rows(k))
-            nearer = (begin < end) & (begin < begins[k])
+            k, begin, end = k[begin < end], begin[begin < end], end[begin < end]
+            normals, offsets = planes[m]
+            # where the axis is a radius deep in a piece, so are all lines on the skin in it
+            deep_begin, deep_end = _within((normals, offsets - wires.radius), wires.rows(k))
+            all_of_it[k] |= deep_begin < deep_end
+            nearer = begin < begins[k]
             k, begin, end = k[nearer], begin[nearer], end[nearer]
             found[k], length[k], begins[k] = m, end - begin, begin
-        for k in np.flatnonzero(found >= 0).tolist():
-            skin = wires.skin(k)
-            met = np.zeros(len(skin.tip), dtype=bool)
-            for m in piece[which == k].tolist():
-                begin, end = _within(planes[m], skin)
-                met |= begin < end
-            if not met.all():
-                found[k], length[k] = -1, 0.0
+        through = np.flatnonzero((found >= 0) & ~all_of_it)
+        skin, met = wires.skin(through), np.zeros(SKIN_LINES * len(through), dtype=bool)
+        number = np.full(len(found), -1, dtype=np.int64)
+        number[through] = np.arange(len(through))
+        for m in np.unique(piece[number[which] >= 0]).tolist():
+            of = number[which[piece == m]]
+            lines = (SKIN_LINES * of[of >= 0, None] + np.arange(SKIN_LINES)).ravel()
+            begin, end = _within(planes[m], skin.rows(lines))
+            met[lines] |= begin < end
+        grazed = through[~met.reshape(-1, SKIN_LINES).all(axis=1)]
+        found[grazed], length[grazed] = -1, 0.0
         return found, length
 
 
