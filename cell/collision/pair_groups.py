@@ -73,7 +73,8 @@ def groups_of(checker: Sees) -> Sequence[Sees]:
     if len(checker.scene.arm_qpos) != checker.scene.chain.n:
         return (checker,)
     if checker not in _made:
-        still = PairGroup(checker, itself=False, beside=checker)
-        itself = PairGroup(checker, itself=True, beside=checker, reach=max(checker.reach, REACH_ITSELF))
+        # beside one another, not beside the checker: what is kept for it may not keep it
+        still = PairGroup(checker, itself=False)
+        itself = PairGroup(checker, itself=True, beside=still, reach=max(checker.reach, REACH_ITSELF))
         _made[checker] = still, itself
     return _made[checker]

@@ -1,14 +1,17 @@
 """The arm's pairs in two groups: together they are all, and what is nearest in one or the other is nearest of all."""
 
+import gc
 import itertools
+import weakref
 
 import numpy as np
 import pytest
 from support.random_cells import random_scenes
 
 from cell.collision.checker import Checker
-from cell.collision.pair_groups import PairGroup
+from cell.collision.pair_groups import PairGroup, groups_of
 from cell.collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
+from cell.collision.proofs.plane_proofs import proofs_of
 from cell.collision.proofs.reach_radii import radii
 
 REACH = 0.3
@@ -98,3 +101,13 @@ def test_the_least_is_what_dense_samples_have(scenes, many):
             assert nearest.distance[0] <= true + max(NEAREST, NEAREST_SHARE * true / (1 - NEAREST_SHARE)) + 1e-9
             assert nearest.distance[0] >= true - 2e-3
     assert met > 4
+
+
+def test_what_is_made_for_a_checker_goes_with_it(scenes):
+    for make in (groups_of, proofs_of):
+        checker = Checker(scenes[0], tuple(scenes[0].table_range.mean(axis=1)), REACH)
+        assert make(checker) is make(checker)
+        gone = weakref.ref(checker)
+        del checker
+        gc.collect()
+        assert gone() is None, make.__name__
