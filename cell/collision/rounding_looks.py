@@ -28,7 +28,7 @@ from .rounded_paths import BlendedPath, Roundings, on_rows
 from .rounding_proofs import Corners, KnownRows, every_rounding_kept
 
 NEARLY_ALL = 2.5e-4  # m: between roundings that are looked at no other is nearer than the clearance less this
-MANY, NEARLY_MANY = 20_000, 2.5e-3  # likewise, once so many have been looked at, and then so much
+MANY, NEARLY_MANY = 20_000, 0.5  # likewise, once so many have been looked at: this share of the clearance
 LIKELY = 1.1  # times the room that was seen may be there half a rectangle further
 HALVINGS = 2  # of the zone, in search of the widest that is proved
 
@@ -98,7 +98,8 @@ def looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows
         steps: those in question, ascending, (k,).
 
     Returns:
-        Those that do not keep the clearance; all others keep it, but for ``NEARLY_ALL``.
+        Those that do not keep the clearance; all others keep it, but for ``NEARLY_ALL``, or half of it where a path
+        needs more than ``MANY`` looks: nothing is touched in either case where the clearance is more than that.
     """
     s = path.s - path.s[0]
     path = BlendedPath(path.q, s, kept_zone(path.zone, s[-1]))
@@ -121,7 +122,7 @@ def _looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRow
     while len(open_.step):
         middle, far, along = sheet.extent(open_)
         # where there is hardly more room than there was, to look at so large a one is of no use
-        enough = NEARLY_ALL if looks < MANY else NEARLY_MANY
+        enough = NEARLY_ALL if looks < MANY else max(NEARLY_ALL, NEARLY_MANY * least)
         near = (far < np.minimum(checker.reach - least, LIKELY * open_.room)) | (far <= enough)
         some = open_.rows(near)
         laid = np.maximum(known.stage[some.step], known.stage[some.step + 1])
