@@ -182,7 +182,9 @@ def test_a_missing_mesh_is_one_line(make_case):
 def test_parts_the_paper_has(tmp_path):
     found = compare_paper(["support"])
     assert [one.name for one in found] == ["support/SV1", "support/SV2", "support/SV3"]
-    with pytest.raises(InputError, match="pump: is not a part of the paper; allowed: propeller, support, boiler, valve"):
+    with pytest.raises(
+        InputError, match="pump: is not a part of the paper; allowed: propeller, support, boiler, valve"
+    ):
         compare_paper(["pump"])
     with pytest.raises(InputError, match=r"no\.yaml: cannot be read"):
         compare_paper(tables=tmp_path / "no.yaml")
