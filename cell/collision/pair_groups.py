@@ -63,18 +63,23 @@ class PairGroup(Checker):
 _made: weakref.WeakKeyDictionary[Checker, tuple[PairGroup, PairGroup]] = weakref.WeakKeyDictionary()
 
 
-def groups_of(checker: Sees) -> Sequence[Sees]:
-    """Checkers whose pairs are together those of one: its two groups, made once; itself where the table moves as well.
+def pair_groups(checker: Checker) -> tuple[PairGroup, PairGroup]:
+    """The two groups of a checker's pairs, of an arm at a table that stands: against all else, and itself; made once.
 
     The arm is seen further from itself than from other things: nothing is mostly near it, and so few looks do.
     """
-    if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
-        return (checker,)
-    if len(checker.scene.arm_qpos) != checker.scene.chain.n:
-        return (checker,)
     if checker not in _made:
         # beside one another, not beside the checker: what is kept for it may not keep it
         still = PairGroup(checker, itself=False)
         itself = PairGroup(checker, itself=True, beside=still, reach=max(checker.reach, REACH_ITSELF))
         _made[checker] = still, itself
     return _made[checker]
+
+
+def groups_of(checker: Sees) -> Sequence[Sees]:
+    """Checkers whose pairs are together those of one: its two groups; itself where the table moves as well."""
+    if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
+        return (checker,)
+    if len(checker.scene.arm_qpos) != checker.scene.chain.n:
+        return (checker,)
+    return pair_groups(checker)

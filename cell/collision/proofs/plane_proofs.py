@@ -29,7 +29,7 @@ from ...arrays import Ints
 from ..checker import Checker
 from ..clearances import Clearances
 from ..near_pairs import NearPairs
-from ..pair_groups import PairGroup
+from ..pair_groups import PairGroup, pair_groups
 from .carried_planes import CarriedPlanes, PairsBelow, StepBends
 from .link_poses import ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
@@ -94,8 +94,7 @@ class PlaneProofs:
             one_plane: shapes that reach no further over a plane than this share it, m.
         """
         self._spacings, self._one_plane = spacings, one_plane
-        still = PairGroup(checker, itself=False)
-        itself = PairGroup(checker, itself=True, beside=still)
+        still, itself = pair_groups(checker)
         self._groups = ((still, 1.0, beyond[0]), (itself, 2.0, beyond[1]))
         self._radius = radii(checker.scene)
         self._links = ArmLinks(checker)
