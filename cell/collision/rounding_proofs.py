@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints
+from ..arrays import Ints, counted
 from ..timing.blending import kept_zone, mirrored
 from .clearances import Clearances, Sees
 from .proofs.motion_bounds import joint_travel_bound
@@ -227,6 +227,5 @@ def _in_blocks(count: Ints) -> Iterator[Ints]:
 
 def _ragged(first: Ints, stop: Ints) -> tuple[Ints, Ints]:
     """All numbers from each first one up to its stop, and whose they are."""
-    count = stop - first
-    of = np.repeat(np.arange(len(first)), count)
-    return of, np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count) + first[of]
+    of, place = counted(stop - first)
+    return of, first[of] + place

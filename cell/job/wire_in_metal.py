@@ -21,7 +21,7 @@ import numpy as np
 from ik.chain import Floats
 from slicing import PartShape, Targets, hull_planes
 
-from ..arrays import Ints
+from ..arrays import Ints, counted
 from ..case.sections import Case
 from ..failure import Contact, Failure, Kind
 from ..scene.scene import Scene
@@ -332,8 +332,8 @@ def _along(t: Targets) -> tuple[Ints, Floats, Floats]:
     step = np.linalg.norm(np.diff(t.position, axis=0), axis=1)
     count = np.where(np.diff(t.path) == 0, np.maximum(np.ceil(step / STEP_MM), 1), 1).astype(np.int64)
     count = np.append(count, 1)
-    row = np.repeat(np.arange(n), count)
-    f = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)) / count[row]
+    row, place = counted(count)
+    f = place / count[row]
     after = np.minimum(row + 1, n - 1)
     mix = f[:, None]
     out = (1 - mix) * t.normal[row] + mix * t.normal[after]

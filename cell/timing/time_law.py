@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
+from ..arrays import counted
 from .blending import TRAVEL_ZONE, kept_zone, mirrored
 
 PER_ZONE = 4  # grid steps a zone
@@ -249,8 +250,7 @@ def _grid(s: Floats, zone: float, corners: Floats, fine: NDArray[np.bool_]) -> F
     if count.sum() > MOST_STEPS:
         grid = np.append(np.concatenate([a + _graded(b - a, zone) for a, b in pairwise(s.tolist())]), s[-1])
     else:
-        piece = np.repeat(np.arange(len(count)), count)
-        k = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
+        piece, k = counted(count)
         grid = np.append(s[piece] + np.diff(s)[piece] * k / count[piece], s[-1])
     halves = 0.5 ** np.arange(1, REST_STEPS + 1)
     # where the rounding of a corner begins and ends, the acceleration jumps

@@ -15,7 +15,7 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ...arrays import Ints
+from ...arrays import Ints, counted
 
 WIDER = 1 + 1e-9  # of a cell: rounding alone divides none
 
@@ -42,8 +42,8 @@ class ProofCells:
         """All samples of some cells (k,): which of these each is of, and its place among ``sample``, (c,) each."""
         first = np.searchsorted(self.cell, np.arange(len(self.at) + 1))
         count = np.diff(first)[cell]
-        which = np.repeat(np.arange(len(cell)), count)
-        return which, np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + first[cell][which]
+        which, place = counted(count)
+        return which, first[cell][which] + place
 
 
 def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float) -> tuple[ProofCells, Ints]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ...arrays import Ints
+from ...arrays import Ints, counted
 from ...errors import InputError
 from ...failure import IN_ROWS, Failure, Kind
 from ...job.job import Job
@@ -168,8 +168,8 @@ class _Walk:
         self.begins[i:j] = line.T_start
         self.turned = max(self.turned, float(line.turn.max()))
         count = np.maximum(np.ceil(np.maximum(line.length / STEP, line.turn / TURN)), 1).astype(np.int64)
-        at = np.repeat(np.arange(j - i), count)
-        share = (np.arange(len(at)) - np.repeat(np.cumsum(count) - count, count) + 1) / count[at]
+        at, place = counted(count)
+        share = (place + 1) / count[at]
         at, share, axes = line.refined(at, share)
         turn = np.abs(np.diff(np.concatenate([q[None], axes[:, : self.n]]), axis=0)).max(axis=1)
         ends = np.flatnonzero(~(turn <= JUMP))  # or where it is not known
