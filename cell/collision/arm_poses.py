@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
+from ..arrays import Ints
+
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
@@ -40,10 +42,7 @@ class ArmPoses:
         joints = scene.arm_joints
         self._axis = data.xaxis[joints].copy()
         self._anchor = data.xanchor[joints].copy()
-        owner = {int(model.jnt_bodyid[j]): i for i, j in enumerate(joints)}
-        moved = np.full(model.nbody, -1)
-        for body in range(1, model.nbody):  # parents come first
-            moved[body] = owner.get(body, moved[model.body_parentid[body]])
+        moved = joint_of_bodies(scene)
         bodies = np.flatnonzero(moved >= 0)
         geoms = np.flatnonzero((moved[model.geom_bodyid] >= 0) & scene.contact_bits.any(axis=0))  # what collides
         self._bodies, self._geoms = as_slice(bodies), as_slice(geoms)
@@ -103,3 +102,25 @@ def as_slice(index: NDArray[np.int64]) -> slice | NDArray[np.int64]:
     if len(index) and index[-1] - index[0] + 1 == len(index):
         return slice(int(index[0]), int(index[-1]) + 1)
     return index
+
+
+def joint_of_bodies(scene: Scene) -> Ints:
+    """The arm's joint that carries each body, (nbody,): the last of several in one body; -1 where none does."""
+    model = scene.model
+    own = {int(body): i for i, body in enumerate(model.jnt_bodyid[scene.arm_joints])}
+    joint = np.full(model.nbody, -1, dtype=np.int64)
+    for body in range(1, model.nbody):  # parents come first
+        joint[body] = own.get(body, joint[model.body_parentid[body]])
+    return joint
+
+
+def joint_of_shapes(scene: Scene, geoms: Ints) -> Ints:
+    """The arm's joint that carries each of some shapes of the arm, (k,).
+
+    Raises:
+        ValueError: one of them is carried by none.
+    """
+    joint = joint_of_bodies(scene)[scene.model.geom_bodyid[geoms]]
+    if (joint < 0).any():
+        raise ValueError("a shape of the arm that none of its joints carries")
+    return joint

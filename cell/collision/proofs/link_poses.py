@@ -17,6 +17,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ...arrays import Ints
+from ..arm_poses import joint_of_shapes
 from ..checker import Checker
 from .convex_shapes import ConvexShape, convex_shape
 
@@ -107,14 +108,11 @@ class ArmLinks:
         scene, model, base = self._scene, self._scene.model, self.T_world_base
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
-        joint = {int(body): i for i, body in enumerate(model.jnt_bodyid[scene.arm_joints])}
         R, p = (x[0] for x in scene.chain.frames(data.qpos[scene.arm_qpos][None]))
         owner, shapes = np.full(model.ngeom, WORLD), {}
+        owner[geoms] = joint_of_shapes(scene, geoms)
         for g in geoms.tolist():
-            body = int(model.geom_bodyid[g])
-            while body not in joint:
-                body = int(model.body_parentid[body])
-            i = owner[g] = joint[body]
+            i = int(owner[g])
             turn = (base[:3, :3] @ R[i]).T
             place = R[i].T @ (base[:3, :3].T @ (data.geom_xpos[g] - base[:3, 3]) - p[i])
             shapes[g] = convex_shape(model, g, turn @ data.geom_xmat[g].reshape(3, 3), place)

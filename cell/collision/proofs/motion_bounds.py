@@ -20,6 +20,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ...scene.table_kinematics import TableKinematics
+from ..arm_poses import joint_of_shapes
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
@@ -45,21 +46,14 @@ class MotionBounds:
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         self.chain, self.radius = chain, radius
-        joint = {int(body): i for i, body in enumerate(model.jnt_bodyid[scene.arm_joints])}
         R, p = chain.frames(data.qpos[scene.arm_qpos][None])
         base = scene.T_world_base()
-        owner, centre, size = [], [], []
-        for g in np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0)):
-            body = int(model.geom_bodyid[g])
-            while body not in joint:
-                body = int(model.body_parentid[body])
-            i = joint[body]
+        geoms = np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0))
+        self._joint, centre = joint_of_shapes(scene, geoms), []
+        for g, i in zip(geoms.tolist(), self._joint.tolist(), strict=True):
             at = base[:3, :3].T @ (data.geom_xpos[g] - base[:3, 3])
-            owner.append(i)
             centre.append(R[0, i].T @ (at - p[0, i]))
-            size.append(float(model.geom_rbound[g]))
-        self._joint = np.array(owner, dtype=np.int64)
-        self._centre, self._size = np.array(centre).reshape(-1, 3), np.array(size)
+        self._centre, self._size = np.array(centre).reshape(-1, 3), model.geom_rbound[geoms].copy()
 
     def bound(self, a: Floats, b: Floats, parts: int = 2) -> Floats:
         """The most by which two things can get nearer to one another on the way, both ends' shares added up.

@@ -17,6 +17,8 @@ import numpy as np
 
 from ik.chain import Floats
 
+from ..arm_poses import joint_of_shapes
+
 if TYPE_CHECKING:
     from ...scene.scene import Scene
 
@@ -33,14 +35,9 @@ def radii(scene: Scene) -> Floats:
     model, chain = scene.model, scene.chain
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    bodies = model.jnt_bodyid[scene.arm_joints].tolist()
     anchors = data.xanchor[scene.arm_joints].copy()
-    out = np.zeros(chain.n)
-    for g in np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0)):
-        body = int(model.geom_bodyid[g])
-        while body not in bodies:
-            body = int(model.body_parentid[body])
-        i = len(bodies) - 1 - bodies[::-1].index(body)  # the last of several joints in one body
+    out, geoms = np.zeros(chain.n), np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0))
+    for g, i in zip(geoms.tolist(), joint_of_shapes(scene, geoms).tolist(), strict=True):
         out[i] = max(out[i], float(np.linalg.norm(data.geom_xpos[g] - anchors[i]) + model.geom_rbound[g]))
     for i in range(chain.n - 2, -1, -1):
         out[i] = max(out[i], float(np.linalg.norm(chain.origins[i + 1, :3, 3])) + out[i + 1])
