@@ -33,7 +33,9 @@ def wire_checker(checker: Checker) -> Checker | None:
     scene = wire_scene(checker.scene)
     if scene is None:
         return None
-    return Checker(scene, checker.table, WIRE_REACH, checker.without, pair_gap=NEVER)
+    # where the model names pairs, it takes a copy in which they are never met
+    beside = None if scene.model.npair else checker
+    return Checker(scene, checker.table, WIRE_REACH, checker.without, pair_gap=NEVER, beside=beside)
 
 
 def wire_scene(scene: Scene) -> Scene | None:

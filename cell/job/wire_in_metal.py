@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 from slicing import PartShape, Targets, hull_planes
@@ -36,6 +37,8 @@ SKIN_LINES = 8  # lines on a wire's skin that stand for its cross-section, besid
 LARGE_SIZE = 4.0  # times the usual size, from which on a piece is held against all wires
 FEW_PIECES = 64  # pieces, up to which all are held against all wires
 CHUNK = 4096  # wires looked at in one go
+NEIGHBOURS = 4  # targets for which one plane is looked for
+OUTSIDE_MM = 1e-6  # outside a plane by more than this, so that rounding does not matter
 Planes = tuple[Floats, Floats]  # outward normals (p, 3) and offsets (p,) of a convex piece
 NOTE = "the wire runs through it between nozzle and bead, in any pose of the arm"
 
@@ -150,6 +153,38 @@ class Metal:
                 there = self.deposit[others[at]] < some.deposit[which]
                 found[index], length[index] = self._run_through(some, which[there], others[at[there]], planes)
         return found, length
+
+    def may_be_met(self, t: Targets) -> NDArray[np.bool_]:
+        """Targets from which up to the next one of the bead a wire may run through something, (n,).
+
+        None does where the wires at both targets begin outside one plane of every piece and lead away from it: so do
+        all between them, whose directions are mixed of theirs. Neighbours are tried with one plane: of those that the
+        wire in their middle leads away from the one that it is furthest off.
+        """
+        n = len(t.path)
+        after = np.minimum(np.arange(n) + np.append(np.diff(t.path) == 0, False), n - 1)
+        free = t.thickness_mm + BEAD_SLACK_MM
+        from_there, to_there = (t.position[i] + np.minimum(free, free[after])[:, None] * t.normal[i] for i in (slice(n), after))
+        out: NDArray[np.bool_] = np.zeros(n, dtype=bool)
+        for own in np.unique(t.sub_volume_index).tolist():
+            mine = np.flatnonzero(t.sub_volume_index == own)
+            others = np.flatnonzero((self.sub_volume < 0) | (self.sub_volume != own))
+            if (self.deposit[others] >= 0).any():  # of many pieces near by the boxes tell sooner
+                out[mine] = True
+                continue
+            group = np.arange(len(mine)) // NEIGHBOURS
+            middle = mine[np.minimum(np.arange(group[-1] + 1) * NEIGHBOURS + NEIGHBOURS // 2, len(mine) - 1)]
+            for m in others.tolist():
+                normals, offsets = hull_planes(self.points[m])
+                if not len(normals):
+                    continue
+                above = from_there[middle] @ normals.T - offsets
+                one = np.where(t.normal[middle] @ normals.T >= 0, above, -np.inf).argmax(axis=1)[group]
+                for begins, i in ((from_there, mine), (to_there, after[mine])):
+                    away = np.einsum("ni,ni->n", normals[one], t.normal[i]) >= 0
+                    off = np.einsum("ni,ni->n", normals[one], begins[mine]) - offsets[one]
+                    out[mine] |= ~away | (off <= OUTSIDE_MM)
+        return out
 
     def _run_through(self, wires: Wires, which: Ints, piece: Ints, planes: dict[int, Planes]) -> tuple[Ints, Floats]:
         """The piece that every wire runs through, and over which length, of those that come into question."""
@@ -287,9 +322,9 @@ def wires_in_metal(scene: Scene, shape: PartShape, targets: Targets, deposit: In
     size = wire_size(scene)
     if size is None or not len(targets):
         return {}
-    target, tip, out = _along(targets)
-    wires = wires_at(targets, deposit, size, target, (tip, out))
     metal = Metal.of(scene.case, shape, targets)
+    target, tip, out = _along(targets, metal.may_be_met(targets))
+    wires = wires_at(targets, deposit, size, target, (tip, out))
     met, length = metal.met(wires)
     hit = np.flatnonzero(met >= 0)
     hit = hit[np.argsort(length[hit], kind="stable")]  # of several at a target the worst counts
@@ -326,12 +361,16 @@ def wire_failure(wire: str, piece: str, length: float) -> Failure:
     return Failure(Kind.COLLISION, measure=-round(length, 3), limit=0.0, contact=contact, proved=True)
 
 
-def _along(t: Targets) -> tuple[Ints, Floats, Floats]:
-    """Points along the beads no further apart than ``STEP_MM``: the nearest target, the place, the direction out."""
+def _along(t: Targets, which: NDArray[np.bool_]) -> tuple[Ints, Floats, Floats]:
+    """Points along the beads, from some targets (n,) to the next ones, no further apart than ``STEP_MM``.
+
+    Returns:
+        The nearest target, the place and the direction out of each.
+    """
     n = len(t.path)
     step = np.linalg.norm(np.diff(t.position, axis=0), axis=1)
     count = np.where(np.diff(t.path) == 0, np.maximum(np.ceil(step / STEP_MM), 1), 1).astype(np.int64)
-    count = np.append(count, 1)
+    count = np.append(count, 1) * which
     row, place = counted(count)
     f = place / count[row]
     after = np.minimum(row + 1, n - 1)

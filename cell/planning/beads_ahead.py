@@ -1,11 +1,12 @@
 """Beads that follow one another, searched ahead of their turn and checked together: one proof costs less than many.
 
     ahead = BeadsAhead(context, firsts, stop)
-    bead = ahead.bead(first, q_before)          # None: it is to be planned by itself
+    bead = ahead.bead(first, last, q_before)    # None: it is to be planned by itself
+    way = ahead.travel(last, bead)              # None: it is to be searched
 
 Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
 finds at once, or nothing: a bead that has to avoid something, or to which the arm comes from elsewhere, is left to
-that.
+that. So are travels that do not go straight.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ from ik.chain import Floats
 
 from .bead_search import BeadPlan
 from .context import Context
-from .edge_check import CheckedEdges, SearchedBead, check_edges
+from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
 from .station_search import Ends, StationSearch
+from .travels.straight_travels import Gap, straight_travels
+from .travels.travel import Way
 
 TOGETHER = 1500  # targets that are looked ahead
 MISSES = 2  # times that what was searched ahead is of no use, until nothing more is
@@ -31,6 +34,14 @@ class _Expected:
 
     q_before: Floats | None
     plan: BeadPlan
+
+
+@dataclass(frozen=True, eq=False)
+class _KnownTravel:
+    """A travel that is free."""
+
+    gap: Gap
+    way: Way
 
 
 class BeadsAhead:
@@ -47,13 +58,15 @@ class BeadsAhead:
         self._context = context
         self._stops = dict(zip(firsts, [*firsts[1:], stop], strict=True))
         self._expected: dict[int, _Expected] = {}
+        self._travels: dict[int, _KnownTravel] = {}  # by the first target of the bead that they lead to
         self._misses = 0
 
-    def bead(self, first: int, q_before: Floats | None) -> BeadPlan | None:
+    def bead(self, first: int, last: Stretch | None, q_before: Floats | None) -> BeadPlan | None:
         """A bead, if it is found at once.
 
         Args:
             first: its first target.
+            last: what is welded before it, if that is known.
             q_before: where the arm comes from, (j,), rad, or None.
 
         Returns:
@@ -61,12 +74,37 @@ class BeadsAhead:
         """
         if not self._expected and self._misses < MISSES:
             self._search(first, q_before)
+            self._find_travels(first, last)
         known = self._expected.pop(first, None)
         if known is not None and _same(known.q_before, q_before):
             return known.plan
         self._expected.clear()
         self._misses += 1
         return None
+
+    def can_leave(self, bead: BeadPlan) -> bool:
+        """Whether it is known that the torch can be drawn back from a bead: a travel leads on from it."""
+        known = self._travels.get(bead.stop)
+        return known is not None and bead.whole and known.gap.end is bead.stretches[0]
+
+    def travel(self, last: Stretch | None, bead: BeadPlan) -> Way | None:
+        """The travel to a bead from what was welded last, if it is known."""
+        known = self._travels.pop(bead.first, None)
+        if known is None or not bead.whole:
+            return None
+        return known.way if known.gap.end is last and known.gap.start is bead.stretches[0] else None
+
+    def _find_travels(self, first: int, last: Stretch | None) -> None:
+        """The travels to beads from one on that are expected, each from the one before."""
+        gaps: list[Gap] = []
+        while first in self._expected:
+            plan = self._expected[first].plan
+            if last is not None:
+                gaps.append(Gap(last, plan.stretches[0], int(self._context.laid[last.stop - 1])))
+            first, last = plan.stop, plan.stretches[0]
+        for gap, way in zip(gaps, straight_travels(self._context, gaps), strict=True):
+            if way is not None:
+                self._travels[gap.start.first] = _KnownTravel(gap, way)
 
     def _search(self, first: int, q_before: Floats | None) -> None:
         """Search beads from one on, each from the end of the one before, and check them together."""

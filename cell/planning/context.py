@@ -28,6 +28,7 @@ from ..collision.wire import wire_checker
 from ..failure import AT_TARGET, Contact, Failure, Kind, Place, Seen
 from ..job.job import Job, speeds
 from ..scene.placement import Placed, place, place_moving
+from ..scene.scene import Scene
 from ..scene.table_kinematics import TableKinematics
 from ..units import METRES_PER_MM
 
@@ -188,6 +189,7 @@ class Context:
         """
         settings = settings_of(job) if settings is None else settings
         scene = job.scene
+        checker, screen = _checkers(scene, table, settings)
         return cls(
             solver=job.solver,
             placed=place(job.targets, scene.T_base_part(*table)),
@@ -195,8 +197,8 @@ class Context:
             laid=job.laid,
             window=job.window,
             limits=job.singularity_limits,
-            checker=Checker(scene, table, max(CLEARANCE_REACH, 2 * settings.clearance)),
-            screen=Checker(scene, table, max(2 * settings.clearance, LEAST_REACH)),
+            checker=checker,
+            screen=screen,
             settings=settings,
             radius=radii(scene),
             span=Span.whole(job) if span is None else span,
@@ -218,7 +220,8 @@ class Context:
             InputError: a target has no normal or is not finite.
         """
         settings = settings_of(job) if settings is None else settings
-        scene, first = with_table_axes(job.scene), (float(tables[0, 0]), float(tables[0, 1]))
+        first = (float(tables[0, 0]), float(tables[0, 1]))
+        checker, screen = _checkers(with_table_axes(job.scene), first, settings)
         return cls(
             solver=job.solver,
             placed=place_moving(job.targets, TableKinematics.of(job.scene), tables),
@@ -226,8 +229,8 @@ class Context:
             laid=job.laid,
             window=job.window,
             limits=job.singularity_limits,
-            checker=Checker(scene, first, max(CLEARANCE_REACH, 2 * settings.clearance)),
-            screen=Checker(scene, first, max(2 * settings.clearance, LEAST_REACH)),
+            checker=checker,
+            screen=screen,
             settings=settings,
             radius=all_radii(job.scene),
             span=Span.whole(job),
@@ -266,7 +269,9 @@ class Context:
 
     def without(self, deposits: Collection[int]) -> Context:
         """The same where some deposits do not count."""
-        checker, screen = (Checker(c.scene, c.table, c.reach, deposits) for c in (self.checker, self.screen))
+        scene, table = self.checker.scene, self.checker.table
+        checker = Checker(scene, table, self.checker.reach, deposits)
+        screen = Checker(scene, table, self.screen.reach, deposits, beside=checker)
         checker.asked, screen.asked = self.checker.asked, self.screen.asked  # one count of all that is asked
         return replace(self, checker=checker, screen=screen)
 
@@ -289,3 +294,9 @@ class Context:
             contact=Contact(pair, xyz, seen),
             place=place,
         )
+
+
+def _checkers(scene: Scene, table: tuple[float, float], settings: Settings) -> tuple[Checker, Checker]:
+    """Collision detection with distances known far out, and with those known as far as what only has to be passed."""
+    checker = Checker(scene, table, max(CLEARANCE_REACH, 2 * settings.clearance))
+    return checker, Checker(scene, table, max(2 * settings.clearance, LEAST_REACH), beside=checker)

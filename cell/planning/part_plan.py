@@ -124,6 +124,7 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
     travels: list[Way] = []
     travel_failures: dict[int, Failure] = {}
     last: Stretch | None = None
+    way: Way | Failure
     reduced = reduced_budget(context)
     judge, ahead = LossJudge(context, run.firsts[0], run.share), BeadsAhead(context, run.firsts, run.stop)
     for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
@@ -132,17 +133,20 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
             judge.knows(bead, run.known.spent)
         else:
             q_before = run.q_before if last is None else last.q_targets[-1]
-            found = None if judge.lost else ahead.bead(first, q_before)
+            found = None if judge.lost else ahead.bead(first, last, q_before)
             in_full = partial(plan_bead, context, first, stop, q_before)
             bead = found or judge.plan(first, stop, q_before, in_full)
-        if bead.whole and stop < context.span.stop:
+        if bead.whole and stop < context.span.stop and not ahead.can_leave(bead):
             bead, _ = that_can_leave(context, bead)
         if last is not None and bead.whole:
             # where the part is lost, what is still searched for is what to report
             before = context.work
             whole = not run.reduced and not travel_failures and all(bead.whole for bead in beads)
             known = not beads[-1].open and judge.left(stop) > 0
-            if whole or known:
+            straight = ahead.travel(last, bead)
+            if straight is not None:
+                way = straight
+            elif whole or known:
                 bead, way = travel_to(context if whole else reduced, last, bead)
             else:
                 way = travel(reduced_budget(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))

@@ -20,8 +20,7 @@ of either pass is the least of a few straight lines.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise, repeat
-from operator import add, mul
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,8 +37,10 @@ REST_STEPS = 12  # times the first and last grid step are halved: a start from r
 FEW = 1000  # grid steps, up to which all pieces are gone through finely
 EVEN = 0.99  # of the square of the speed: where it is less beside more, the speed changes
 CORNER = 0.005  # share of a joint's acceleration that the rounding of a row has to take to count as a corner
-TOGETHER = 16  # steps whose bounds are taken out of their arrays at a time
+TOGETHER = 128  # steps whose bounds are taken out of their arrays at a time
+SAME_LINE = 1e-12  # share of a line's value that is rounding
 FLAT_SLOPE = 1e-12  # slope that counts as none
+_TwoLines = tuple[float, float, float, float]  # slope and value at 0 of two straight lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -354,23 +355,51 @@ def _lowered(limit: Floats, gain: Floats, give: Floats) -> Floats:
     Returns:
         (g,).
     """
-    x = limit.copy()
-    follows = limit[1:] <= (gain * limit[:-1, None] + give).min(axis=1)
-    done = 0
-    for start in np.flatnonzero(~follows).tolist():
-        i, on = max(start, done), True
-        while on and i < len(follows):
-            # plain floats: of a dozen numbers a time numpy is the slower
-            rows = slice(i, i + TOGETHER)
-            before, below = float(x[i]), limit[i + 1 : i + 1 + TOGETHER].tolist()
-            lowered: list[float] = []
-            for g, e, most in zip(gain[rows].tolist(), give[rows].tolist(), below, strict=True):
-                before = min(map(add, map(mul, g, repeat(before)), e))
-                on = before < most
-                if not on:
-                    break
-                lowered.append(before)
-            x[i + 1 : i + 1 + len(lowered)] = lowered
-            i += len(lowered)
-            done = max(done, i)
-    return x
+    at_limit = gain * limit[:-1, None] + give
+    starts = np.flatnonzero(~(limit[1:] <= at_limit.min(axis=1)))
+    x, last = limit.tolist(), len(gain)
+    lines: list[_TwoLines | None] = []
+    done, low, high = 0, 0, 0  # lines are those of the steps from low up to high
+    for start in starts.tolist():
+        i = max(start, done)
+        # plain floats: of two numbers a time numpy is the slower
+        while i < last:
+            if i >= high:
+                low, high = i, i + TOGETHER
+                lines = _least_lines(gain[low:high], give[low:high], at_limit[low:high])
+            v, line = x[i], lines[i - low]
+            if line is None or v < 0.0:
+                v = float((gain[i] * v + give[i]).min())
+            else:
+                a, b, c, d = line
+                one, other = a * v + b, c * v + d
+                v = one if one < other else other
+            i += 1
+            if not v < x[i]:
+                break
+            x[i] = v
+        done = max(done, i)
+    return np.array(x)
+
+
+def _least_lines(gain: Floats, give: Floats, at_limit: Floats) -> list[_TwoLines | None]:
+    """Of the lines of each step the two that are the least of them from 0 to its limit; None where it takes more.
+
+    Args:
+        gain: slopes, (g, k).
+        give: values at 0, (g, k).
+        at_limit: values at the limits, (g, k).
+
+    Returns:
+        Slope and value at 0 of the one that is least at 0, and of the one that is least at the limit.
+    """
+    step, first, last = np.arange(len(gain)), give.argmin(axis=1), at_limit.argmin(axis=1)
+    a, b, c, d = gain[step, first], give[step, first], gain[step, last], give[step, last]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossing = (d - b) / (a - c)
+        # the least of straight lines is concave: what is not below these two where they cross is so nowhere
+        least = (gain * crossing[:, None] + give).min(axis=1)
+        two = (first == last) | (least >= a * crossing + b - SAME_LINE * np.abs(b))
+    two &= np.isfinite(at_limit[step, last])
+    pairs = zip(a.tolist(), b.tolist(), c.tolist(), d.tolist(), strict=True)
+    return [pair if known else None for pair, known in zip(pairs, two.tolist(), strict=True)]

@@ -17,25 +17,20 @@ from itertools import product
 import numpy as np
 
 from ik.chain import Floats
-from ik.joint_turns import SLACK
-from ik.roll import apply_roll
 
 from ...collision.clearances import Clearances
 from ...collision.proofs.between_samples import unproven_steps
 from ...failure import ON_TRAVEL, Effort, Failure, Kind
-from ...motion.motion import JUMP
-from ...units import METRES_PER_MM
 from ..blended_check import travel_corners, wire_corners
 from ..context import Context
 from ..edge_check import Stretch, between
-from ..edge_tracking import Ways, along
 from .free_moves import FreeMoves
+from .legs import Leg, ways_out
 from .rrt_connect import Space, Trees, connect, rounded, sampled, shortened
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
 SHORTER = (1.0, 0.6, 0.3)  # of the way out that is free, where the whole is not
 STRAIGHT = 1e-5  # m that the TCP is off the normal at most while it is drawn back along it
-LEG = 2e-3  # m between samples of the way off a bead and onto it
 WORTH = 1e-3  # m of clearance for which a travel goes further out
 SEARCH_STEPS = np.deg2rad(
     [3.0, 1.0]
@@ -73,7 +68,7 @@ def turned(start: Stretch, way: Way) -> Stretch:
 
 def can_leave(context: Context, end: Stretch, stage: int) -> bool:
     """Whether the torch can be drawn back from the end of a bead as far as the case asks for."""
-    (leg,) = _legs(context, [(end, -1)], context.settings.retract)
+    (leg,) = ways_out(context, [(end, -1)], context.settings.retract)
     return leg.failure is None and isinstance(_collision(context, leg.q, stage), Clearances)
 
 
@@ -89,19 +84,6 @@ def straight_retract(context: Context, way: Way, stretch: Stretch, at: int) -> f
     return float(out[np.logical_and.accumulate(straight)].max(initial=0.0))
 
 
-@dataclass(frozen=True, eq=False)
-class _Leg:
-    """A way out of a bead.
-
-    Attributes:
-        q: as far as the arm can follow it, (m, j), rad.
-        failure: what stops it there, and after how much of it; None where nothing does.
-    """
-
-    q: Floats
-    failure: Failure | None = None
-
-
 class _Travel:
     """The search of one travel."""
 
@@ -113,8 +95,8 @@ class _Travel:
     def search(self) -> Way | Failure:
         """The first way that is free with room, of ever dearer ones; without room, the one that has most of it."""
         clearest: Way | None = None
-        leaves: list[_Leg] = []
-        arrives: list[_Leg] = []
+        leaves: list[Leg] = []
+        arrives: list[Leg] = []
         for times in RETRACTS:
             retract = self.context.settings.retract * times
             leave, arrive = self._ends(retract)
@@ -156,11 +138,11 @@ class _Travel:
         """Out, straight across and in, if that is free."""
         return self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
 
-    def _ends(self, retract: float) -> list[_Leg]:
+    def _ends(self, retract: float) -> list[Leg]:
         """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of."""
         ends = [(self.end, -1), (self.start, 0)]
-        legs = iter(_legs(self.context, [(bead, at) for bead, at in ends if bead is not None], retract))
-        return [_Leg(self._home()) if bead is None else next(legs) for bead, _ in ends]
+        legs = iter(ways_out(self.context, [(bead, at) for bead, at in ends if bead is not None], retract))
+        return [Leg(self._home()) if bead is None else next(legs) for bead, _ in ends]
 
     def _home(self) -> Floats:
         """The arm where it comes from or goes to, the table as at the bead, (1, j) or (1, j + 2), rad."""
@@ -171,7 +153,7 @@ class _Travel:
             home, target = span.end, self.end.stop - 1
         return self.context.placed.axes((rest if home is None else home)[None], np.array([target]))
 
-    def _free(self, legs: list[_Leg], doing: str) -> list[Floats]:
+    def _free(self, legs: list[Leg], doing: str) -> list[Floats]:
         """Those ways out of a bead that are free themselves; where none is, as much of them as is."""
         free: list[Floats] = []
         for leg in legs:
@@ -189,7 +171,7 @@ class _Travel:
                 free.append(leg.q[:length])
         return free
 
-    def _free_lengths(self, leg: _Leg) -> list[int]:
+    def _free_lengths(self, leg: Leg) -> list[int]:
         """Rows to go along a way out that is not free as a whole, the most first."""
         found = self.context.checker.clearances(leg.q, np.full(len(leg.q), self.stage))
         near = np.flatnonzero(found.distance < self.context.settings.clearance)
@@ -266,56 +248,6 @@ class _Travel:
         if len(start) > n:  # the table turns while the arm is drawn up
             return np.concatenate([hints, *(_turned_to(hints[:3], n, end[n:]) for end in (start, goal))])
         return hints
-
-
-def _legs(context: Context, ends: list[tuple[Stretch, int]], distance: float) -> list[_Leg]:
-    """Ways from ends of beads (0 or -1) out along their normals."""
-    count = max(int(np.ceil(distance / LEG)), 1)
-    out = np.linspace(0, distance, count + 1)[1:, None]
-    Ts, qs = [], []
-    for stretch, at in ends:
-        i = stretch.first if at == 0 else stretch.stop - 1
-        T = np.repeat(apply_roll(context.placed.rows([i]).Ts_base_target, stretch.roll[at]), count, axis=0)
-        T[:, :3, 3] += out * context.placed.normal[i]
-        Ts.append(T)
-        qs.append(np.repeat(stretch.q_targets[at][None], count, axis=0))
-    found, ok = context.solver.next_to(np.concatenate(Ts), np.concatenate(qs))
-    legs: list[_Leg] = []
-    for k, (stretch, at) in enumerate(ends):
-        mine = slice(k * count, (k + 1) * count)
-        q = np.concatenate([stretch.q_targets[at][None], found[mine]])
-        whole = ok[mine].all() and np.abs(np.diff(q, axis=0)).max() <= JUMP
-        leg = _Leg(q) if whole else _stopped(context, stretch, at, distance)
-        i = stretch.first if at == 0 else stretch.stop - 1
-        legs.append(replace(leg, q=context.placed.axes(leg.q, np.full(len(leg.q), i))))
-    return legs
-
-
-def _stopped(context: Context, stretch: Stretch, at: int, distance: float) -> _Leg:
-    """A way out followed from the bead on, as far as limits and reach allow."""
-    i = stretch.first if at == 0 else stretch.stop - 1
-    p, n = context.placed.position[i], context.placed.normal[i]
-    ends = np.stack([p, p + distance * n])[None], np.stack([n, n])[None], np.repeat(stretch.roll[at], 2)[None]
-    count = max(int(np.ceil(distance / LEG)), 1)
-    start, t = stretch.q_targets[at][None], np.linspace(0, 1, count + 1)
-    _, t, q = along(
-        context.solver, Ways(*ends, context.placed.reference), start, np.zeros(count + 1, dtype=np.int64), t
-    )
-    chain = context.solver.chain
-    over = np.maximum(chain.lower - q, q - chain.upper)
-    q = np.where(over <= SLACK, np.clip(q, chain.lower, chain.upper), q)
-    good = np.isfinite(q[:, 0]) & (over <= SLACK).all(axis=1)
-    good[1:] &= np.abs(np.diff(q, axis=0)).max(axis=1) <= JUMP
-    stop = int(np.argmin(good)) if not good.all() else len(q)
-    if stop == len(q):
-        return _Leg(q)
-    reached = round(float(t[stop - 1]) * distance / METRES_PER_MM, 3)
-    effort = Effort(reached_mm=reached, retract_mm=round(distance / METRES_PER_MM, 3))
-    if (over[stop] > SLACK).any():
-        axis = chain.names[int(np.argmax(over[stop]))]
-        return _Leg(q[:stop], Failure(Kind.JOINT_LIMIT, axis=axis, place=ON_TRAVEL, effort=effort))
-    kind = Kind.JUMP if np.isfinite(q[stop, 0]) else Kind.UNREACHABLE
-    return _Leg(q[:stop], Failure(kind, place=ON_TRAVEL, effort=effort))
 
 
 def _with(failure: Failure, *, shut_in: str, attempts: int | None = None) -> Failure:
