@@ -132,6 +132,11 @@ def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | No
         The group, and the sample at each target, (t,); None where there is no way.
     """
     groups, count = cost.shape[1:]
+    if count == len(shifts) == 1:  # of a held roll each group has one way
+        steps = np.stack([edges[:, :, 0, 0], cost[1:, :, 0]], axis=1).reshape(-1, groups)
+        total = np.cumsum(np.concatenate([cost[:1, :, 0], steps]), axis=0)[-1]
+        g = int(total.argmin())
+        return (g, np.zeros(len(cost), dtype=np.int64)) if np.isfinite(total[g]) else None
     source = (np.arange(count) - shifts[:, None]) % count
     at = np.arange(groups)[:, None], np.arange(count)
     here = cost[0]

@@ -312,8 +312,32 @@ def solve(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
     return out.reshape(*shape, BRANCHES, 6)
 
 
-def _solve_block(form: SphericalWristArm, Ts: Floats) -> Floats:
-    """As :func:`solve`, (m, 4, 4) -> (m, 8, 6); poses run along the last axis inside."""
+def solve_branch(form: SphericalWristArm, Ts_base_tcp: Floats, branch: int) -> Floats:
+    """One branch's configurations of full poses, the same to the bit as :func:`solve` has them.
+
+    Args:
+        form: the arm (with its tool) from :func:`recognise`.
+        Ts_base_tcp: (..., 4, 4), m, base frame.
+        branch: its number, 0 to 7.
+
+    Returns:
+        (..., 6) rad; NaN rows where it does not exist.
+    """
+    if form.off is not None:  # which branch one becomes that is refined depends on the others
+        return np.asarray(solve(form, Ts_base_tcp)[..., branch, :])
+    Ts = Ts_base_tcp.reshape(-1, 4, 4)
+    out = np.empty((len(Ts), 6))
+    for first in range(0, len(Ts), BLOCK):
+        block = slice(first, first + BLOCK)
+        out[block] = _solve_block(form, Ts[block], (branch // 2,))[:, branch % 2]
+    return out.reshape(*Ts_base_tcp.shape[:-2], 6)
+
+
+def _solve_block(form: SphericalWristArm, Ts: Floats, arms: tuple[int, ...] = (0, 1, 2, 3)) -> Floats:
+    """As :func:`solve`, (m, 4, 4) -> (m, 8, 6); poses run along the last axis inside.
+
+    Of some arms, which are branches but for the wrist, two branches each: 2 shoulder + elbow.
+    """
     wrist = form.wrist
     m = len(Ts)
     vectors = (wrist.pose_map @ Ts[:, :3].reshape(m, 12).T).reshape(3, 4, m)
@@ -321,23 +345,25 @@ def _solve_block(form: SphericalWristArm, Ts: Floats) -> Floats:
     u_r, u_b, h = vectors[:, 3]
     rho, phi = _radius(form, u_r, u_b)
     azimuth = np.arctan2(u_b, u_r)
-    q = np.empty((2, 2, 2, 6, m))  # shoulder, elbow, wrist, joint
-    straight = np.empty((2, 2, m), dtype=bool)
-    for shoulder in range(2):
+    q = np.empty((len(arms), 2, 6, m))  # arm, wrist, joint
+    straight = np.empty((len(arms), m), dtype=bool)
+    for shoulder in sorted({arm // 2 for arm in arms}):
         q1 = azimuth - phi if shoulder == 0 else azimuth + phi - np.pi
-        q[shoulder, :, :, 0] = q1
         c, s = np.cos(q1), np.sin(q1)
         x, y, z = vectors[:, :3]
         x, y = c * x + s * y, c * y - s * x
         for elbow, (q2, q3) in enumerate(_elbows(form, h, rho if shoulder == 0 else -rho)):
-            here = q[shoulder, elbow]
-            here[:, 1], here[:, 2] = q2, form.sign_3 * q3
+            if 2 * shoulder + elbow not in arms:
+                continue
+            k = arms.index(2 * shoulder + elbow)
+            here = q[k]
+            here[:, 0], here[:, 1], here[:, 2] = q1, q2, form.sign_3 * q3
             c, s = np.cos(q2 + q3), np.sin(q2 + q3)
-            straight[shoulder, elbow] = _wrist_angles(wrist, (c * x - s * z, y, c * z + s * x), here)
+            straight[k] = _wrist_angles(wrist, (c * x - s * z, y, c * z + s * x), here)
     q -= TURN * np.floor((q + np.pi) / TURN)
-    out = np.ascontiguousarray(q.reshape(BRANCHES, 6, m).transpose(2, 0, 1))
+    out = np.ascontiguousarray(q.reshape(-1, 6, m).transpose(2, 0, 1))
     out[np.isnan(out[..., 3:5]).any(axis=-1)] = np.nan  # what has no arm has no wrist either
-    at = np.argwhere(np.repeat(straight.reshape(4, m), 2, axis=0).T)
+    at = np.argwhere(np.repeat(straight, 2, axis=0).T)
     if len(at):
         pose, branch = at.T
         out[pose, branch, 5] = _last_angle(form, out[pose, branch], Ts[pose, :3, :3])

@@ -268,9 +268,11 @@ class StationSearch:
         """Nodes (j, t, g, r) of some targets at rolls (t, r), and what standing there costs, (t, g, r), s."""
         solver = self.context.solver
         assert solver.form is not None
-        raw = closed_form.solve(solver.form, apply_roll(self.Ts[at][:, None], rolls))
-        if group is not None:
-            raw = raw[:, :, group : group + 1]
+        Ts = apply_roll(self.Ts[at][:, None], rolls)
+        if group is None:
+            raw = closed_form.solve(solver.form, Ts)
+        else:
+            raw = closed_form.solve_branch(solver.form, Ts, group)[:, :, None]
         q, inside, room = banded.standings(solver.chain, raw)
         margin = np.swapaxes(margins(solver.chain, solver.geometry, raw), 1, 2)
         least = self.context.limits.values(True)

@@ -69,7 +69,9 @@ class ArmLinks:
         centres = np.empty((len(q), len(self.joint), 3))
         for j in np.unique(self.joint).tolist():
             mine = self.joint == j
-            centres[:, mine] = self.centre[mine] @ np.swapaxes(R[:, j], -1, -2) + p[:, j, None]
+            # one product for all samples: many small ones cost more than they compute
+            turned = (R[:, j].reshape(-1, 3) @ self.centre[mine].T).reshape(len(q), 3, -1)
+            centres[:, mine] = np.swapaxes(turned, 1, 2) + p[:, j, None]
         return LinkPoses(R, p, centres)
 
     def places(self, poses: LinkPoses) -> Floats:
@@ -79,8 +81,9 @@ class ArmLinks:
     def travel(self, poses: LinkPoses, a: Ints, b: Ints) -> Floats:
         """How far any point of the arm is at most at samples a from where it is at samples b, (t,), m."""
         # the chord of a turn, of what is 1 from its centre
-        chord = np.sqrt(((poses.R[a] - poses.R[b]) ** 2).sum(axis=(2, 3)) / 2.0)
-        away = np.sqrt(((poses.centres[a] - poses.centres[b]) ** 2).sum(axis=2))
+        turned, moved = (poses.R[a] - poses.R[b]).reshape(len(a), -1, 9), poses.centres[a] - poses.centres[b]
+        chord = np.sqrt(np.einsum("tji,tji->tj", turned, turned) / 2.0)
+        away = np.sqrt(np.einsum("tgi,tgi->tg", moved, moved))
         out: Floats = (away + chord[:, self.joint] * self.size).max(axis=1)
         return out
 

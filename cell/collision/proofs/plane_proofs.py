@@ -145,10 +145,10 @@ class PlaneProofs:
         parabola by the third derivative times |t (t - 1/2) (t - 1)| / 6, which is a ``OFF_PARABOLA`` at most.
         """
         off = halfway.centres - (poses.centres[step] + poses.centres[step + 1]) / 2
-        skew = halfway.R - (poses.R[step] + poses.R[step + 1]) / 2
+        skew = (halfway.R - (poses.R[step] + poses.R[step + 1]) / 2).reshape(len(step), -1, 9)
         # of what is 1 from its centre
-        turned = np.sqrt((skew**2).sum(axis=(2, 3)))
-        away = np.sqrt((off**2).sum(axis=2)) + turned[:, self._links.joint] * self._links.size
+        turned = np.sqrt(np.einsum("kji,kji->kj", skew, skew))
+        away = np.sqrt(np.einsum("kgi,kgi->kg", off, off)) + turned[:, self._links.joint] * self._links.size
         measured = away.max(axis=1) + OFF_PARABOLA * change_of_curvature(self._radius, turn)
         return np.minimum(curvature(self._radius, turn) / 8, measured)
 
