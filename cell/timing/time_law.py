@@ -96,32 +96,16 @@ def time_path(
     cap = np.broadcast_to(np.asarray(cap, dtype=float), len(s) - 1)
     if len(s) < 2 or not np.all(np.diff(s) > 0) or not np.all(cap > 0) or not zone >= 0:
         raise ValueError("a time law needs a path that moves on at every sample, caps above 0 and a zone")
-    s = s - s[0]
-    raw = np.diff(q, axis=0) / np.diff(s)[:, None]
-    zone = kept_zone(zone, s[-1])
-    with np.errstate(divide="ignore"):
-        # the samples' own path has to keep the speeds as well, in which a short piece is not averaged with others
-        fastest = np.minimum((max_speed / np.abs(raw)).min(axis=1), cap)
-    corners = _corners(s, raw, float(fastest.max()) ** 2 / (2 * zone * max_acceleration))
-    path = _Path(q, s, zone, fastest, max_speed, max_acceleration)
-    grid = _grid(s, zone, corners, _uneven(path, corners))
-    slope, bend, x = _law(path, grid)
-    step = np.diff(grid)
-    speed = np.sqrt(x)
-    dt = 2 * step / np.maximum(speed[:-1] + speed[1:], 1e-300)
-    t = np.interp(s, grid, np.concatenate([[0.0], np.cumsum(dt)]))
-    u = np.diff(x) / (2 * step)
-    use = np.empty((len(grid), 2, q.shape[1]))
-    use[:, 0] = np.abs(slope) * speed[:, None] / max_speed
-    before = np.abs(slope[1:] * u[:, None] + bend * x[1:, None])
-    after = np.abs(slope[:-1] * u[:, None] + bend * x[:-1, None])
-    use[:, 1] = np.maximum(np.concatenate([after, after[-1:]]), np.concatenate([before[:1], before])) / max_acceleration
-    return TimeLaw(t, np.sqrt(np.interp(s, grid, x)), grid, use)
+    return _timed(_Path.of(q, s, (max_speed, max_acceleration), cap, zone)).with_use(s - s[0])
 
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """A path to be timed: samples, their lengths from 0, the zone, greatest speeds of its pieces, joints' limits."""
+    """A path to be timed: samples (m, j), their lengths from 0, the zone, greatest speeds of its pieces, joints' limits.
+
+    Attributes:
+        corners: path lengths of the corners that count.
+    """
 
     q: Floats
     s: Floats
@@ -129,21 +113,78 @@ class _Path:
     fastest: Floats
     max_speed: Floats
     max_acceleration: Floats
+    corners: Floats
+
+    @classmethod
+    def of(cls, q: Floats, s: Floats, limits: tuple[Floats, Floats], cap: Floats, zone: float) -> _Path:
+        """A path whose length may begin anywhere."""
+        max_speed, max_acceleration = limits
+        s = s - s[0]
+        raw = np.diff(q, axis=0) / np.diff(s)[:, None]
+        zone = kept_zone(zone, s[-1])
+        with np.errstate(divide="ignore"):
+            # the samples' own path has to keep the speeds as well, in which a short piece is not averaged with others
+            fastest = np.minimum((max_speed / np.abs(raw)).min(axis=1), cap)
+        corners = _corners(s, raw, float(fastest.max()) ** 2 / (2 * zone * max_acceleration))
+        return cls(q, s, zone, fastest, max_speed, max_acceleration, corners)
 
 
-def _law(path: _Path, grid: Floats) -> tuple[Floats, Floats, Floats]:
-    """Slope (g, j) and bend (g - 1, j) of the rounded path at a grid, and the squares of the greatest speeds, (g,)."""
+@dataclass(frozen=True, eq=False)
+class _Timed:
+    """A path's law on a grid.
+
+    Attributes:
+        path: the path.
+        grid: path lengths, (g,).
+        slope: of the rounded path there, (j, g), and
+        bend: its change along each grid step, (j, g - 1).
+        x: squares of the greatest speeds, (g,).
+    """
+
+    path: _Path
+    grid: Floats
+    slope: Floats
+    bend: Floats
+    x: Floats
+
+    def times(self, s: Floats) -> Floats:
+        """When path lengths (m,) are passed, s."""
+        speed = np.sqrt(self.x)
+        dt = 2 * np.diff(self.grid) / np.maximum(speed[:-1] + speed[1:], 1e-300)
+        return np.interp(s, self.grid, np.concatenate([[0.0], np.cumsum(dt)]))
+
+    def with_use(self, s: Floats) -> TimeLaw:
+        """The law at path lengths (m,), and what it needs of every joint."""
+        slope, bend, x, path = self.slope, self.bend, self.x, self.path
+        u = np.diff(x) / (2 * np.diff(self.grid))
+        before = np.abs(slope[:, 1:] * u + bend * x[1:])
+        after = np.abs(slope[:, :-1] * u + bend * x[:-1])
+        most = np.maximum(np.append(after, after[:, -1:], axis=1), np.append(before[:, :1], before, axis=1))
+        use = np.empty((len(x), 2, len(slope)))
+        use[:, 0] = (np.abs(slope) * np.sqrt(x) / path.max_speed[:, None]).T
+        use[:, 1] = (most / path.max_acceleration[:, None]).T
+        return TimeLaw(self.times(s), np.sqrt(np.interp(s, self.grid, x)), self.grid, use)
+
+
+def _timed(path: _Path) -> _Timed:
+    """The fastest law of a path."""
+    return _law(path, _grid(path.s, path.zone, path.corners, _uneven(path)))
+
+
+def _law(path: _Path, grid: Floats) -> _Timed:
+    """The fastest law of a path on a grid."""
     slope, bend = _blended(path.q, path.s, grid, path.zone)
     piece = np.clip(np.searchsorted(path.s, (grid[:-1] + grid[1:]) / 2) - 1, 0, len(path.s) - 2)
     with np.errstate(divide="ignore"):
         most = path.fastest[piece]
         top = np.minimum(np.concatenate([most[:1], most]), np.concatenate([most, most[-1:]]))
-        top = np.minimum(top, (path.max_speed / np.abs(slope)).min(axis=1)) ** 2
+        top = np.minimum(top, (path.max_speed[:, None] / np.abs(slope)).min(axis=0)) ** 2
     step = np.diff(grid)
-    return slope, bend, _fastest(top, step, _bounds(slope, bend, step, path.max_acceleration, top[:-1]))
+    x = _fastest(top, step, _bounds(slope, bend, step, path.max_acceleration, top[:-1]))
+    return _Timed(path, grid, slope, bend, x)
 
 
-def _uneven(path: _Path, corners: Floats) -> NDArray[np.bool_]:
+def _uneven(path: _Path) -> NDArray[np.bool_]:
     """Pieces, (m - 1,), on which the speed changes, and those beside them: the others need no finer grid.
 
     They are told by the law on a grid of the samples and of where the roundings of corners begin and end: a law that
@@ -152,8 +193,8 @@ def _uneven(path: _Path, corners: Floats) -> NDArray[np.bool_]:
     even = np.zeros(len(path.s) - 1, dtype=bool)
     if path.s[-1] * PER_ZONE / path.zone + len(even) <= FEW:
         return ~even
-    grid = _grid(path.s, path.zone, corners, even)
-    _, _, x = _law(path, grid)
+    grid = _grid(path.s, path.zone, path.corners, even)
+    x = _law(path, grid).x
     first = np.searchsorted(grid, path.s)
     low, high = np.minimum.reduceat(x, first[:-1]), np.maximum.reduceat(x, first[:-1])
     low, high = np.minimum(low, x[first[1:]]), np.maximum(high, x[first[1:]])
@@ -222,7 +263,8 @@ def time_travel(
         # joints without a known speed weigh nothing, but something has to end the travel
         known = np.where(np.isfinite(max_speed), max_speed, 1.0)
         caps = np.broadcast_to(np.asarray(cap, dtype=float), len(way))[moves]
-        dt[moves] = np.diff(time_path(q[kept], s, known, max_acceleration, cap=caps, zone=zone).t)
+        path = _Path.of(q[kept], s, (known, max_acceleration), caps, zone)
+        dt[moves] = np.diff(_timed(path).times(path.s))
     return dt
 
 
@@ -278,12 +320,17 @@ def _graded(length: float, zone: float) -> Floats:
 
 
 def _blended(q: Floats, s: Floats, grid: Floats, zone: float) -> tuple[Floats, Floats]:
-    """Slope at the grid, (g, j), and its change along each grid step, (g - 1, j), of the samples' moving average."""
+    """Slope at the grid, (j, g), and its change along each grid step, (j, g - 1), of the samples' moving average."""
     t, far = mirrored(q, s)
-    slope = np.stack(
-        [(np.interp(grid + zone, t, f) - np.interp(grid - zone, t, f)) / (2 * zone) for f in far.T], axis=1
-    )
-    return slope, np.diff(slope, axis=0) / np.diff(grid)[:, None]
+    t_step, far = np.diff(t), np.ascontiguousarray(far.T)
+    raw = np.diff(far, axis=1) / t_step
+
+    def at(u: Floats) -> Floats:
+        k = np.clip(np.searchsorted(t, u, side="right") - 1, 0, len(t_step) - 1)
+        return np.asarray(raw[:, k] * (u - t[k]) + far[:, k])
+
+    slope = (at(grid + zone) - at(grid - zone)) / (2 * zone)
+    return slope, np.diff(slope, axis=1) / np.diff(grid)
 
 
 def _bounds(
@@ -295,49 +342,48 @@ def _bounds(
     |u + r x| <= reach.
 
     Args:
-        slope: at the grid, (n + 1, j).
-        bend: on each step, (n, j).
+        slope: at the grid, (j, n + 1).
+        bend: on each step, (j, n).
         step: lengths, (n,).
         max_acceleration: of the joints, (j,).
         top: greatest x that other bounds allow at each step's start, (n,).
 
     Returns:
-        reach (n, k), r (n, k), and the greatest x that the joints allow whatever comes after, (n,); where that is above
+        reach (k, n), r (k, n), and the greatest x that the joints allow whatever comes after, (n,); where that is above
         ``top`` it is not worked out.
     """
-    h = step[:, None]
-    a = np.concatenate([slope[:-1], slope[1:] + 2 * h * bend], axis=1)
-    b = np.concatenate([bend, bend], axis=1)
-    limit = np.tile(max_acceleration, 2)
+    a = np.concatenate([slope[:, :-1], slope[:, 1:] + 2 * step * bend])
+    b = np.concatenate([bend, bend])
+    limit = np.tile(max_acceleration, 2)[:, None]
     idle = np.abs(a) <= FLAT_SLOPE
     with np.errstate(divide="ignore", invalid="ignore"):
-        most = np.where(idle & (np.abs(b) > 0), limit / np.abs(b), np.inf).min(axis=1)
+        most = np.where(idle & (np.abs(b) > 0), limit / np.abs(b), np.inf).min(axis=0)
         reach = np.where(idle, np.inf, limit / np.abs(a))
         r = np.where(idle, 0.0, b / a)
         # where no two bounds can cross below `top`, it does not matter where they do
-        rows = np.flatnonzero(2 * reach.min(axis=1) < top * (1 + 1e-9) * (r.max(axis=1) - r.min(axis=1)))
-        some_r, some_reach, least = r[rows], reach[rows], most[rows]
-        for k in range(a.shape[1]):
+        steps = np.flatnonzero(2 * reach.min(axis=0) < top * (1 + 1e-9) * (r.max(axis=0) - r.min(axis=0)))
+        some_r, some_reach, least = r[:, steps], reach[:, steps], most[steps]
+        for k in range(len(a)) if len(steps) else ():
             # one joint's lower bound against all upper bounds
-            apart = some_r - some_r[:, k : k + 1]
-            cross = np.where(apart > FLAT_SLOPE, (some_reach + some_reach[:, k : k + 1]) / apart, np.inf)
-            least = np.minimum(least, cross.min(axis=1))
-        most[rows] = least
+            apart = some_r - some_r[k]
+            cross = np.where(apart > FLAT_SLOPE, (some_reach + some_reach[k]) / apart, np.inf)
+            least = np.minimum(least, cross.min(axis=0))
+        most[steps] = least
         # the speed at the step's end is not below 0
-        apart = r - 0.5 / h
-        most = np.minimum(most, np.where(apart > FLAT_SLOPE, reach / apart, np.inf).min(axis=1))
+        apart = r - 0.5 / step
+        most = np.minimum(most, np.where(apart > FLAT_SLOPE, reach / apart, np.inf).min(axis=0))
     return reach, r, most
 
 
 def _fastest(top: Floats, step: Floats, bounds: tuple[Floats, Floats, Floats]) -> Floats:
     """Squares of the greatest speeds at the grid, (g,): what can still be stopped backwards, greedily forwards."""
     reach, r, most = bounds
-    h = 2 * step[:, None]
+    h = 2 * step
     gain, give = 1 - h * r, h * reach
     limit = np.append(np.minimum(top[:-1], most), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         back, room = np.where(gain > FLAT_SLOPE, 1 / gain, 0.0), np.where(gain > FLAT_SLOPE, give / gain, np.inf)
-    beta = _lowered(limit[::-1], back[::-1], room[::-1])[::-1]
+    beta = _lowered(limit[::-1], back[:, ::-1], room[:, ::-1])[::-1]
     beta[0] = 0.0
     return np.maximum(_lowered(beta, gain, give), 0.0)
 
@@ -349,15 +395,15 @@ def _lowered(limit: Floats, gain: Floats, give: Floats) -> Floats:
 
     Args:
         limit: (g,); the first is the first value.
-        gain: (g - 1, k).
-        give: (g - 1, k).
+        gain: (k, g - 1).
+        give: (k, g - 1).
 
     Returns:
         (g,).
     """
-    at_limit = gain * limit[:-1, None] + give
-    starts = np.flatnonzero(~(limit[1:] <= at_limit.min(axis=1)))
-    x, last = limit.tolist(), len(gain)
+    at_limit = gain * limit[:-1] + give
+    starts = np.flatnonzero(~(limit[1:] <= at_limit.min(axis=0)))
+    x, last = limit.tolist(), gain.shape[1]
     lines: list[_TwoLines | None] = []
     done, low, high = 0, 0, 0  # lines are those of the steps from low up to high
     for start in starts.tolist():
@@ -366,10 +412,10 @@ def _lowered(limit: Floats, gain: Floats, give: Floats) -> Floats:
         while i < last:
             if i >= high:
                 low, high = i, i + TOGETHER
-                lines = _least_lines(gain[low:high], give[low:high], at_limit[low:high])
+                lines = _least_lines(gain[:, low:high], give[:, low:high], at_limit[:, low:high])
             v, line = x[i], lines[i - low]
             if line is None or v < 0.0:
-                v = float((gain[i] * v + give[i]).min())
+                v = float((gain[:, i] * v + give[:, i]).min())
             else:
                 a, b, c, d = line
                 one, other = a * v + b, c * v + d
@@ -386,20 +432,20 @@ def _least_lines(gain: Floats, give: Floats, at_limit: Floats) -> list[_TwoLines
     """Of the lines of each step the two that are the least of them from 0 to its limit; None where it takes more.
 
     Args:
-        gain: slopes, (g, k).
-        give: values at 0, (g, k).
-        at_limit: values at the limits, (g, k).
+        gain: slopes, (k, g).
+        give: values at 0, (k, g).
+        at_limit: values at the limits, (k, g).
 
     Returns:
         Slope and value at 0 of the one that is least at 0, and of the one that is least at the limit.
     """
-    step, first, last = np.arange(len(gain)), give.argmin(axis=1), at_limit.argmin(axis=1)
-    a, b, c, d = gain[step, first], give[step, first], gain[step, last], give[step, last]
+    step, first, last = np.arange(gain.shape[1]), give.argmin(axis=0), at_limit.argmin(axis=0)
+    a, b, c, d = gain[first, step], give[first, step], gain[last, step], give[last, step]
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = (d - b) / (a - c)
         # the least of straight lines is concave: what is not below these two where they cross is so nowhere
-        least = (gain * crossing[:, None] + give).min(axis=1)
+        least = (gain * crossing + give).min(axis=0)
         two = (first == last) | (least >= a * crossing + b - SAME_LINE * np.abs(b))
-    two &= np.isfinite(at_limit[step, last])
+    two &= np.isfinite(at_limit[last, step])
     pairs = zip(a.tolist(), b.tolist(), c.tolist(), d.tolist(), strict=True)
     return [pair if known else None for pair, known in zip(pairs, two.tolist(), strict=True)]
