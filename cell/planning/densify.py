@@ -10,10 +10,11 @@ Metres and radians.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 from ik.roll import apply_roll, roll_of, wrap
@@ -44,13 +45,54 @@ def densified(
         The beads with more samples, and targets on the way to which a new sample does not hold what the others do,
         with why.
     """
-    out: list[Stretch] = []
+    beads = [_Bead.of(stretch) for stretch in stretches]
+    for _ in range(close.halvings):
+        _look(context, beads, close)
+        for bead in beads:
+            if len(bead.open):
+                bead.halve(context)
+    _look(context, beads, close)
     failures: dict[int, Failure] = {}
-    for stretch in stretches:
-        dense, found = _densified(context, stretch, close)
-        out.append(dense)
-        failures.update(found)
-    return out, failures
+    for bead in beads:
+        # what is still off the bead after the last halving is not run along it
+        for edge in bead.stretch.edge[bead.open].tolist():
+            bead.failures[edge + 1] = Failure(Kind.JUMP, place=_on_edge(edge))
+        if bead.new.any():
+            bead.stretch, found = _checked(context, bead.stretch, bead.new)
+            bead.failures.update(found)
+        failures.update(bead.failures)
+    return [bead.stretch for bead in beads], failures
+
+
+@dataclass
+class _Bead:
+    """A bead into which rows are put.
+
+    Attributes:
+        stretch: as it is by now.
+        new: rows that were put in, (m,).
+        open: steps to be looked at, or, once they have been, those whose middle is off the bead.
+        failures: targets on the way to which there is no new row, with why.
+    """
+
+    stretch: Stretch
+    new: NDArray[np.bool_]
+    open: Ints
+    failures: dict[int, Failure]
+
+    @classmethod
+    def of(cls, stretch: Stretch) -> _Bead:
+        """One into which none has been put."""
+        return cls(stretch, np.zeros(len(stretch.q), dtype=bool), np.arange(len(stretch.q) - 1), {})
+
+    def halve(self, context: Context) -> None:
+        """Put a row into the middle of every open step; those beside the new rows are to be looked at next."""
+        more, lost = _between(context, self.stretch, self.open)
+        self.failures.update({e + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(e)) for e in lost.tolist()})
+        self.stretch = _merged(self.stretch, more, self.open)
+        self.new = np.insert(self.new, self.open + 1, True)
+        rows = self.open + 1 + np.arange(len(self.open))
+        self.open = np.union1d(rows - 1, rows) if not self.failures else rows[:0]
 
 
 def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Floats]:
@@ -69,45 +111,33 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
     return position, great_circle(n[edge], n[edge + 1], fraction)
 
 
-def _densified(context: Context, stretch: Stretch, close: Closeness) -> tuple[Stretch, dict[int, Failure]]:
-    failures: dict[int, Failure] = {}
-    new = np.zeros(len(stretch.q), dtype=bool)
-    for _ in range(close.halvings):
-        step = _open(context, stretch, close) if len(stretch.q) > 1 else np.zeros(0, dtype=np.int64)
-        if not len(step):
-            break
-        more, lost = _between(context, stretch, step)
-        failures.update({int(e) + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(int(e))) for e in lost})
-        stretch = _merged(stretch, more, step)
-        new = np.insert(new, step + 1, True)
-        if failures:
-            break
-    else:
-        # what is still off the bead after the last halving is not run along it
-        for k in _open(context, stretch, close):
-            edge = int(stretch.edge[k])
-            failures[edge + 1] = Failure(Kind.JUMP, place=_on_edge(edge))
-    if new.any():
-        stretch, found = _checked(context, stretch, new)
-        failures.update(found)
-    return stretch, failures
-
-
 def _on_edge(edge: int) -> Place:
     """The way from a target to the next."""
     return Place(Where.BEAD, from_target=edge)
 
 
-def _open(context: Context, stretch: Stretch, close: Closeness) -> Ints:
-    """Steps whose middle is off the bead."""
-    edge, _, _ = _ends(stretch)
+def _look(context: Context, beads: Sequence[_Bead], close: Closeness) -> None:
+    """Look at the middles of the open steps of beads, all together; those stay open that are off the bead."""
+    some = [bead for bead in beads if len(bead.open)]
+    if not some:
+        return
+    q, table, edge = (np.concatenate(each) for each in zip(*(_middles(b.stretch, b.open) for b in some), strict=True))
     placed = context.placed.bead
-    T = _seen(context, (stretch.q[:-1] + stretch.q[1:]) / 2, (stretch.table[:-1] + stretch.table[1:]) / 2)
+    T = _seen(context, q, table)
     a, b = placed.position[edge], placed.position[edge + 1]
     along = b - a
     s = np.clip(((T[:, :3, 3] - a) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
     position, normal = on_bead(context, edge, s)
-    return np.flatnonzero(off_bead(T, position, normal, close) > 1.0)
+    off = off_bead(T, position, normal, close) > 1.0
+    ends = np.cumsum([len(bead.open) for bead in some])[:-1]
+    for bead, mine in zip(some, np.split(off, ends), strict=True):
+        bead.open = bead.open[mine]
+
+
+def _middles(stretch: Stretch, step: Ints) -> tuple[Floats, Floats, Ints]:
+    """Configurations half-way along steps of straight joint motion, the table's angles there, and their edges."""
+    q, table = stretch.q, stretch.table
+    return (q[step] + q[step + 1]) / 2, (table[step] + table[step + 1]) / 2, stretch.edge[step]
 
 
 def _seen(context: Context, q: Floats, table: Floats) -> Floats:

@@ -55,6 +55,11 @@ class Spacing:
     length: float = 0.04
     turn: float = np.deg2rad(12.0)
 
+    @classmethod
+    def of_a_held_roll(cls) -> Spacing:
+        """Wider: there are only branches to choose from, and the way that is chosen is checked all along as any."""
+        return cls(4 * cls.length, 4 * cls.turn)
+
 
 @dataclass(frozen=True, eq=False)
 class Ends:
@@ -74,15 +79,16 @@ class Ends:
 class StationSearch:
     """One bead's search. Targets count from the bead's first."""
 
-    def __init__(self, bead: SearchedBead, roll_step: float, ends: Ends, spacing: Spacing = Spacing()) -> None:
+    def __init__(self, bead: SearchedBead, roll_step: float, ends: Ends, spacing: Spacing | None = None) -> None:
         """Look at every node of the stations.
 
         Args:
             bead: what to search a way along; see :meth:`suits`.
             roll_step: distance of the roll's samples, rad.
             ends: of the way.
-            spacing: of the stations.
+            spacing: of the stations; what suits the roll's window where left out.
         """
+        spacing = spacing or (Spacing.of_a_held_roll() if bead.context.window.is_fixed else Spacing())
         self.bead, self.context, self.roll_step, self.ends = bead, bead.context, roll_step, ends
         self.chain = bead.context.solver.chain
         self.bounds = banded.Bounds(
