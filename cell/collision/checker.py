@@ -13,6 +13,7 @@ penetration. Metres.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -48,11 +49,13 @@ def _named_pairs(scene: Scene) -> tuple[int, ...]:
     """Shapes without which no pair that the model names is ever met: where they are away, none is.
 
     A gap silences pairs that are apart, not those that penetrate. Of each pair it is a shape that counts for nothing in
-    this scene.
+    this scene; of two such the one that is in more pairs, which for other scenes of the model is the same one mostly.
     """
     inert = (scene.contact_bits == 0).all(axis=0).tolist()
-    pairs = zip(scene.model.pair_geom1.tolist(), scene.model.pair_geom2.tolist(), strict=True)
-    named = {other if inert[other] else one for one, other in pairs}
+    ones, others = scene.model.pair_geom1.tolist(), scene.model.pair_geom2.tolist()
+    count = Counter(ones + others)
+    pairs = zip(ones, others, strict=True)
+    named = {max(pair, key=lambda geom: (inert[geom], count[geom])) for pair in pairs}
     return tuple(sorted(geom for geom in named if inert[geom]))
 
 
@@ -73,6 +76,10 @@ class Asked:
     def work(self) -> float:
         """What it costs, in configurations with hardly a contact."""
         return self.count + self.contacts / CONTACTS
+
+
+class _Users:
+    """Stands for all checkers that work with one copy of a model: once none is left it may be somebody else's."""
 
 
 class Checker:
@@ -113,11 +120,11 @@ class Checker:
         # what collides is switched in it; the scene's own stays as it is
         self._model: mujoco.MjModel
         self._data: mujoco.MjData
-        self._beside = beside  # who may give the model back is still there
+        self._users = _Users() if beside is None else beside._users
         if beside is not None:
             self._model, self._data = beside._model, beside._data
         else:
-            self._model = borrowed(scene.model, self, () if pair_gap is None else _named_pairs(scene))
+            self._model = borrowed(scene.model, self._users, () if pair_gap is None else _named_pairs(scene))
             self._data = mujoco.MjData(self._model)
         self._data.qpos[scene.table_qpos] = table
         self.pair_gap = pair_gap

@@ -69,9 +69,8 @@ def pair_groups(checker: Checker) -> tuple[PairGroup, PairGroup]:
     The arm is seen further from itself than from other things: nothing is mostly near it, and so few looks do.
     """
     if checker not in _made:
-        # beside one another, not beside the checker: what is kept for it may not keep it
-        still = PairGroup(checker, itself=False)
-        itself = PairGroup(checker, itself=True, beside=still, reach=max(checker.reach, REACH_ITSELF))
+        still = PairGroup(checker, itself=False, beside=checker)
+        itself = PairGroup(checker, itself=True, beside=checker, reach=max(checker.reach, REACH_ITSELF))
         _made[checker] = still, itself
     return _made[checker]
 

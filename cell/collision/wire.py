@@ -9,6 +9,7 @@ and radians.
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..scene.contacts import SOLID
 from ..scene.scene import Scene
 from .checker import NEVER, Checker
 
+_made: weakref.WeakKeyDictionary[Checker, Checker | None] = weakref.WeakKeyDictionary()
 WIRE_REACH = 20e-3  # m: nothing is asked for but not to touch, yet far samples and corners are proved free sooner
 
 
@@ -28,8 +30,14 @@ def wire_checker(checker: Checker) -> Checker | None:
         checker: of the whole cell, at the same table pose and without the same deposits.
 
     Returns:
-        The same for the wire; None where the tool's wire is not modelled.
+        The same for the wire, made once; None where the tool's wire is not modelled.
     """
+    if checker not in _made:
+        _made[checker] = _made_of(checker)
+    return _made[checker]
+
+
+def _made_of(checker: Checker) -> Checker | None:
     scene = wire_scene(checker.scene)
     if scene is None:
         return None
