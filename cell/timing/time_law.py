@@ -11,10 +11,6 @@ corner the parabola of a controller's blend (C_DIS with that distance), which le
 zone times the change of direction (0.35 of the zone at a right angle). The samples themselves stay as they are; that
 the rounded path is free as well is ``cell.collision.blended_corners``'.
 Radians and seconds; the unit of the path's length is the caller's.
-
-Source: Pham and Pham, A new approach to time-optimal path parameterization based on reachability analysis, IEEE T-RO
-2018 (controllable sets backwards, greedily forwards); here every bound is linear in the speed's square, so that a step
-of either pass is the least of a few straight lines.
 """
 
 from __future__ import annotations
@@ -29,6 +25,7 @@ from ik.chain import Floats
 
 from ..arrays import counted
 from .blending import TRAVEL_ZONE, kept_zone, mirrored
+from .greatest_speeds import FLAT_SLOPE, greatest_squares
 
 PER_ZONE = 4  # grid steps a zone
 MOST_STEPS = 200_000  # of a grid that is even; a finer one is fine about the samples and grows coarser between them
@@ -37,10 +34,6 @@ REST_STEPS = 12  # times the first and last grid step are halved: a start from r
 FEW = 1000  # grid steps, up to which all pieces are gone through finely
 EVEN = 0.99  # of the square of the speed: where it is less beside more, the speed changes
 CORNER = 0.005  # share of a joint's acceleration that the rounding of a row has to take to count as a corner
-TOGETHER = 128  # steps whose bounds are taken out of their arrays at a time
-SAME_LINE = 1e-12  # share of a line's value that is rounding
-FLAT_SLOPE = 1e-12  # slope that counts as none
-_TwoLines = tuple[float, float, float, float]  # slope and value at 0 of two straight lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,8 +173,7 @@ def _law(path: _Path, grid: Floats) -> _Timed:
         top = np.minimum(np.concatenate([most[:1], most]), np.concatenate([most, most[-1:]]))
         top = np.minimum(top, (path.max_speed[:, None] / np.abs(slope)).min(axis=0)) ** 2
     step = np.diff(grid)
-    x = _fastest(top, step, _bounds(slope, bend, step, path.max_acceleration, top[:-1]))
-    return _Timed(path, grid, slope, bend, x)
+    return _Timed(path, grid, slope, bend, greatest_squares(slope, bend, step, path.max_acceleration, top))
 
 
 def _uneven(path: _Path) -> NDArray[np.bool_]:
@@ -331,121 +323,3 @@ def _blended(q: Floats, s: Floats, grid: Floats, zone: float) -> tuple[Floats, F
 
     slope = (at(grid + zone) - at(grid - zone)) / (2 * zone)
     return slope, np.diff(slope, axis=1) / np.diff(grid)
-
-
-def _bounds(
-    slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats, top: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Bounds on the path's acceleration u on every step, given the square x of its speed at the step's start.
-
-    A joint's acceleration is a u + b x, at the step's start and at its end, and linear between. Divided by a:
-    |u + r x| <= reach.
-
-    Args:
-        slope: at the grid, (j, n + 1).
-        bend: on each step, (j, n).
-        step: lengths, (n,).
-        max_acceleration: of the joints, (j,).
-        top: greatest x that other bounds allow at each step's start, (n,).
-
-    Returns:
-        reach (k, n), r (k, n), and the greatest x that the joints allow whatever comes after, (n,); where that is above
-        ``top`` it is not worked out.
-    """
-    a = np.concatenate([slope[:, :-1], slope[:, 1:] + 2 * step * bend])
-    b = np.concatenate([bend, bend])
-    limit = np.tile(max_acceleration, 2)[:, None]
-    idle = np.abs(a) <= FLAT_SLOPE
-    with np.errstate(divide="ignore", invalid="ignore"):
-        most = np.where(idle & (np.abs(b) > 0), limit / np.abs(b), np.inf).min(axis=0)
-        reach = np.where(idle, np.inf, limit / np.abs(a))
-        r = np.where(idle, 0.0, b / a)
-        # where no two bounds can cross below `top`, it does not matter where they do
-        steps = np.flatnonzero(2 * reach.min(axis=0) < top * (1 + 1e-9) * (r.max(axis=0) - r.min(axis=0)))
-        some_r, some_reach, least = r[:, steps], reach[:, steps], most[steps]
-        for k in range(len(a)) if len(steps) else ():
-            # one joint's lower bound against all upper bounds
-            apart = some_r - some_r[k]
-            cross = np.where(apart > FLAT_SLOPE, (some_reach + some_reach[k]) / apart, np.inf)
-            least = np.minimum(least, cross.min(axis=0))
-        most[steps] = least
-        # the speed at the step's end is not below 0
-        apart = r - 0.5 / step
-        most = np.minimum(most, np.where(apart > FLAT_SLOPE, reach / apart, np.inf).min(axis=0))
-    return reach, r, most
-
-
-def _fastest(top: Floats, step: Floats, bounds: tuple[Floats, Floats, Floats]) -> Floats:
-    """Squares of the greatest speeds at the grid, (g,): what can still be stopped backwards, greedily forwards."""
-    reach, r, most = bounds
-    h = 2 * step
-    gain, give = 1 - h * r, h * reach
-    limit = np.append(np.minimum(top[:-1], most), 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        back, room = np.where(gain > FLAT_SLOPE, 1 / gain, 0.0), np.where(gain > FLAT_SLOPE, give / gain, np.inf)
-    beta = _lowered(limit[::-1], back[:, ::-1], room[:, ::-1])[::-1]
-    beta[0] = 0.0
-    return np.maximum(_lowered(beta, gain, give), 0.0)
-
-
-def _lowered(limit: Floats, gain: Floats, give: Floats) -> Floats:
-    """The greatest values below limits of which each follows from the one before: x' <= gain x + give.
-
-    Where the limits themselves follow from one another, which is most of a bead at its speed, nothing is worked out.
-
-    Args:
-        limit: (g,); the first is the first value.
-        gain: (k, g - 1).
-        give: (k, g - 1).
-
-    Returns:
-        (g,).
-    """
-    at_limit = gain * limit[:-1] + give
-    starts = np.flatnonzero(~(limit[1:] <= at_limit.min(axis=0)))
-    x, last = limit.tolist(), gain.shape[1]
-    lines: list[_TwoLines | None] = []
-    done, low, high = 0, 0, 0  # lines are those of the steps from low up to high
-    for start in starts.tolist():
-        i = max(start, done)
-        # plain floats: of two numbers a time numpy is the slower
-        while i < last:
-            if i >= high:
-                low, high = i, i + TOGETHER
-                lines = _least_lines(gain[:, low:high], give[:, low:high], at_limit[:, low:high])
-            v, line = x[i], lines[i - low]
-            if line is None or v < 0.0:
-                v = float((gain[:, i] * v + give[:, i]).min())
-            else:
-                a, b, c, d = line
-                one, other = a * v + b, c * v + d
-                v = one if one < other else other
-            i += 1
-            if not v < x[i]:
-                break
-            x[i] = v
-        done = max(done, i)
-    return np.array(x)
-
-
-def _least_lines(gain: Floats, give: Floats, at_limit: Floats) -> list[_TwoLines | None]:
-    """Of the lines of each step the two that are the least of them from 0 to its limit; None where it takes more.
-
-    Args:
-        gain: slopes, (k, g).
-        give: values at 0, (k, g).
-        at_limit: values at the limits, (k, g).
-
-    Returns:
-        Slope and value at 0 of the one that is least at 0, and of the one that is least at the limit.
-    """
-    step, first, last = np.arange(gain.shape[1]), give.argmin(axis=0), at_limit.argmin(axis=0)
-    a, b, c, d = gain[first, step], give[first, step], gain[last, step], give[last, step]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossing = (d - b) / (a - c)
-        # the least of straight lines is concave: what is not below these two where they cross is so nowhere
-        least = (gain * crossing + give).min(axis=0)
-        two = (first == last) | (least >= a * crossing + b - SAME_LINE * np.abs(b))
-    two &= np.isfinite(at_limit[last, step])
-    pairs = zip(a.tolist(), b.tolist(), c.tolist(), d.tolist(), strict=True)
-    return [pair if known else None for pair, known in zip(pairs, two.tolist(), strict=True)]

@@ -1,0 +1,211 @@
+"""The greatest speeds along a rounded path, on a grid, under the joints' accelerations: what time laws are made of.
+
+    x = greatest_squares(slope, bend, step, max_acceleration, top)      # squares of the speeds, from rest to rest
+
+A joint's acceleration on a step is a u + b x, with the path's own acceleration u and the square x of its speed at the
+step's start: a is the path's slope at the start or at the end, b its bend. So every bound is linear in x, and of what
+can follow a value on a step, forwards or backwards, the greatest is the least of a few straight lines. On a step on
+which the path is straight they are one; where the speed is well within what all joints can, none is worked out.
+
+Radians and seconds; the unit of the path's length is the caller's.
+
+Source: Pham and Pham, A new approach to time-optimal path parameterization based on reachability analysis, IEEE T-RO
+2018 (controllable sets backwards, greedily forwards).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+
+FLAT_SLOPE = 1e-12  # slope that counts as none
+STRAIGHT = 1e-12  # share of the slope that it changes by at most on a step that counts as straight
+FIRST, MOST = 32, 256  # steps whose lines are worked out at a time: where a limit does not follow, and further on
+SAME_LINE = 1e-12  # share of a line's value that is rounding
+_TwoLines = tuple[float, float, float, float]  # slope and value at 0 of two straight lines
+
+
+def greatest_squares(slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats, top: Floats) -> Floats:
+    """Squares of the greatest speeds at a grid, (n + 1,): what can still be stopped backwards, greedily forwards.
+
+    Args:
+        slope: of the path at the grid, (j, n + 1).
+        bend: its change along each step, (j, n).
+        step: lengths, (n,).
+        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+        top: greatest squares that other bounds allow, (n + 1,).
+    """
+    steps = _Steps(slope, bend, step, max_acceleration)
+    limit = np.append(np.minimum(top[:-1], steps.most(top[:-1])), 0.0)
+    beta = _lowered(limit[::-1], _Pass(steps, backwards=True))[::-1]
+    beta[0] = 0.0
+    return np.maximum(_lowered(beta, _Pass(steps, backwards=False)), 0.0)
+
+
+class _Steps:
+    """The bounds of all steps, as far as they are asked for."""
+
+    def __init__(self, slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats) -> None:
+        self._slope, self._bend, self.h, self._limit = slope, bend, 2 * step, max_acceleration[:, None]
+        steep = (np.abs(slope) / self._limit).max(axis=0)
+        steep = np.maximum(steep[:-1], steep[1:])
+        # no joint takes a greater share of its acceleration than |u| times the one and x times the other
+        self._by_x = (np.abs(bend) / self._limit).max(axis=0)
+        self._by_u = steep + self.h * self._by_x
+        self.bent: NDArray[np.bool_] = self.h * self._by_x > STRAIGHT * steep
+        with np.errstate(divide="ignore"):
+            self.rise = self.h / steep  # of x on a straight step, at most
+
+    def within(self, x: Floats) -> NDArray[np.bool_]:
+        """Steps on which squares of the speed (n + 1,) follow from one another either way, for certain."""
+        return np.abs(np.diff(x)) / self.h * self._by_u + x[:-1] * self._by_x <= 1.0
+
+    def most(self, top: Floats) -> Floats:
+        """The greatest x at each step's start from which anything can follow, (n,); infinite where it is above top."""
+        out = np.full(len(self.h), np.inf)
+        # what goes on at its speed is allowed
+        some = np.flatnonzero(self.bent & (top * self._by_x > 1.0))
+        if not len(some):
+            return out
+        reach, r = self._bounds(some)
+        a, b = self._terms(some)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            most = np.where((np.abs(a) <= FLAT_SLOPE) & (np.abs(b) > 0), self._both_limits / np.abs(b), np.inf)
+            least = most.min(axis=0)
+            for k in range(len(reach)):
+                # one joint's lower bound against all upper bounds
+                apart = r - r[k]
+                cross = np.where(apart > FLAT_SLOPE, (reach + reach[k]) / apart, np.inf)
+                least = np.minimum(least, cross.min(axis=0))
+            # the speed at the step's end is not below 0
+            apart = r - 1.0 / self.h[some]
+            out[some] = np.minimum(least, np.where(apart > FLAT_SLOPE, reach / apart, np.inf).min(axis=0))
+        return out
+
+    def lines(self, some: Ints) -> tuple[Floats, Floats]:
+        """Slopes and values at 0, (k, s) each, of what bounds x at the ends of bent steps (s,): x' <= gain x + give."""
+        reach, r = self._bounds(some)
+        h = self.h[some]
+        return 1 - h * r, h * reach
+
+    def _terms(self, some: Ints) -> tuple[Floats, Floats]:
+        """Every joint's a and b at the starts of steps and at their ends, (2 j, s) each."""
+        bend = self._bend[:, some]
+        a = np.concatenate([self._slope[:, some], self._slope[:, some + 1] + self.h[some] * bend])
+        return a, np.concatenate([bend, bend])
+
+    @property
+    def _both_limits(self) -> Floats:
+        return np.concatenate([self._limit, self._limit])
+
+    def _bounds(self, some: Ints) -> tuple[Floats, Floats]:
+        """Bounds on the path's acceleration on steps, (2 j, s) each: |u + r x| <= reach."""
+        a, b = self._terms(some)
+        idle = np.abs(a) <= FLAT_SLOPE
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(idle, np.inf, self._both_limits / np.abs(a)), np.where(idle, 0.0, b / a)
+
+
+class _Pass:
+    """The steps in the order in which they are gone through, with what can follow on each."""
+
+    def __init__(self, steps: _Steps, *, backwards: bool) -> None:
+        self._steps, self._backwards = steps, backwards
+        order = slice(None, None, -1 if backwards else 1)
+        self._rise, self._bent = steps.rise[order], steps.bent[order]
+        self._order = order
+
+    def starts(self, limit: Floats) -> Ints:
+        """Steps on which limits (n + 1,) do not follow from one another."""
+        known = self._steps.within(limit[self._order])[self._order]
+        some = np.flatnonzero(~known)
+        after = limit[some] + self._rise[some]
+        bent = self._bent[some]
+        gain, give = self._lines(some[bent])
+        after[bent] = (gain * limit[some[bent]] + give).min(axis=0)
+        return some[~(limit[some + 1] <= after)]
+
+    def least_at(self, i: int, x: float) -> float:
+        """The greatest that can follow a value on a step."""
+        if not self._bent[i]:
+            return x + float(self._rise[i])
+        gain, give = self._lines(np.array([i]))
+        return float((gain * x + give).min())
+
+    def two(self, first: int, limit: Floats) -> list[_TwoLines | None]:
+        """Of the lines of steps from one on the two that are the least of them from 0 to limits; None: it takes more.
+
+        Args:
+            first: the first step.
+            limit: of each step, (g,).
+
+        Returns:
+            Slope and value at 0 of the one that is least at 0, and of the one that is least at the limit.
+        """
+        block = slice(first, first + len(limit))
+        out: list[_TwoLines | None] = [(1.0, rise, 1.0, rise) for rise in self._rise[block].tolist()]
+        mine = np.flatnonzero(self._bent[block])
+        if not len(mine):
+            return out
+        gain, give = self._lines(first + mine)
+        at_limit = gain * limit[mine] + give
+        step, one, other = np.arange(len(mine)), give.argmin(axis=0), at_limit.argmin(axis=0)
+        a, b, c, d = gain[one, step], give[one, step], gain[other, step], give[other, step]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing = (d - b) / (a - c)
+            # the least of straight lines is concave: what is not below these two where they cross is so nowhere
+            least = (gain * crossing + give).min(axis=0)
+            known = (one == other) | (least >= a * crossing + b - SAME_LINE * np.abs(b))
+        known &= np.isfinite(at_limit[other, step])
+        found = zip(mine.tolist(), known.tolist(), a.tolist(), b.tolist(), c.tolist(), d.tolist(), strict=True)
+        for i, good, *line in found:
+            out[i] = (line[0], line[1], line[2], line[3]) if good else None
+        return out
+
+    def _lines(self, some: Ints) -> tuple[Floats, Floats]:
+        """Slopes and values at 0 of the lines of bent steps, (k, s) each."""
+        if not self._backwards:
+            return self._steps.lines(some)
+        gain, give = self._steps.lines(len(self._rise) - 1 - some)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            on = gain > FLAT_SLOPE
+            return np.where(on, 1 / gain, 0.0), np.where(on, give / gain, np.inf)
+
+
+def _lowered(limit: Floats, steps: _Pass) -> Floats:
+    """The greatest values below limits of which each can follow on the one before.
+
+    Where the limits themselves follow from one another, which is most of a bead at its speed, nothing is worked out.
+
+    Args:
+        limit: (n + 1,); the first is the first value.
+        steps: n of them.
+    """
+    x, last = limit.tolist(), len(limit) - 1
+    two: list[_TwoLines | None] = []
+    done, low, high = 0, 0, 0  # two lines are known of the steps from low up to high
+    for start in steps.starts(limit).tolist():
+        i = max(start, done)
+        # plain floats: of two numbers a time numpy is the slower
+        while i < last:
+            if i >= high:
+                count = min(2 * (high - low), MOST) if i == high > 0 else FIRST
+                low, high = i, min(i + count, last)
+                two = steps.two(low, limit[low:high])
+            v, line = x[i], two[i - low]
+            if line is None or v < 0.0:
+                v = steps.least_at(i, v)
+            else:
+                a, b, c, d = line
+                one, other = a * v + b, c * v + d
+                v = one if one < other else other
+            i += 1
+            if not v < x[i]:
+                break
+            x[i] = v
+        done = max(done, i)
+    return np.array(x)
