@@ -21,6 +21,7 @@ from .chain import Chain, Floats
 from .closed_form import SphericalWristArm
 
 KINDS = ("wrist", "elbow", "shoulder", "sigma")
+NEIGHBOURS = 4  # configurations of which one is looked at first
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,32 @@ def smallest_singular_value(chain: Chain, q: Floats) -> Floats:
     Returns:
         (m,); the linear rows are divided by the sum of the link lengths, so that the value has no unit.
     """
+    return _smallest(_scaled_jacobians(chain, q))
+
+
+def least_singular_value(chain: Chain, q: Floats) -> float:
+    """The least of :func:`smallest_singular_value` along a way, of which most configurations are near one another.
+
+    No singular value of a matrix differs from that of another by more than the norm of their difference (Weyl): where
+    that tells that a neighbour's is no less than what is known, it is not worked out.
+
+    Args:
+        chain: the arm with its tool.
+        q: (m, n), rad, one at least.
+    """
+    J, every = _scaled_jacobians(chain, q), np.arange(len(q))
+    some = np.minimum(every[::NEIGHBOURS] + NEIGHBOURS // 2, len(q) - 1)
+    known, of = _smallest(J[some]), every // NEIGHBOURS
+    away = J - J[some][of]
+    left = known[of] - np.sqrt(np.einsum("mij,mij->m", away, away)) <= known.min()
+    return float(min(known.min(), _smallest(J[left]).min(initial=np.inf)))
+
+
+def _scaled_jacobians(chain: Chain, q: Floats) -> Floats:
     J = chain.jacobian(q)
     J[:, :3] /= np.linalg.norm(chain.origins[1:, :3, 3], axis=1).sum()
+    return J
+
+
+def _smallest(J: Floats) -> Floats:
     return np.asarray(np.linalg.svd(J, compute_uv=False)[:, -1], dtype=np.float64)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ik.chain import Floats
-from ik.singularity import KINDS, smallest_singular_value
+from ik.singularity import KINDS, least_singular_value
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
@@ -137,7 +137,7 @@ def least_sigma(context: Context, stretches: Sequence[Stretch]) -> float | None:
     if not stretches:
         return None
     q = np.concatenate([s.q_targets for s in stretches])
-    return float(smallest_singular_value(context.solver.chain, q).min())
+    return least_singular_value(context.solver.chain, q)
 
 
 def least_of(context: Context, margins: Iterable[Least | None]) -> Least | None:

@@ -30,6 +30,8 @@ from .context import CLOSE, Closeness, Context
 from .edge_check import Stretch, between
 from .edge_tracking import off_bead
 
+ROWS = ("edge", "fraction", "q", "position", "table", "low", "kept", "margin")  # of a Stretch, one a sample
+
 
 def densified(
     context: Context, stretches: Sequence[Stretch], close: Closeness = CLOSE
@@ -48,9 +50,7 @@ def densified(
     beads = [_Bead.of(stretch) for stretch in stretches]
     for _ in range(close.halvings):
         _look(context, beads, close)
-        for bead in beads:
-            if len(bead.open):
-                bead.halve(context)
+        _halve(context, [bead for bead in beads if len(bead.open)])
     _look(context, beads, close)
     failures: dict[int, Failure] = {}
     for bead in beads:
@@ -85,14 +85,45 @@ class _Bead:
         """One into which none has been put."""
         return cls(stretch, np.zeros(len(stretch.q), dtype=bool), np.arange(len(stretch.q) - 1), {})
 
-    def halve(self, context: Context) -> None:
-        """Put a row into the middle of every open step; those beside the new rows are to be looked at next."""
-        more, lost = _between(context, self.stretch, self.open)
-        self.failures.update({e + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(e)) for e in lost.tolist()})
+    def put(self, more: Stretch, found: NDArray[np.bool_]) -> None:
+        """Put rows into the middles of the open steps; those beside the new rows are to be looked at next.
+
+        Args:
+            more: the rows.
+            found: whether each holds what it is to hold.
+        """
+        lost = np.unique(more.edge[~found]).tolist()
+        self.failures.update({e + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(e)) for e in lost})
         self.stretch = _merged(self.stretch, more, self.open)
         self.new = np.insert(self.new, self.open + 1, True)
         rows = self.open + 1 + np.arange(len(self.open))
         self.open = np.union1d(rows - 1, rows) if not self.failures else rows[:0]
+
+
+def _halve(context: Context, beads: Sequence[_Bead]) -> None:
+    """Put a row into the middle of every open step of beads, all together."""
+    if not beads:
+        return
+    ends = _joined([_rows(bead.stretch, np.stack([bead.open, bead.open + 1], axis=1).ravel()) for bead in beads])
+    more, found = _between(context, ends, 2 * np.arange(len(ends.q) // 2))
+    stop = 0
+    for bead in beads:
+        mine = np.arange(stop, stop + len(bead.open))
+        stop += len(bead.open)
+        bead.put(_rows(more, mine), found[mine])
+
+
+def _rows(stretch: Stretch, index: Ints) -> Stretch:
+    """Some samples of a bead."""
+    some = {name: getattr(stretch, name)[index] for name in ROWS}
+    return replace(stretch, clearances=stretch.clearances.rows(index), **some)
+
+
+def _joined(stretches: Sequence[Stretch]) -> Stretch:
+    """Samples of several beads one after the other; its targets are those of the first."""
+    some = {name: np.concatenate([getattr(stretch, name) for stretch in stretches]) for name in ROWS}
+    clearances = Clearances.joined([stretch.clearances for stretch in stretches])
+    return replace(stretches[0], clearances=clearances, **some)
 
 
 def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Floats]:
@@ -151,8 +182,8 @@ def _ends(stretch: Stretch) -> tuple[Ints, Floats, Floats]:
     return edge, stretch.fraction[:-1], stretch.fraction[1:] + (stretch.edge[1:] - edge)
 
 
-def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, Ints]:
-    """MotionSamples half-way along steps, and the edges on which there is none."""
+def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, NDArray[np.bool_]]:
+    """Samples half-way along steps, and whether the arm gets there."""
     chain, placed = context.solver.chain, context.placed
     edges, starts, ends = _ends(stretch)
     edge, start, end = edges[step], starts[step], ends[step]
@@ -181,7 +212,7 @@ def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, I
     # the way by the new sample is off the straight one by as much as the sample at most
     axes = stretch.axes
     off = joint_travel_bound(context.radius, (axes[step] + axes[step + 1]) / 2, more.axes)
-    return replace(more, low=more.low - off, kept=more.kept - off), np.unique(edge[~ok])
+    return replace(more, low=more.low - off, kept=more.kept - off), ok
 
 
 def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
@@ -193,22 +224,12 @@ def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
     def put(a: Any, b: Any) -> Any:
         return np.insert(a, step + 1, b, axis=0)
 
-    return replace(
-        stretch,
-        edge=put(stretch.edge, more.edge),
-        fraction=put(stretch.fraction, more.fraction),
-        q=put(stretch.q, more.q),
-        position=put(stretch.position, more.position),
-        table=put(stretch.table, more.table),
-        clearances=Clearances(
-            put(stretch.clearances.distance, more.clearances.distance),
-            put(stretch.clearances.pair, more.clearances.pair),
-            put(stretch.clearances.position, more.clearances.position),
-        ),
-        low=put(stretch.low, more.low),
-        kept=put(stretch.kept, more.kept),
-        margin=put(stretch.margin, more.margin),
+    some = {name: put(getattr(stretch, name), getattr(more, name)) for name in ROWS}
+    near, new = stretch.clearances, more.clearances
+    clearances = Clearances(
+        put(near.distance, new.distance), put(near.pair, new.pair), put(near.position, new.position)
     )
+    return replace(stretch, clearances=clearances, **some)
 
 
 def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> tuple[Stretch, dict[int, Failure]]:

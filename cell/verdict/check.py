@@ -34,7 +34,7 @@ from ..planning.context import Context
 from ..planning.lockouts import with_lockouts
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeWays, SpanEnds, with_home
-from ..planning.travels.travel import STRAIGHT, straight_retract
+from ..planning.travels.travel import STRAIGHT, straight_retracts
 from ..processes import processor_time, working
 from ..progress import Progress, phase
 from ..scene.placement import Placed
@@ -182,8 +182,8 @@ def _short_retracts(context: Context, plan: PartPlan, home: HomeWays | None) -> 
     if home is not None:
         ends += [(home.out, stretches[0], 0)] if home.out is not None else []
         ends += [(home.back, stretches[-1], -1)] if home.back is not None else []
-    reached = [(straight_retract(context, way, stretch, at), stretch, at) for way, stretch, at in ends]
-    short = [(out, s.first if at == 0 else s.stop - 1) for out, s, at in reached if out < asked - STRAIGHT]
+    reached = zip(straight_retracts(context, ends), ends, strict=True)
+    short = [(out, s.first if at == 0 else s.stop - 1) for out, (_, s, at) in reached if out < asked - STRAIGHT]
     if not short:
         return []
     least, target = min(short)

@@ -22,6 +22,7 @@ from ..checker import Checker
 from .convex_shapes import ConvexShape, convex_shape
 
 WORLD = -1
+LAST_LINKS = 3  # by whose places it is told which samples are alike: where these are, the others hardly differ
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +58,9 @@ class ArmLinks:
         self.centre = np.stack([self._shapes[g].middle for g in self.moving.tolist()])
         self.size = np.array([self._shapes[g].size for g in self.moving.tolist()])
         self.joint = self.owner[self.moving]
-        # of each link the shape that reaches furthest
+        # of each of the last links the shape that reaches furthest
         order = np.lexsort((-np.linalg.norm(self.centre, axis=1) - self.size, self.joint))
-        self._outer = order[np.unique(self.joint[order], return_index=True)[1]]
+        self._outer = order[np.unique(self.joint[order], return_index=True)[1]][-LAST_LINKS:]
         self._still: dict[int, ConvexShape] = {}
         self._data = checker.posed()
 
@@ -75,7 +76,7 @@ class ArmLinks:
         return LinkPoses(R, p, centres)
 
     def places(self, poses: LinkPoses) -> Floats:
-        """Coordinates that tell where the arm is: of a shape far out on each link, (m, 3 links), m."""
+        """Coordinates that tell where the arm is: of a shape far out on each of its last links, (m, 9), m."""
         return poses.centres[:, self._outer].reshape(len(poses.p), -1)
 
     def travel(self, poses: LinkPoses, a: Ints, b: Ints) -> Floats:

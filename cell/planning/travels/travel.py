@@ -11,7 +11,8 @@ as far as it is, and the way round begins there. Metres, radians, seconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -74,14 +75,26 @@ def can_leave(context: Context, end: Stretch, stage: int) -> bool:
 
 def straight_retract(context: Context, way: Way, stretch: Stretch, at: int) -> float:
     """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
-    i = stretch.first if at == 0 else stretch.stop - 1
-    rows = way[0][::-1] if at == 0 else way[0]
-    # the table stands while the torch is drawn back
-    off = context.solver.chain.forward(rows[:, : context.solver.chain.n])[:, :3, 3] - context.placed.position[i]
-    out = off @ context.placed.normal[i]
-    straight = np.linalg.norm(off - out[:, None] * context.placed.normal[i], axis=1) <= STRAIGHT
-    straight &= np.concatenate([[True], np.diff(out) > -STRAIGHT])
-    return float(out[np.logical_and.accumulate(straight)].max(initial=0.0))
+    return straight_retracts(context, [(way, stretch, at)])[0]
+
+
+def straight_retracts(context: Context, ends: Sequence[tuple[Way, Stretch, int]]) -> list[float]:
+    """The same of many travels."""
+    if not ends:
+        return []
+    rows = [way[0][::-1] if at == 0 else way[0] for way, _, at in ends]
+    chain = context.solver.chain
+    points = chain.forward(np.concatenate(rows)[:, : chain.n])[:, :3, 3]
+    out: list[float] = []
+    for (_, stretch, at), p in zip(ends, np.split(points, np.cumsum([len(q) for q in rows])[:-1]), strict=True):
+        i = stretch.first if at == 0 else stretch.stop - 1
+        # the table stands while the torch is drawn back
+        off, normal = p - context.placed.position[i], context.placed.normal[i]
+        away = off @ normal
+        straight = np.linalg.norm(off - away[:, None] * normal, axis=1) <= STRAIGHT
+        straight &= np.concatenate([[True], np.diff(away) > -STRAIGHT])
+        out.append(float(away[np.logical_and.accumulate(straight)].max(initial=0.0)))
+    return out
 
 
 class _Travel:
