@@ -90,14 +90,11 @@ class MotionBounds:
         """
         dR, dp = after[0] - before[0], after[1] - before[1]
         # the chord of a turn, of what is 1 from its centre
-        chord = np.linalg.norm(dR, axis=(2, 3)) / np.sqrt(2.0)
-        straight = np.zeros(len(dp))
-        for j in range(self.chain.n):
-            mine = self._joint == j
-            if mine.any():
-                away = np.linalg.norm(dp[:, j, :, None] + dR[:, j] @ self._centre[mine].T, axis=1)
-                straight = np.maximum(straight, (away + chord[:, j, None] * self._size[mine]).max(axis=1))
-        return straight
+        chord = np.sqrt(np.einsum("mjab,mjab->mj", dR, dR) / 2.0)
+        moved = dp[:, self._joint] + np.einsum("mgab,gb->mga", dR[:, self._joint], self._centre)
+        away = np.sqrt(np.einsum("mga,mga->mg", moved, moved))
+        most: Floats = (away + chord[:, self._joint] * self._size).max(axis=1, initial=0.0)
+        return most
 
 
 def curvature(radius: Floats, turn: Floats) -> Floats:
