@@ -1,7 +1,7 @@
 """Beads that follow one another, searched ahead of their turn and checked together: one proof costs less than many.
 
     ahead = BeadsAhead(context, firsts, stop)
-    bead = ahead.bead(first, last, q_before)    # None: it is to be planned by itself
+    bead = ahead.bead(first, q_before)          # None: it is to be planned by itself
     way = ahead.travel(last, bead)              # None: it is to be searched
 
 Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
@@ -12,6 +12,7 @@ that. So are travels that do not go straight.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -58,15 +59,15 @@ class BeadsAhead:
         self._context = context
         self._stops = dict(zip(firsts, [*firsts[1:], stop], strict=True))
         self._expected: dict[int, _Expected] = {}
+        self._together: list[BeadPlan] = []  # beads between which travels have not been looked at
         self._travels: dict[int, _KnownTravel] = {}  # by the first target of the bead that they lead to
         self._misses = 0
 
-    def bead(self, first: int, last: Stretch | None, q_before: Floats | None) -> BeadPlan | None:
+    def bead(self, first: int, q_before: Floats | None) -> BeadPlan | None:
         """A bead, if it is found at once.
 
         Args:
             first: its first target.
-            last: what is welded before it, if that is known.
             q_before: where the arm comes from, (j,), rad, or None.
 
         Returns:
@@ -74,7 +75,6 @@ class BeadsAhead:
         """
         if not self._expected and self._misses < MISSES:
             self._search(first, q_before)
-            self._find_travels(first, last)
         known = self._expected.pop(first, None)
         if known is not None and _same(known.q_before, q_before):
             return known.plan
@@ -82,26 +82,33 @@ class BeadsAhead:
         self._misses += 1
         return None
 
-    def can_leave(self, bead: BeadPlan) -> bool:
-        """Whether it is known that the torch can be drawn back from a bead: a travel leads on from it."""
+    def can_leave(self, last: Stretch | None, bead: BeadPlan) -> bool:
+        """Whether it is known that the torch can be drawn back from a bead: a travel leads on from it.
+
+        Args:
+            last: what is welded before the bead; None where that is not known.
+            bead: the bead.
+        """
+        self._find_travels(last, bead)
         known = self._travels.get(bead.stop)
         return known is not None and bead.whole and known.gap.end is bead.stretches[0]
 
-    def travel(self, last: Stretch | None, bead: BeadPlan) -> Way | None:
+    def travel(self, last: Stretch, bead: BeadPlan) -> Way | None:
         """The travel to a bead from what was welded last, if it is known."""
+        self._find_travels(last, bead)
         known = self._travels.pop(bead.first, None)
         if known is None or not bead.whole:
             return None
         return known.way if known.gap.end is last and known.gap.start is bead.stretches[0] else None
 
-    def _find_travels(self, first: int, last: Stretch | None) -> None:
-        """The travels to beads from one on that are expected, each from the one before."""
-        gaps: list[Gap] = []
-        while first in self._expected:
-            plan = self._expected[first].plan
-            if last is not None:
-                gaps.append(Gap(last, plan.stretches[0], int(self._context.laid[last.stop - 1])))
-            first, last = plan.stop, plan.stretches[0]
+    def _find_travels(self, last: Stretch | None, bead: BeadPlan) -> None:
+        """The travels between beads that were searched together, and to the first of them, where that has come."""
+        if not self._together or self._together[0] is not bead:
+            return
+        ends = [last, *(plan.stretches[0] for plan in self._together)]
+        laid = self._context.laid
+        gaps = [Gap(a, b, int(laid[a.stop - 1])) for a, b in pairwise(ends) if a is not None and b is not None]
+        self._together = []
         for gap, way in zip(gaps, straight_travels(self._context, gaps), strict=True):
             if way is not None:
                 self._travels[gap.start.first] = _KnownTravel(gap, way)
@@ -126,6 +133,11 @@ class BeadsAhead:
             if all(cause is None for cause in checked.causes[a : b + 1]):
                 plan = BeadPlan(at, self._stops[at], (checked.run(a, b),), {}, {})
                 self._expected[at] = _Expected(before, plan)
+        self._together = []
+        for at, *_ in ways:
+            if at not in self._expected:
+                break
+            self._together.append(self._expected[at].plan)
 
     def _checked(
         self, begun: int, stop: int, ways: list[tuple[int, Floats, Floats]]

@@ -133,10 +133,10 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
             judge.knows(bead, run.known.spent)
         else:
             q_before = run.q_before if last is None else last.q_targets[-1]
-            found = None if judge.lost else ahead.bead(first, last, q_before)
+            found = None if judge.lost else ahead.bead(first, q_before)
             in_full = partial(plan_bead, context, first, stop, q_before)
             bead = found or judge.plan(first, stop, q_before, in_full)
-        if bead.whole and stop < context.span.stop and not ahead.can_leave(bead):
+        if bead.whole and stop < context.span.stop and not ahead.can_leave(last, bead):
             bead, _ = that_can_leave(context, bead)
         if last is not None and bead.whole:
             # where the part is lost, what is still searched for is what to report
