@@ -26,6 +26,7 @@ from .roll import wrap
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+ROUNDING = 1e-9  # share of a price
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,10 +134,7 @@ def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | No
     """
     groups, count = cost.shape[1:]
     if count == len(shifts) == 1:  # of a held roll each group has one way
-        steps = np.stack([edges[:, :, 0, 0], cost[1:, :, 0]], axis=1).reshape(-1, groups)
-        total = np.cumsum(np.concatenate([cost[:1, :, 0], steps]), axis=0)[-1]
-        g = int(total.argmin())
-        return (g, np.zeros(len(cost), dtype=np.int64)) if np.isfinite(total[g]) else None
+        return steadiest(cost, edges, np.inf)
     source = (np.arange(count) - shifts[:, None]) % count
     at = np.arange(groups)[:, None], np.arange(count)
     here = cost[0]
@@ -153,6 +151,28 @@ def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | No
     for choice in reversed(back):
         way.append(int(source[choice[g, way[-1]], way[-1]]))
     return g, np.array(way[::-1])
+
+
+def steadiest(cost: Floats, edges: Floats, shift_price: float) -> tuple[int, Ints] | None:
+    """The cheapest way on one sample of the roll all along, where any on which it changes is dearer for certain.
+
+    Args:
+        cost: of standing at each node, (t, g, r), s; infinite where it is not allowed.
+        edges: from :func:`prices`, of the roll that stays at its sample, (t - 1, g, 1, r).
+        shift_price: what an edge to another sample costs at least, s.
+
+    Returns:
+        As of :func:`cheapest`, which finds the same; None where it takes that.
+    """
+    groups, count = cost.shape[1:]
+    steps = np.stack([edges[:, :, 0], cost[1:]], axis=1).reshape(-1, groups, count)
+    total = np.cumsum(np.concatenate([cost[:1], steps]), axis=0)[-1]
+    g, r = (int(v) for v in np.unravel_index(int(total.argmin()), total.shape))
+    least = np.minimum(edges.min(axis=(1, 2, 3)), shift_price)
+    with_shift = cost.min(axis=(1, 2)).sum() + least.sum() + shift_price - least.max(initial=0.0)
+    if not total[g, r] < (1 - ROUNDING) * with_shift:
+        return None
+    return g, np.full(len(cost), r)
 
 
 def unwound(chain: Chain, q: Floats, q_before: Floats | None) -> Floats | None:

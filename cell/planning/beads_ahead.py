@@ -21,7 +21,7 @@ from ik.chain import Floats
 from .bead_search import BeadPlan
 from .context import Context
 from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
-from .station_search import Ends, StationSearch
+from .station_search import Ends, StationNodes, StationSearch
 from .travels.straight_travels import Gap, straight_travels
 from .travels.travel import Way
 
@@ -116,16 +116,15 @@ class BeadsAhead:
     def _search(self, first: int, q_before: Floats | None) -> None:
         """Search beads from one on, each from the end of the one before, and check them together."""
         context, ways = self._context, []
-        begun = first
-        while first in self._stops and self._stops[first] - begun <= TOGETHER:
-            bead = SearchedBead.of(context, first, self._stops[first])
-            if not StationSearch.suits(bead):
-                break
-            way = StationSearch(bead, context.settings.roll_step, Ends(q_before)).way()
+        begun, step = first, context.settings.roll_step
+        beads = self._beads_from(first)
+        nodes = StationNodes.of_each(beads, step) if beads else []
+        for bead, known in zip(beads, nodes, strict=True):
+            way = StationSearch(bead, step, Ends(q_before), nodes=known).way()
             if way is None:
                 break
-            ways.append((first, q_before, *way[1:]))
-            first, q_before = self._stops[first], way[2][-1]
+            ways.append((bead.first, q_before, *way[1:]))
+            first, q_before = self._stops[bead.first], way[2][-1]
         if len(ways) < 2:
             return
         checked, last = self._checked(begun, first, [(at, roll, q) for at, _, roll, q in ways])
@@ -138,6 +137,17 @@ class BeadsAhead:
             if at not in self._expected:
                 break
             self._together.append(self._expected[at].plan)
+
+    def _beads_from(self, first: int) -> list[SearchedBead]:
+        """Beads from one on that are searched together."""
+        begun, beads = first, []
+        while first in self._stops and self._stops[first] - begun <= TOGETHER:
+            bead = SearchedBead.of(self._context, first, self._stops[first])
+            if not StationSearch.suits(bead):
+                break
+            beads.append(bead)
+            first = self._stops[first]
+        return beads
 
     def _checked(
         self, begun: int, stop: int, ways: list[tuple[int, Floats, Floats]]

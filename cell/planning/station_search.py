@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ from ..arrays import Ints
 from ..failure import Kind
 from ..scene.placement import Placed
 from .configurations import NEAR_COST, near_cost, standing_cost
+from .context import Context
 from .edge_check import SearchedBead, Stretch, check_edges
 
 LEAST_STATIONS = 4
@@ -37,6 +39,7 @@ MAX_TRIES = 4  # ways that are free, but near something, before the clearest of 
 ROLL_SAMPLES_APART = 2  # samples the roll may change between stations
 BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls looked at between stations, samples
 NEARBY, STILL = np.array([-1, 0, 1]), np.array([0])  # of those, from target to target
+EARLIER, LATER = slice(None, -1), slice(1, None)
 MORE = 3  # stations put in at a time
 ELSEWHERE = np.deg2rad(40.0)  # an end is another one where some joint is further away
 COLLISION_PENALTY = 2.0  # s that a node is worth avoiding where nodes beside it collide
@@ -76,10 +79,54 @@ class Ends:
     end_off: Sequence[Floats] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class StationNodes:
+    """All that there is to choose from at the stations of a bead.
+
+    Attributes:
+        Ts: the bead's targets at roll 0, base frame, (t, 4, 4), m.
+        at: the stations, (s,).
+        q: configurations there, (j, s, g, r), rad.
+        cost: what standing there costs, (s, g, r), s; infinite where it is not allowed.
+    """
+
+    Ts: Floats
+    at: Ints
+    q: Floats
+    cost: Floats
+
+    @classmethod
+    def of_each(cls, beads: Sequence[SearchedBead], roll_step: float, spacing: Spacing | None = None) -> list[Self]:
+        """Those of beads, worked out together.
+
+        Args:
+            beads: that :meth:`StationSearch.suits`, one after the other in the part.
+            roll_step: distance of the roll's samples, rad.
+            spacing: of the stations; what suits the roll's window where left out.
+        """
+        context = beads[0].context
+        spacing = spacing or (Spacing.of_a_held_roll() if context.window.is_fixed else Spacing())
+        targets = context.placed.rows(slice(beads[0].first, beads[-1].first + len(beads[-1])))
+        Ts = np.split(targets.Ts_base_target, np.cumsum([len(bead) for bead in beads])[:-1])
+        at = [stations(bead.placed, spacing) for bead in beads]
+        some = np.concatenate([each[k] for each, k in zip(Ts, at, strict=True)])
+        rolls = context.window.samples(roll_step)
+        q, cost = _standing_at(context, some, np.broadcast_to(rolls, (len(some), len(rolls))))
+        ends = np.cumsum([len(k) for k in at])[:-1]
+        return [cls(*one) for one in zip(Ts, at, np.split(q, ends, axis=1), np.split(cost, ends), strict=True)]
+
+
 class StationSearch:
     """One bead's search. Targets count from the bead's first."""
 
-    def __init__(self, bead: SearchedBead, roll_step: float, ends: Ends, spacing: Spacing | None = None) -> None:
+    def __init__(
+        self,
+        bead: SearchedBead,
+        roll_step: float,
+        ends: Ends,
+        spacing: Spacing | None = None,
+        nodes: StationNodes | None = None,
+    ) -> None:
         """Look at every node of the stations.
 
         Args:
@@ -87,8 +134,8 @@ class StationSearch:
             roll_step: distance of the roll's samples, rad.
             ends: of the way.
             spacing: of the stations; what suits the roll's window where left out.
+            nodes: of the stations, where they are known.
         """
-        spacing = spacing or (Spacing.of_a_held_roll() if bead.context.window.is_fixed else Spacing())
         self.bead, self.context, self.roll_step, self.ends = bead, bead.context, roll_step, ends
         self.chain = bead.context.solver.chain
         self.bounds = banded.Bounds(
@@ -98,10 +145,11 @@ class StationSearch:
             roll_price=ROLL_COST / roll_step,
             roll_step=np.full(len(bead.times), roll_step),
         )
-        self.Ts = bead.placed.Ts_base_target
+        if nodes is None:
+            (nodes,) = StationNodes.of_each([bead], roll_step, spacing)
         self.rolls = bead.context.window.samples(roll_step)
-        self.at = stations(bead.placed, spacing)
-        self.q, self.cost = self._standing(self.at, np.broadcast_to(self.rolls, (len(self.at), len(self.rolls))))
+        self.Ts, self.at, self.q, self.cost = nodes.Ts, nodes.at, nodes.q, nodes.cost
+        self._keep_off(self.at, self.q, self.cost)
         self.known = np.full(self.cost.shape, UNKNOWN)
         self.expected_cost = np.zeros(self.cost.shape)
 
@@ -145,12 +193,22 @@ class StationSearch:
         q, cost = self._standing(every, roll, group)
         cost += self._expected_cost_between(group, roll)[:, None]
         cost[0] += self._arriving(q[:, 0])
-        shifts = NEARBY if roll.shape[1] > 1 else STILL
-        way = banded.cheapest(cost, banded.prices(self.chain, q, roll, self.bounds, shifts, circular=False), shifts)
+        way = self._cheapest(q, roll, cost)
         if way is None:
             return None
         q_way = banded.unwound(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
         return None if q_way is None else (group, roll[every, way[1]], q_way)
+
+    def _cheapest(self, q: Floats, roll: Floats, cost: Floats) -> tuple[int, Ints] | None:
+        """The cheapest way through nodes (j, t, 1, b) at rolls (t, b): mostly one on which the roll stays as it is."""
+        stay = banded.prices(self.chain, q, roll, self.bounds, STILL, circular=False)
+        if roll.shape[1] == 1:
+            return banded.cheapest(cost, stay, STILL)
+        turns = [np.abs(wrap(roll[1:, a] - roll[:-1, b])) for a, b in ((LATER, EARLIER), (EARLIER, LATER))]
+        way = banded.steadiest(cost, stay, self.bounds.roll_price * float(np.min(turns)))
+        if way is not None:
+            return way
+        return banded.cheapest(cost, banded.prices(self.chain, q, roll, self.bounds, NEARBY, circular=False), NEARBY)
 
     def _rolls_between(self, samples: Ints) -> Floats:
         """Rolls to look at for every target, (t, b), around those chosen at the stations, (s,) samples."""
@@ -272,23 +330,16 @@ class StationSearch:
 
     def _standing(self, at: Ints, rolls: Floats, group: int | None = None) -> tuple[Floats, Floats]:
         """Nodes (j, t, g, r) of some targets at rolls (t, r), and what standing there costs, (t, g, r), s."""
-        solver = self.context.solver
-        assert solver.form is not None
-        Ts = apply_roll(self.Ts[at][:, None], rolls)
-        if group is None:
-            raw = closed_form.solve(solver.form, Ts)
-        else:
-            raw = closed_form.solve_branch(solver.form, Ts, group)[:, :, None]
-        q, inside, room = banded.standings(solver.chain, raw)
-        margin = np.swapaxes(margins(solver.chain, solver.geometry, raw), 1, 2)
-        least = self.context.limits.values(True)
-        allowed = inside & (margin >= least).all(axis=-1)
-        cost = np.where(allowed, standing_cost(room, margin, least), np.inf)
+        q, cost = _standing_at(self.context, self.Ts[at], rolls, group)
+        self._keep_off(at, q, cost)
+        return q, cost
+
+    def _keep_off(self, at: Ints, q: Floats, cost: Floats) -> None:
+        """Forbid nodes of the ends that are not well off what these are to be off, among those of some targets."""
         for end, off in ((0, self.ends.begin_off), (len(self.bead) - 1, self.ends.end_off)):
-            for k in np.flatnonzero(at == end):
+            for k in np.flatnonzero(at == end) if len(off) else ():
                 for other in off:
                     cost[k][np.abs(wrap(q[:, k] - other[:, None, None])).max(axis=0) < ELSEWHERE] = np.inf
-        return q, cost
 
     def _arriving(self, q: Floats) -> Floats:
         """What coming to nodes of the first target costs, (j, g, r) -> (g, r), s."""
@@ -298,6 +349,22 @@ class StationSearch:
         turning = banded.several_turns(self.chain)
         move[turning] = wrap(move[turning])
         return np.nan_to_num((np.abs(move) / self.bounds.speed[:, None, None]).max(axis=0), nan=np.inf)
+
+
+def _standing_at(context: Context, Ts: Floats, rolls: Floats, group: int | None = None) -> tuple[Floats, Floats]:
+    """Nodes (j, t, g, r) of poses (t, 4, 4) at rolls (t, r), and what standing there costs, (t, g, r), s."""
+    solver = context.solver
+    assert solver.form is not None
+    rolled = apply_roll(Ts[:, None], rolls)
+    if group is None:
+        raw = closed_form.solve(solver.form, rolled)
+    else:
+        raw = closed_form.solve_branch(solver.form, rolled, group)[:, :, None]
+    q, inside, room = banded.standings(solver.chain, raw)
+    margin = np.swapaxes(margins(solver.chain, solver.geometry, raw), 1, 2)
+    least = context.limits.values(True)
+    allowed = inside & (margin >= least).all(axis=-1)
+    return q, np.where(allowed, standing_cost(room, margin, least), np.inf)
 
 
 def stations(placed: Placed, spacing: Spacing) -> Ints:
