@@ -16,12 +16,14 @@ from itertools import pairwise
 
 import numpy as np
 
+from ik import closed_form
 from ik.chain import Floats
+from ik.roll import apply_roll
 
 from .bead_search import BeadPlan
 from .context import Context
 from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
-from .station_search import Ends, StationNodes, StationSearch
+from .station_search import BESIDE, Ends, StationNodes, StationSearch, held_rolls_price
 from .travels.straight_travels import Gap, straight_travels
 from .travels.travel import Way
 
@@ -119,8 +121,10 @@ class BeadsAhead:
         begun, step = first, context.settings.roll_step
         beads = self._beads_from(first)
         nodes = StationNodes.of_each(beads, step) if beads else []
+        beginning = self._suited_beginning(beads, nodes) if q_before is None and len(beads) > 1 else None
         for bead, known in zip(beads, nodes, strict=True):
-            way = StationSearch(bead, step, Ends(q_before), nodes=known).way()
+            come_from = beginning if bead.first == begun and beginning is not None else q_before
+            way = StationSearch(bead, step, Ends(come_from), nodes=known).way()
             if way is None:
                 break
             ways.append((bead.first, q_before, *way[1:]))
@@ -137,6 +141,25 @@ class BeadsAhead:
             if at not in self._expected:
                 break
             self._together.append(self._expected[at].plan)
+
+    def _suited_beginning(self, beads: list[SearchedBead], nodes: list[StationNodes]) -> Floats | None:
+        """Where the first of beads begins best for all of them, (j,), rad, if it is not told where the arm comes from.
+
+        What follows begins near where the bead before ends: a short bead's own preference may be dear for the long ones
+        after it. Rolls beside the one that it prefers are tried, in its branch.
+        """
+        context = self._context
+        step, window = context.settings.roll_step, context.window
+        way = None if window.is_fixed else StationSearch(beads[0], step, Ends(), nodes=nodes[0]).way()
+        if way is None:
+            return None
+        group, roll, _ = way
+        rolls = roll[0] + BESIDE * step
+        rolls = rolls if window.is_full else np.clip(rolls, window.low, window.high)
+        best = rolls[int(np.argmin(held_rolls_price(beads, nodes, group, rolls, step)))]
+        assert context.solver.form is not None
+        q = closed_form.solve_branch(context.solver.form, apply_roll(nodes[0].Ts[0], best), group)
+        return None if np.isnan(q).any() else q
 
     def _beads_from(self, first: int) -> list[SearchedBead]:
         """Beads from one on that are searched together."""

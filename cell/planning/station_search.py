@@ -41,6 +41,7 @@ BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls looked at between statio
 NEARBY, STILL = np.array([-1, 0, 1]), np.array([0])  # of those, from target to target
 EARLIER, LATER = slice(None, -1), slice(1, None)
 MORE = 3  # stations put in at a time
+EVERY = 4  # targets, of which one is looked at where beads are to be weighed
 ELSEWHERE = np.deg2rad(40.0)  # an end is another one where some joint is further away
 COLLISION_PENALTY = 2.0  # s that a node is worth avoiding where nodes beside it collide
 UNKNOWN, FREE, HIT = 0, 1, 2
@@ -349,6 +350,34 @@ class StationSearch:
         turning = banded.several_turns(self.chain)
         move[turning] = wrap(move[turning])
         return np.nan_to_num((np.abs(move) / self.bounds.speed[:, None, None]).max(axis=0), nan=np.inf)
+
+
+def held_rolls_price(
+    beads: Sequence[SearchedBead], nodes: Sequence[StationNodes], group: int, rolls: Floats, roll_step: float
+) -> Floats:
+    """What beads cost in a branch with rolls (b,) held all along, (b,), s: by one of a few steps of each.
+
+    Args:
+        beads: the beads.
+        nodes: theirs.
+        group: the branch.
+        rolls: rad.
+        roll_step: distance of the roll's samples, rad.
+    """
+    context = beads[0].context
+    some = [np.arange((len(bead) - 2) % EVERY // 2, len(bead) - 1, EVERY) for bead in beads]
+    Ts = np.concatenate([each.Ts[np.stack([i, i + 1], axis=1).ravel()] for each, i in zip(nodes, some, strict=True)])
+    every = np.broadcast_to(rolls, (len(Ts), len(rolls)))
+    q, cost = _standing_at(context, Ts, every, group)
+    # between the steps there are edges as well, which do not count
+    times, largest = (
+        np.repeat(np.concatenate([getattr(bead, name)[i] for bead, i in zip(beads, some, strict=True)]), 2)[:-1]
+        for name in ("times", "largest")
+    )
+    bounds = banded.Bounds(beads[0].speed, times, largest, ROLL_COST / roll_step, np.full(len(times), roll_step))
+    edges = banded.prices(context.solver.chain, q, every, bounds, STILL, circular=False)
+    weight = np.repeat([len(bead) / len(i) for bead, i in zip(beads, some, strict=True)], [len(i) for i in some])
+    return np.asarray(weight @ (cost[::2, 0] + edges[::2, 0, 0]))
 
 
 def _standing_at(context: Context, Ts: Floats, rolls: Floats, group: int | None = None) -> tuple[Floats, Floats]:
