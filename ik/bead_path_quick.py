@@ -168,6 +168,8 @@ def steadiest(cost: Floats, edges: Floats, shift_price: float) -> tuple[int, Int
     steps = np.stack([edges[:, :, 0], cost[1:]], axis=1).reshape(-1, groups, count)
     total = np.cumsum(np.concatenate([cost[:1], steps]), axis=0)[-1]
     g, r = (int(v) for v in np.unravel_index(int(total.argmin()), total.shape))
+    if not np.isfinite(total[g, r]):
+        return None
     least = np.minimum(edges.min(axis=(1, 2, 3)), shift_price)
     with_shift = cost.min(axis=(1, 2)).sum() + least.sum() + shift_price - least.max(initial=0.0)
     if not total[g, r] < (1 - ROUNDING) * with_shift:

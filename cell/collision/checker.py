@@ -221,13 +221,13 @@ class Checker:
                 far = self.reach
         return out
 
-    def pairs_within(self, q: Floats, stage: Ints, far: float) -> NearPairs:
+    def pairs_within(self, q: Floats, stage: Ints, far: Floats | float) -> NearPairs:
         """All pairs that come within some distance.
 
         Args:
             q: configurations of the arm, (m, n), rad.
             stage: number of deposits already laid, (m,).
-            far: the distance, m; it may be more than the reach.
+            far: the distance in each, (m,), or one for all, m; it may be more than the reach.
 
         Returns:
             The pairs; every other is further apart.
@@ -235,11 +235,13 @@ class Checker:
         Raises:
             InputError: there are more of them than MuJoCo has room for.
         """
-        found = []
-        for i in self._each(q, stage):
-            if count := self._look(far):
+        found, out_to = [], np.broadcast_to(far, len(q))
+        order = np.argsort(out_to, kind="stable")  # to set how far is looked costs as much as to look
+        distances = out_to[order].tolist()
+        for k in self._each(q[order], stage[order]):
+            if count := self._look(distances[k]):
                 self.asked.contacts += count
-                c = self._data.contact
+                c, i = self._data.contact, int(order[k])
                 found.append((i, c.geom.copy(), c.dist.copy(), c.frame.reshape(-1, 9).copy(), c.pos.copy()))
         return NearPairs.of(found)
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ...arrays import Ints
-from ..checker import Checker
+from ..checker import COARSER, Checker
 from ..clearances import Clearances
 from ..near_pairs import NearPairs
 from ..pair_groups import PairGroup, pair_groups
@@ -36,8 +36,10 @@ from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
 from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
 
-SPACINGS = (0.08, 0.04, 0.02, 0.01, 0.0)  # m of travel between the samples that are looked at, one after the other
-BEYOND_STILL, BEYOND_ITSELF = 0.06, 0.1  # m: how much further than what is wanted is looked out to
+SPACINGS = (0.2, 0.1, 0.05, 0.02, 0.0)  # m of travel between the samples that are looked at, one after the other
+FEW_SHAPES = 100  # that stand still, beyond which looks as far out as the widest spacing asks for cost too much
+BEYOND_STILL, BEYOND_ITSELF = 0.16, 0.2  # m: how much further than what is wanted is looked out to at most
+ROOM = 2e-3  # m that is looked further out than the arm's travel asks for: what is between samples is taken off
 LESS = 1e-8  # m, of rounding
 ONE_PLANE = 2e-4  # m: shapes that reach no further over a plane than this share it
 
@@ -74,6 +76,24 @@ class _Planes:
     offset: Floats
 
 
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """What was seen at the samples of cells that were looked at.
+
+    Attributes:
+        near: pairs there.
+        far: distance out to which was looked, (c,), m.
+        travel: how far any point of the arm is at most from where it is there, at the cells' samples, (t,), m; of two
+            that both may move twice that.
+        most: the same at most in each cell, (c,), m.
+    """
+
+    near: NearPairs
+    far: Floats
+    travel: Floats
+    most: Floats
+
+
 class PlaneProofs:
     """Proofs for the arm of one checker, at a table that stands."""
 
@@ -81,7 +101,7 @@ class PlaneProofs:
         self,
         checker: Checker,
         *,
-        spacings: tuple[float, ...] = SPACINGS,
+        spacings: tuple[float, ...] | None = None,
         beyond: tuple[float, float] = (BEYOND_STILL, BEYOND_ITSELF),
         one_plane: float = ONE_PLANE,
     ) -> None:
@@ -89,11 +109,14 @@ class PlaneProofs:
 
         Args:
             checker: of all pairs, of an arm at a table that stands.
-            spacings: travel between samples that are looked at, one after the other, m.
-            beyond: how much further than what is wanted is looked out to, of what stands still and the arm itself, m.
+            spacings: travel between samples that are looked at, one after the other, m; what suits the scene if left out.
+            beyond: how much further than what is wanted is looked out to at most, of what stands still and of the arm
+                itself, m.
             one_plane: shapes that reach no further over a plane than this share it, m.
         """
-        self._spacings, self._one_plane = spacings, one_plane
+        still_shapes = checker.scene.contact_bits.any(axis=0) & ~checker.scene.arm_geom
+        suited = SPACINGS if still_shapes.sum() <= FEW_SHAPES else SPACINGS[1:]
+        self._spacings, self._one_plane = suited if spacings is None else spacings, one_plane
         still, itself = pair_groups(checker)
         self._groups = ((still, 1.0, beyond[0]), (itself, 2.0, beyond[1]))
         self._radius = radii(checker.scene)
@@ -200,11 +223,10 @@ class PlaneProofs:
                 if not len(open_):
                     break
                 most = float(least[open_].max())
-                cells, of = cells_of(places, step[open_], laid[open_], spacing, most + beyond)
-                near = group.pairs_within(q[cells.at], cells.laid, cells.far)
-                seen.nearer(cells.at, near.nearest(len(cells.at)))
-                seen_from = None if group.itself else bends
-                value, carried, frames = self._values(poses, cells, near, (share, most), seen_from)
+                cells, of = cells_of(places, step[open_], laid[open_], spacing)
+                look = self._look(group, q, poses, cells, (share, most, beyond))
+                seen.nearer(cells.at, look.near.nearest(len(cells.at)))
+                value, carried, frames = self._values(poses, cells, look, most, None if group.itself else bends)
                 off = np.maximum.reduce([share * bend[open_], *(self._bend_seen(turn[open_], i) for i in frames)])
                 value, carried = (np.minimum(each[of], each[of + 1]) for each in (value, carried))
                 at_ends[open_] = np.maximum(at_ends[open_], np.minimum(value, carried))
@@ -213,29 +235,46 @@ class PlaneProofs:
             kept = np.minimum(kept, mine)
         return ProvedSteps(kept, seen), bent
 
+    def _look(
+        self, group: PairGroup, q: Floats, poses: LinkPoses, cells: ProofCells, asked: tuple[float, float, float]
+    ) -> _Look:
+        """Look at the samples of cells, as far out as the arm's travel in each asks for.
+
+        Args:
+            group: pairs that count.
+            q: samples, (m, n), rad.
+            poses: at the samples.
+            cells: of steps.
+            asked: what counts of the arm's travel, what is wanted, and how much further is looked at most, m.
+        """
+        share, wanted, beyond = asked
+        travel = share * self._links.travel(poses, cells.sample, cells.at[cells.cell])
+        most = np.zeros(len(cells.at))
+        np.maximum.at(most, cells.cell, travel)
+        level = np.ceil(np.log(wanted + most + ROOM) / np.log(COARSER))
+        far = np.minimum(COARSER**level, wanted + beyond)
+        return _Look(group.pairs_within(q[cells.at], cells.laid, far), far, travel, most)
+
     def _values(
-        self, poses: LinkPoses, cells: ProofCells, near: NearPairs, asked: tuple[float, float], bends: StepBends | None
+        self, poses: LinkPoses, cells: ProofCells, look: _Look, wanted: float, bends: StepBends | None
     ) -> tuple[Floats, Floats, list[int]]:
         """What the pairs keep at least at the samples of cells.
 
         Args:
             poses: at the samples.
             cells: of steps.
-            near: pairs at the samples that are looked at.
-            asked: what counts of the arm's travel, and what is wanted, m.
+            look: what was seen at the samples that were looked at.
+            wanted: what is wanted, m.
             bends: of the steps, where planes may be carried.
 
         Returns:
             What is kept at the samples, (t,), m; what those pairs keep on the steps to and from the samples whose
             planes are carried along, (t,), m; and the links with which the other planes move.
         """
-        share, wanted = asked
-        travel = share * self._links.travel(poses, cells.sample, cells.at[cells.cell])
-        most = np.zeros(len(cells.at))
-        np.maximum.at(most, cells.cell, travel)
+        near, travel, most = look.near, look.travel, look.most
         # what stays far enough off by its travel alone needs no plane
         off = near.distance - most[near.row] >= wanted
-        far = np.full(len(cells.at), cells.far)
+        far = look.far.copy()
         np.minimum.at(far, near.row[off], near.distance[off])
         out, carried = far[cells.cell] - travel, np.full(len(travel), np.inf)
         which_pairs = np.flatnonzero(~off)

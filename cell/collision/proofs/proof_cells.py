@@ -1,6 +1,6 @@
 """Steps of a motion gathered into cells that lie close together, each to be proved from one sample of it.
 
-    cells, of = cells_of(places, step, laid, spacing, far)    # places (m, f) m: of some of the arm's shapes at samples
+    cells, of = cells_of(places, step, laid, spacing)         # places (m, f) m: of some of the arm's shapes at samples
     cells.at                                                  # (c,) the sample of each cell that is looked at
     cells.sample[of], cells.sample[of + 1]                    # both ends of each step
 
@@ -29,14 +29,12 @@ class ProofCells:
         laid: deposits laid there, (c,).
         cell: cell of each sample of the steps, ascending, (t,).
         sample: likewise, (t,): the ends of a step follow one another.
-        far: distance out to which is looked, m.
     """
 
     at: Ints
     laid: Ints
     cell: Ints
     sample: Ints
-    far: float
 
     def samples_of(self, cell: Ints) -> tuple[Ints, Ints]:
         """All samples of some cells (k,): which of these each is of, and its place among ``sample``, (c,) each."""
@@ -46,7 +44,7 @@ class ProofCells:
         return which, first[cell][which] + place
 
 
-def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float) -> tuple[ProofCells, Ints]:
+def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float) -> tuple[ProofCells, Ints]:
     """Gather steps.
 
     Args:
@@ -54,7 +52,6 @@ def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float)
         step: the steps by their first samples, ascending, (k,).
         laid: deposits laid on each, (k,): steps of a cell have the same.
         spacing: how far the middles of a cell's steps are apart at most, in each of the f, m; 0: each step by itself.
-        far: distance out to which is looked, m.
 
     Returns:
         The cells, and where among their samples the first end of each step stands, (k,).
@@ -73,7 +70,7 @@ def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float)
     sample, of_cell = np.empty((2, len(order) + int(alone.sum())), dtype=np.int64)
     sample[second - 1], of_cell[second - 1] = sorted_step, cell
     sample[second], of_cell[second] = sorted_step + 1, cell
-    return ProofCells(step[nearest], laid[nearest], of_cell, sample, far), of
+    return ProofCells(step[nearest], laid[nearest], of_cell, sample), of
 
 
 def _clusters(place: Floats, laid: Ints, spacing: float) -> tuple[Ints, Ints, Ints]:

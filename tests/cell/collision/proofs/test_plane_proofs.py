@@ -151,7 +151,7 @@ def test_over_planes_that_are_carried_along_nothing_is_nearer_than_said(scenes):
             turn = np.abs(q[step + 1] - q[step])
             poses, halfway = links.poses(q), links.poses((q[step] + q[step + 1]) / 2)
             laid = np.full(len(step), scene.n_deposits)
-            cells, of = cells_of(links.places(poses), step, laid, 0.1, 0.2)
+            cells, of = cells_of(links.places(poses), step, laid, 0.1)
             near = proofs._groups[0][0].pairs_within(q[cells.at], cells.laid, 0.2)
             below = proofs._below(near, np.flatnonzero(near.distance > 0))
             mine = np.flatnonzero(~proofs._endless(below.other))
@@ -274,7 +274,7 @@ def test_every_pair_lies_on_either_side_of_a_plane(scenes):
         q, _ = motions(checker, rng, 0.05)
         links, every = proofs._links, np.arange(len(q))
         poses = links.poses(q)
-        cells = ProofCells(every, np.full(len(q), scene.n_deposits), every, every, REACH)
+        cells = ProofCells(every, np.full(len(q), scene.n_deposits), every, every)
         near = checker.pairs_within(q, cells.laid, REACH)
         planes = proofs._planes(poses, cells, near, np.arange(len(near.row)))
         for row, pair in zip(near.row.tolist(), near.geom.tolist(), strict=True):
@@ -294,7 +294,7 @@ def test_steps_of_a_cell_lie_close_together_and_have_the_same_laid():
         # back and forth, as a zigzag: neighbours in place are none in time
         along = np.abs((np.arange(91) * 0.1) % 2.0 - 1.0)
         places = np.stack([along, 0.02 * np.arange(91)], axis=1) + 0.01 * rng.random((91, 2))
-        cells, of = cells_of(places, step, laid, spacing, 1.0)
+        cells, of = cells_of(places, step, laid, spacing)
         assert (cells.sample[of] == step).all()
         assert (cells.sample[of + 1] == step + 1).all()
         assert (cells.cell[of] == cells.cell[of + 1]).all()
