@@ -36,6 +36,8 @@ BOUNDS, DETECTION, OWN = (
 )
 ROUNDINGS = "cell/collision/test_rounding_proofs.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
+STRAIGHT = "cell/planning/travels/test_straight_travels.py"
+METAL = "cell/job/test_wire_in_metal.py"
 GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
 # of a row that comes to lie too near: the steps beside it are reported all the same
 AT_ITS_END = (
@@ -74,7 +76,7 @@ MUTANTS = (
     Mutant("cell/collision/proofs/between_samples.py", "motion[steps.step[hit]])", "motion[steps.step[:1]])", (BOUNDS,)),
     Mutant("cell/collision/proofs/open_steps.py", "return self.da + self.db - 2 * limit", "return self.da + self.db - limit", (BOUNDS,)),
     Mutant("cell/collision/proofs/between_samples.py", "if seen.distance[k] < nearest.best.distance[0]:", "if False:", (BOUNDS,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
+    Mutant("cell/collision/proofs/motion_bounds.py", " + chord[:, self._joint] * self._size", "", (BOUNDS,)),
     Mutant("cell/collision/pair_groups.py", "model.geom_conaffinity[arm] = 0", "model.geom_conaffinity[~arm] = 0", (GROUPS,)),
     Mutant("cell/collision/pair_groups.py", "self.pair_gap = 0.0", "self.pair_gap = -1e3", (GROUPS,)),
     Mutant("cell/collision/proofs/motion_bounds.py", "np.minimum(joints, parts * (straight", "np.minimum(joints, 1 * (straight", (BOUNDS,)),
@@ -154,14 +156,22 @@ MUTANTS = (
     Mutant("cell/verification/bead_samples.py", "best - MORE", "best - 1e-6", (OWN,)),
     # timing
     Mutant("cell/planning/assemble.py", "np.maximum(dt[1:], TICK)", "dt[1:]", ("cell/planning/test_assemble.py",)),
-    Mutant("cell/timing/time_law.py", "np.concatenate([bend, bend], axis=1)", "np.concatenate([0 * bend, bend], axis=1)", ("cell/timing/test_time_law.py",)),
+    Mutant("cell/timing/greatest_speeds.py", "np.concatenate([bend, bend])", "np.concatenate([0 * bend, bend])", (TIMES,)),
+    Mutant("cell/timing/greatest_speeds.py", "x[:-1] * self._by_x <= 1.0", "x[:-1] * self._by_x <= 3.0", (TIMES,)),
+    Mutant("cell/timing/greatest_speeds.py", "(top * self._by_x > 1.0)", "(top * self._by_x > 3.0)", (TIMES,)),
     Mutant("cell/timing/time_law.py", "np.concatenate([-corners, corners, 2 * s[-1] - corners])", "corners", (TIMES,)),
     Mutant("cell/timing/time_law.py", "CORNER = 0.005", "CORNER = 0.5", (TIMES,)),
-    Mutant("cell/timing/time_law.py", "limit = np.tile(max_acceleration, 2)", "limit = 1.2 * np.tile(max_acceleration, 2)", ("cell/timing/test_time_law.py",)),
+    Mutant("cell/timing/greatest_speeds.py", "2 * step, max_acceleration[:, None]", "2 * step, 1.2 * max_acceleration[:, None]", (TIMES,)),
     # planning
-    Mutant("cell/planning/densify.py", "        failures.update(found)\n    return stretch", "    return stretch", ("cell/planning/test_densify.py",)),
+    Mutant("cell/planning/densify.py", "            bead.failures.update(found)\n", "", ("cell/planning/test_densify.py",)),
     Mutant("cell/planning/edge_check.py", "        elif least[e] < context.settings.clearance:\n", "        elif least[e] < 0:\n", ("cell/verdict/test_check.py", "cell/planning/test_station_search.py"), AT_ITS_END),
     Mutant("cell/planning/travels/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (NEAR,)),
+    Mutant("cell/planning/travels/straight_travels.py", "    good[of[found.distance < room]] = False\n", "", (STRAIGHT,)),
+    Mutant("cell/planning/travels/straight_travels.py", "        good[of[k[step]]] = False\n", "", (STRAIGHT,)),
+    Mutant("cell/planning/travels/straight_travels.py", "(route.q, seen) if is_clear else None", "(route.q, seen)", (STRAIGHT,)),
+    Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "off <= OUTSIDE_MM", (METAL,)),
+    Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "~away", (METAL,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", "cells.laid, far), far, travel, most)", "cells.laid, far), 2 * far, travel, most)", (PLANES,)),
     # slicing
     Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("slicing/volume/test_solid_flux.py", "slicing/volume/test_layer_areas.py")),
     Mutant("slicing/volume/layer_areas.py", "4.0 * ends[1]", "3.9 * ends[1]", ("slicing/volume/test_layer_areas.py",)),

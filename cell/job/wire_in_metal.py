@@ -164,7 +164,8 @@ class Metal:
         n = len(t.path)
         after = np.minimum(np.arange(n) + np.append(np.diff(t.path) == 0, False), n - 1)
         free = t.thickness_mm + BEAD_SLACK_MM
-        from_there, to_there = (t.position[i] + np.minimum(free, free[after])[:, None] * t.normal[i] for i in (slice(n), after))
+        in_bead = np.minimum(free, free[after])[:, None]
+        from_there, to_there = t.position + in_bead * t.normal, t.position[after] + in_bead * t.normal[after]
         out: NDArray[np.bool_] = np.zeros(n, dtype=bool)
         for own in np.unique(t.sub_volume_index).tolist():
             mine = np.flatnonzero(t.sub_volume_index == own)

@@ -24,7 +24,7 @@ from .bead_search import BeadPlan
 from .context import Context
 from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
 from .station_search import BESIDE, Ends, StationNodes, StationSearch, held_rolls_price
-from .travels.straight_travels import Gap, straight_travels
+from .travels.straight_travels import BeadGap, straight_travels
 from .travels.travel import Way
 
 TOGETHER = 1500  # targets that are looked ahead
@@ -43,7 +43,7 @@ class _Expected:
 class _KnownTravel:
     """A travel that is free."""
 
-    gap: Gap
+    gap: BeadGap
     way: Way
 
 
@@ -109,7 +109,7 @@ class BeadsAhead:
             return
         ends = [last, *(plan.stretches[0] for plan in self._together)]
         laid = self._context.laid
-        gaps = [Gap(a, b, int(laid[a.stop - 1])) for a, b in pairwise(ends) if a is not None and b is not None]
+        gaps = [BeadGap(a, b, int(laid[a.stop - 1])) for a, b in pairwise(ends) if a is not None and b is not None]
         self._together = []
         for gap, way in zip(gaps, straight_travels(self._context, gaps), strict=True):
             if way is not None:

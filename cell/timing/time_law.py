@@ -94,9 +94,15 @@ def time_path(
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """A path to be timed: samples (m, j), their lengths from 0, the zone, greatest speeds of its pieces, joints' limits.
+    """A path to be timed.
 
     Attributes:
+        q: samples, (m, j), rad.
+        s: path length at each, (m,), from 0.
+        zone: over which corners are rounded.
+        fastest: greatest speeds of its pieces, (m - 1,).
+        max_speed: of the joints, (j,), rad/s.
+        max_acceleration: of the joints, (j,), rad/s^2.
         corners: path lengths of the corners that count.
     """
 

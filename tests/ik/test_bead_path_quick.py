@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.arms import kr70
 
 from ik.bead_path import OTHERS
-from ik.bead_path_quick import Bounds, cheapest, prices, standings, unwound
+from ik.bead_path_quick import Bounds, cheapest, prices, standings, steadiest, unwound
 from ik.joint_turns import with_turns
 from ik.roll import wrap
 
@@ -102,3 +102,29 @@ def test_whole_turns_come_out_of_the_way():
     lowest = way.copy()
     lowest[:, 5] = CHAIN.lower[5] + (way[:, 5] - CHAIN.lower[5]) % (2 * np.pi)
     assert unwound(CHAIN, lowest, None) is None
+
+
+def test_a_roll_that_is_best_held_is_what_the_search_of_all_finds():
+    told = 0
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        t, g, count = int(rng.integers(1, 12)), 2, 4
+        # smooth in time, as along a bead, with some nodes that are forbidden
+        q = rng.uniform(-0.5, 0.5, (6, 1, g, count)) + np.cumsum(rng.normal(scale=0.01, size=(6, t, g, count)), axis=1)
+        cost = rng.random((1, g, count)) * rng.choice([0.001, 0.05]) + rng.random((t, g, count)) * rng.choice(
+            [0.0, 0.02]
+        )
+        cost[rng.random(cost.shape) < rng.choice([0.0, 0.05])] = np.inf
+        rolls = np.broadcast_to(0.3 * np.arange(count), (t, count))
+        bounds = Bounds(SPEED, np.full(t - 1, 1.0), np.full(t - 1, 0.9), 0.2, np.full(t - 1, 0.3))
+        shifts = np.array([-1, 0, 1])
+        best = cheapest(cost, prices(CHAIN, q, rolls, bounds, shifts, circular=False), shifts)
+        stay = prices(CHAIN, q, rolls, bounds, np.array([0]), circular=False)
+        found = steadiest(cost, stay, 0.2 * 0.3)
+        if found is not None:
+            told += 1
+            assert best is not None
+            assert found[0] == best[0]
+            assert np.array_equal(found[1], best[1])
+            assert (np.diff(found[1]) == 0).all()
+    assert 100 < told < 290

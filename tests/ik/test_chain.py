@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from support.arms import JOINTS, OPW, kr70, kr70_model, random_class_arm, replaced, sampled, seven_joint_arm, welder
 
-from ik.chain import rotation_about, skew
+from ik.chain import MANY, rotation_about, skew
 from ik.dls_kernel import ColumnChain, jacobian, solve_damped
 
 
@@ -108,3 +108,20 @@ def test_rotation_about_an_axis_keeps_it():
     R = rotation_about(axis, np.array([0.3, -2.0]))
     np.testing.assert_allclose(R @ axis, np.stack([axis, axis]), atol=1e-15)
     np.testing.assert_allclose(np.trace(R, axis1=1, axis2=2), 1 + 2 * np.cos([0.3, -2.0]), atol=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_many_configurations_stand_where_each_stands_alone(seed):
+    rng = np.random.default_rng(seed)
+    chain = [kr70(), seven_joint_arm()][seed] if seed < 2 else random_class_arm(rng, bent_wrist=seed >= 4)
+    if seed % 2:  # axes and frames that are askew
+        turn = rotation_about(np.array([0.6, 0.0, 0.8]), rng.uniform(0.2, 3.0, chain.n))
+        origins = chain.origins.copy()
+        origins[:, :3, :3] = origins[:, :3, :3] @ turn
+        chain = replaced(chain, origins=origins, axes=np.einsum("nij,nj->ni", turn, chain.axes))
+    q = sampled(chain, MANY + 7, seed)
+    R, p = chain.frames(q)
+    for k in range(0, len(q), 9):
+        one = chain.frames(q[k : k + 1])
+        np.testing.assert_allclose(R[k], one[0][0], atol=1e-14)
+        np.testing.assert_allclose(p[k], one[1][0], atol=1e-14)

@@ -18,7 +18,7 @@ from support.arms import (
     with_tool,
 )
 
-from ik.closed_form import reach_excess, recognise, solve, wrist_centre
+from ik.closed_form import reach_excess, recognise, solve, solve_branch, wrist_centre
 from ik.roll import wrap
 
 
@@ -214,3 +214,17 @@ def test_arms_outside_the_class_are_refused():
     for joint in (4, 5):
         assert recognise(nudged(kr70(), joint, origin_by=1e-5)) is None, "an offset wrist"
     assert recognise(kr70()) is not None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_branch_alone_is_that_of_all(seed):
+    rng = np.random.default_rng(seed)
+    chain = [kr70(), welder()][seed] if seed < 2 else random_class_arm(rng, bent_wrist=seed == 3)
+    q = sampled(chain, 300, seed)
+    q[:30, 4] = 0.0
+    Ts = chain.forward(q)
+    Ts[:20, :3, 3] *= 3.0  # out of reach
+    whole = solve(form_of(chain), Ts)
+    assert np.isnan(whole).any()
+    for branch in range(8):
+        assert np.array_equal(solve_branch(form_of(chain), Ts, branch), whole[:, branch], equal_nan=True)

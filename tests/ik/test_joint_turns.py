@@ -9,7 +9,7 @@ from support.arms import kr70, offset_wrist_arm, random_class_arm, replaced, sam
 from ik.closed_form import recognise
 from ik.joint_turns import excess, standings, with_turns
 from ik.roll import RollWindow, apply_roll, roll_of, wrap
-from ik.singularity import KINDS, SingularityLimits, margins, smallest_singular_value
+from ik.singularity import KINDS, SingularityLimits, least_singular_value, margins, smallest_singular_value
 
 TURN = 2 * np.pi
 ANGLES = st.floats(-20.0, 20.0)
@@ -204,3 +204,13 @@ def test_the_singular_value_has_no_unit():
     q = sampled(chain, 20, seed=2)
     in_mm = replaced(chain, origins=origins, T_last_tcp=T)
     np.testing.assert_allclose(smallest_singular_value(in_mm, q), smallest_singular_value(chain, q), rtol=1e-9)
+
+
+@pytest.mark.parametrize("step", [1e-3, 0.02, 0.3])
+def test_the_least_singular_value_of_a_way_is_that_of_all_of_it(step):
+    for seed in range(20):
+        chain = kr70() if seed % 2 else welder()
+        start = sampled(chain, 1, seed)
+        q = start + np.cumsum(np.random.default_rng(seed).normal(scale=step, size=(61 + seed, chain.n)), axis=0)
+        assert least_singular_value(chain, q) == smallest_singular_value(chain, q).min()
+        assert least_singular_value(chain, q[:1]) == smallest_singular_value(chain, q[:1]).min()

@@ -109,7 +109,8 @@ class PlaneProofs:
 
         Args:
             checker: of all pairs, of an arm at a table that stands.
-            spacings: travel between samples that are looked at, one after the other, m; what suits the scene if left out.
+            spacings: travel between samples that are looked at, one after the other, m; what suits the scene where left
+                out.
             beyond: how much further than what is wanted is looked out to at most, of what stands still and of the arm
                 itself, m.
             one_plane: shapes that reach no further over a plane than this share it, m.

@@ -1,6 +1,6 @@
 """The ways out of beads along their normals, which a travel begins with and, gone the other way, ends with.
 
-    legs = ways_out(context, [(stretch, -1), (other, 0)], distance)    # out of the end of one, of the beginning of another
+    legs = ways_out(context, [(stretch, -1), (other, 0)], distance)    # out of the one's end, of the other's beginning
     legs[0].q, legs[0].failure
 
 Straight lines of the TCP at the bead's own roll; what is in their way is not looked at. Metres, radians.
@@ -62,9 +62,7 @@ def ways_out(context: Context, ends: Sequence[tuple[Stretch, int]], distance: fl
     found, ok = context.solver.next_to(Ts, np.repeat(start, count, axis=0))
     q = np.concatenate([start[:, None], found.reshape(len(ends), count, -1)], axis=1)
     whole = ok.reshape(len(ends), count).all(axis=1) & (np.abs(np.diff(q, axis=1)).max(axis=(1, 2)) <= JUMP)
-    legs = [
-        Leg(q[k]) if whole[k] else _stopped(context, stretch, at, distance) for k, (stretch, at) in enumerate(ends)
-    ]
+    legs = [Leg(q[k]) if whole[k] else _stopped(context, stretch, at, distance) for k, (stretch, at) in enumerate(ends)]
     axes = context.placed.axes
     return [replace(leg, q=axes(leg.q, np.full(len(leg.q), i))) for leg, i in zip(legs, target.tolist(), strict=True)]
 

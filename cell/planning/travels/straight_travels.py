@@ -1,6 +1,6 @@
 """Straight travels between many beads, looked at together: one look at all of them costs less than one at each.
 
-    ways = straight_travels(context, [Gap(end, start, stage), ..])     # None: it takes ``travel``
+    ways = straight_travels(context, [BeadGap(end, start, stage), ..])     # None: it takes ``travel``
 
 Each is the way that ``travel`` tries first: out along the normal as far as the case asks for, straight across, and in
 again. It counts where all of it is free with room, as there. Metres, radians.
@@ -29,7 +29,7 @@ WIRE_ROOM = 1e-9  # m: a wire that comes nearer to something is left to ``travel
 
 
 @dataclass(frozen=True, eq=False)
-class Gap:
+class BeadGap:
     """Two beads that follow one another.
 
     Attributes:
@@ -60,7 +60,7 @@ class _Route:
     stage: int
 
 
-def straight_travels(context: Context, gaps: Sequence[Gap]) -> list[Way | None]:
+def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[Way | None]:
     """The straight travels between beads.
 
     Args:
@@ -84,7 +84,7 @@ def straight_travels(context: Context, gaps: Sequence[Gap]) -> list[Way | None]:
     return ways
 
 
-def _routes(context: Context, gaps: Sequence[Gap]) -> list[_Route]:
+def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
     """The straight ways of gaps that the arm can follow."""
     ends = [end for gap in gaps for end in ((gap.end, -1), (gap.start, 0))]
     legs = ways_out(context, ends, context.settings.retract)

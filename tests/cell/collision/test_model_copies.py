@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+
 import mujoco
 import numpy as np
 from support.cases import little_case
@@ -9,7 +11,7 @@ from support.cases import little_case
 from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.collision.model_copies import MOST_SPARE, borrowed
-from cell.collision.pair_groups import PairGroup
+from cell.collision.pair_groups import PairGroup, pair_groups
 from cell.collision.table import TableChecker
 from cell.collision.wire import wire_checker
 from cell.job.job import prepare
@@ -101,3 +103,22 @@ def test_two_that_share_a_copy_each_look_as_far_as_they_are_to(tmp_path) -> None
     assert not np.isfinite(alone[-1])
     near.clearances(q, stage)
     assert np.array_equal(far.clearances(q, stage).distance, alone)
+
+
+def test_a_copy_is_nobody_elses_as_long_as_one_of_those_that_share_it_is_there(tmp_path) -> None:
+    scene, table = prepare(load_case(little_case(tmp_path))).scene, (0.3, 1.0)
+    q = np.random.default_rng(5).uniform(scene.chain.lower, scene.chain.upper, (40, scene.chain.n))
+    stage = np.full(len(q), scene.n_deposits)
+    checker = Checker(scene, table, 0.05)
+    wire, (still, _) = wire_checker(checker), pair_groups(checker)
+    assert wire_checker(checker) is wire
+    assert pair_groups(checker)[0] is still
+    found = still.clearances(q, stage)
+    del checker, _
+    gc.collect()
+    others = [Checker(scene, (0.9, 0.2), 0.05) for _ in range(MOST_SPARE + 1)]
+    for other in others:
+        other.clearances(q, stage)
+    again = still.clearances(q, stage)
+    assert np.array_equal(again.distance, found.distance)
+    assert np.array_equal(again.pair, found.pair)

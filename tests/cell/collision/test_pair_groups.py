@@ -111,3 +111,17 @@ def test_what_is_made_for_a_checker_goes_with_it(scenes):
         del checker
         gc.collect()
         assert gone() is None, make.__name__
+
+
+def test_how_far_is_looked_in_each_does_not_change_what_is_found_there(scenes):
+    rng = np.random.default_rng(6)
+    for checker in checkers(scenes, rng):
+        scene = checker.scene
+        q = rng.uniform(scene.chain.lower, scene.chain.upper, (40, scene.chain.n))
+        stage, far = rng.integers(0, scene.n_deposits + 1, len(q)), rng.choice([0.01, 0.05, 0.3], len(q))
+        found = checker.pairs_within(q, stage, far)
+        for i in range(len(q)):
+            alone = checker.pairs_within(q[i : i + 1], stage[i : i + 1], float(far[i]))
+            mine = found.row == i
+            assert sorted(map(tuple, found.geom[mine].tolist())) == sorted(map(tuple, alone.geom.tolist()))
+            np.testing.assert_allclose(np.sort(found.distance[mine]), np.sort(alone.distance), atol=1e-9)

@@ -1,6 +1,7 @@
 """A wire that would run through metal between nozzle and bead is a collision, whatever the arm does."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -140,3 +141,44 @@ def test_what_wires_run_through_is_what_dense_points_on_them_say():
     assert 3 <= through.sum() < n - 3
     assert (through == (found >= 0)).mean() > 0.97  # lines at other angles about the wire
     assert not (through & (found < 0)).any()
+
+
+def test_no_wire_runs_through_anything_between_targets_that_are_left_out():
+    """Directions of all kinds about a body and a block, on the body and off it, at targets and between them."""
+    pieces = {
+        "body": trimesh.creation.cylinder(radius=30, height=80, sections=40),
+        "block": box((30, -8, -8), (50, 8, 8)),
+    }
+    points = tuple(np.asarray(mesh.vertices) for mesh in pieces.values())
+    metal = Metal(tuple(pieces), points, np.full(2, -1), np.full(2, -1))
+    left_out = met = 0
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        n, angle = 60, np.linspace(0.0, 2.0, 60) + rng.uniform(0, 6)
+        out = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+        position = out * rng.uniform(30, 34) + [0, 0, rng.uniform(-30, 30)]
+        normal = (
+            out + rng.choice([0.0, 0.5, 2.0]) * rng.normal(size=3) + rng.choice([0.0, 0.3]) * rng.normal(size=(n, 3))
+        )
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        path = np.arange(n) // 20
+        thick, none = rng.uniform(1.0, 3.0, n), np.zeros(n, dtype=np.int64)
+        targets = SimpleNamespace(
+            path=path, position=position, normal=normal, thickness_mm=thick, sub_volume_index=none
+        )
+        out_of_it = np.flatnonzero(~metal.may_be_met(targets))
+        left_out += len(out_of_it)
+        after = np.minimum(out_of_it + 1, n - 1)
+        for f in (0.0, 0.3, 0.5, 0.8, 1.0):
+            f_here = np.where(path[after] == path[out_of_it], f, 0.0)[:, None]
+            tip = (1 - f_here) * position[out_of_it] + f_here * position[after]
+            way = (1 - f_here) * normal[out_of_it] + f_here * normal[after]
+            way /= np.linalg.norm(way, axis=1)[:, None]
+            free = np.minimum(thick[out_of_it], thick[after]) + 0.5
+            few = np.zeros(len(out_of_it), dtype=np.int64)
+            found, _ = metal.met(Wires(tip, way, free, STICK_OUT, RADIUS, few, few))
+            assert (found < 0).all()
+        every = Wires(position, normal, thick + 0.5, STICK_OUT, RADIUS, none, none)
+        met += int((metal.met(every)[0] >= 0).sum())
+    assert left_out > 300
+    assert met > 100
