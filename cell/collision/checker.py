@@ -120,7 +120,7 @@ class Checker:
         # what collides is switched in it; the scene's own stays as it is
         self._model: mujoco.MjModel
         self._data: mujoco.MjData
-        self._users = _Users() if beside is None else beside._users
+        self._users: _Users = _Users() if beside is None else beside._users
         if beside is not None:
             self._model, self._data = beside._model, beside._data
         else:

@@ -115,13 +115,13 @@ def _halve(context: Context, beads: Sequence[_Bead]) -> None:
 
 def _rows(stretch: Stretch, index: Ints) -> Stretch:
     """Some samples of a bead."""
-    some = {name: getattr(stretch, name)[index] for name in ROWS}
+    some: dict[str, Any] = {name: getattr(stretch, name)[index] for name in ROWS}
     return replace(stretch, clearances=stretch.clearances.rows(index), **some)
 
 
 def _joined(stretches: Sequence[Stretch]) -> Stretch:
     """Samples of several beads one after the other; its targets are those of the first."""
-    some = {name: np.concatenate([getattr(stretch, name) for stretch in stretches]) for name in ROWS}
+    some: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in stretches]) for name in ROWS}
     clearances = Clearances.joined([stretch.clearances for stretch in stretches])
     return replace(stretches[0], clearances=clearances, **some)
 
@@ -224,7 +224,7 @@ def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
     def put(a: Any, b: Any) -> Any:
         return np.insert(a, step + 1, b, axis=0)
 
-    some = {name: put(getattr(stretch, name), getattr(more, name)) for name in ROWS}
+    some: dict[str, Any] = {name: put(getattr(stretch, name), getattr(more, name)) for name in ROWS}
     near, new = stretch.clearances, more.clearances
     clearances = Clearances(
         put(near.distance, new.distance), put(near.pair, new.pair), put(near.position, new.position)
