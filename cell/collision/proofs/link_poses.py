@@ -32,7 +32,7 @@ class LinkPoses:
     Attributes:
         R: of the joints' frames, (m, n, 3, 3).
         p: (m, n, 3), m.
-        centres: of the arm's shapes, (m, g, 3), m.
+        centres: of balls that hold the arm's shapes, (m, b, 3), m.
     """
 
     R: Floats
@@ -55,14 +55,30 @@ class ArmLinks:
         self.T_world_base = scene.T_world_base()
         self.owner, self._shapes = self._arm_shapes(np.flatnonzero(solid))
         self.moving = np.flatnonzero(solid)
-        self.centre = np.stack([self._shapes[g].middle for g in self.moving.tolist()])
-        self.size = np.array([self._shapes[g].size for g in self.moving.tolist()])
-        self.joint = self.owner[self.moving]
-        # of each of the last links the shape that reaches furthest
+        self.centre, self.size, self.joint = self._balls()
+        # of each of the last links the ball that reaches furthest
         order = np.lexsort((-np.linalg.norm(self.centre, axis=1) - self.size, self.joint))
         self._outer = order[np.unique(self.joint[order], return_index=True)[1]][-LAST_LINKS:]
         self._still: dict[int, ConvexShape] = {}
         self._data = checker.posed()
+
+    def _balls(self) -> tuple[Floats, Floats, Ints]:
+        """Balls that hold the arm's shapes, (b, 3), (b,) m, and the joints that carry them: one round each link's.
+
+        Of what the last joint carries, which moves furthest, each shape has its own.
+        """
+        moving = self.moving.tolist()
+        centre = np.stack([self._shapes[g].middle for g in moving])
+        size, joint = np.array([self._shapes[g].size for g in moving]), self.owner[self.moving]
+        own = np.flatnonzero(joint == joint.max())
+        balls = [(centre[k], size[k], joint[k]) for k in own.tolist()]
+        for j in np.unique(joint).tolist()[:-1]:
+            mine = joint == j
+            low, high = (centre[mine] - size[mine, None]).min(axis=0), (centre[mine] + size[mine, None]).max(axis=0)
+            middle = (low + high) / 2
+            balls.append((middle, (np.linalg.norm(centre[mine] - middle, axis=1) + size[mine]).max(), j))
+        at, radius, carried = zip(*sorted(balls, key=lambda ball: ball[2]), strict=True)
+        return np.array(at), np.array(radius), np.array(carried)
 
     def poses(self, q: Floats) -> LinkPoses:
         """Where the links are at configurations (m, n), rad."""
