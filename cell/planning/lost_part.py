@@ -33,7 +33,7 @@ from .free_rolls import free_rolls
 from .station_search import HIT, Ends, StationSearch
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
-LARGE_FLOOR = 1_500  # of all others
+LARGE_FLOOR = 1_000  # of all others
 PER_TARGET = 3  # and for each of its targets
 BRANCHES = 8  # configurations of a target at a roll
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
