@@ -30,8 +30,6 @@ from .context import CLOSE, Closeness, Context
 from .edge_check import Stretch, between
 from .edge_tracking import off_bead
 
-ROWS = ("edge", "fraction", "q", "position", "table", "low", "kept", "margin")  # of a Stretch, one a sample
-
 
 def densified(
     context: Context, stretches: Sequence[Stretch], close: Closeness = CLOSE
@@ -115,15 +113,38 @@ def _halve(context: Context, beads: Sequence[_Bead]) -> None:
 
 def _rows(stretch: Stretch, index: Ints) -> Stretch:
     """Some samples of a bead."""
-    some: dict[str, Any] = {name: getattr(stretch, name)[index] for name in ROWS}
-    return replace(stretch, clearances=stretch.clearances.rows(index), **some)
+    return replace(
+        stretch,
+        edge=stretch.edge[index],
+        fraction=stretch.fraction[index],
+        q=stretch.q[index],
+        position=stretch.position[index],
+        table=stretch.table[index],
+        clearances=stretch.clearances.rows(index),
+        low=stretch.low[index],
+        kept=stretch.kept[index],
+        margin=stretch.margin[index],
+    )
 
 
 def _joined(stretches: Sequence[Stretch]) -> Stretch:
     """Samples of several beads one after the other; its targets are those of the first."""
-    some: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in stretches]) for name in ROWS}
-    clearances = Clearances.joined([stretch.clearances for stretch in stretches])
-    return replace(stretches[0], clearances=clearances, **some)
+
+    def all_of(name: str) -> Any:
+        return np.concatenate([getattr(stretch, name) for stretch in stretches])
+
+    return replace(
+        stretches[0],
+        edge=all_of("edge"),
+        fraction=all_of("fraction"),
+        q=all_of("q"),
+        position=all_of("position"),
+        table=all_of("table"),
+        clearances=Clearances.joined([stretch.clearances for stretch in stretches]),
+        low=all_of("low"),
+        kept=all_of("kept"),
+        margin=all_of("margin"),
+    )
 
 
 def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Floats]:
@@ -224,12 +245,22 @@ def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
     def put(a: Any, b: Any) -> Any:
         return np.insert(a, step + 1, b, axis=0)
 
-    some: dict[str, Any] = {name: put(getattr(stretch, name), getattr(more, name)) for name in ROWS}
-    near, new = stretch.clearances, more.clearances
-    clearances = Clearances(
-        put(near.distance, new.distance), put(near.pair, new.pair), put(near.position, new.position)
+    return replace(
+        stretch,
+        edge=put(stretch.edge, more.edge),
+        fraction=put(stretch.fraction, more.fraction),
+        q=put(stretch.q, more.q),
+        position=put(stretch.position, more.position),
+        table=put(stretch.table, more.table),
+        clearances=Clearances(
+            put(stretch.clearances.distance, more.clearances.distance),
+            put(stretch.clearances.pair, more.clearances.pair),
+            put(stretch.clearances.position, more.clearances.position),
+        ),
+        low=put(stretch.low, more.low),
+        kept=put(stretch.kept, more.kept),
+        margin=put(stretch.margin, more.margin),
     )
-    return replace(stretch, clearances=clearances, **some)
 
 
 def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> tuple[Stretch, dict[int, Failure]]:

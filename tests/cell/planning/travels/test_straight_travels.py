@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.boss_motion import boss_case
@@ -9,7 +11,7 @@ from support.searches import setup_of
 
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_part
-from cell.planning.travels.straight_travels import BeadGap, straight_travels
+from cell.planning.travels.straight_travels import BeadGap, _kept, straight_travels
 from cell.planning.travels.travel import travel
 
 
@@ -20,9 +22,17 @@ def boss(tmp_path_factory):
     return context, [bead.stretches[0] for bead in plan.beads]
 
 
+def second_half(bead: Stretch) -> Stretch:
+    """A bead as if it began in its middle."""
+    k = len(bead.q_targets) // 2
+    return replace(bead, first=bead.first + k, q_targets=bead.q_targets[k:], roll=bead.roll[k:])
+
+
 def gaps_of(context, stretches: list[Stretch]) -> list[BeadGap]:
-    """Every bead to every other."""
-    return [BeadGap(a, b, int(context.laid[a.stop - 1])) for a in stretches for b in stretches if a is not b]
+    """Every bead to every other, and to the middle of every other."""
+    pairs = [(a, b) for a in stretches for b in stretches if a is not b]
+    pairs += [(a, second_half(b)) for a, b in pairs]
+    return [BeadGap(a, b, int(context.laid[a.stop - 1])) for a, b in pairs]
 
 
 def kept(context, q, stage: int, seed: int) -> float:
@@ -49,46 +59,81 @@ def test_they_are_what_each_is_by_itself(boss):
         assert kept(context, way[0], gap.stage, k) >= context.settings.clearance
 
 
-def test_what_stands_in_the_way_leaves_a_travel_to_the_search(boss, tmp_path):
-    """A thin post half-way across: between the samples, or near them."""
+def widest_step(context, gaps: list[BeadGap]) -> tuple[BeadGap, np.ndarray, np.ndarray]:
+    """The travel whose TCP goes furthest from one sample to the next: its gap, samples and the pose half-way there."""
+    found = []
+    for gap, way in zip(gaps, straight_travels(context, gaps), strict=True):
+        if way is not None:
+            place = context.solver.chain.forward(way[0])[:, :3, 3]
+            step = np.linalg.norm(np.diff(place, axis=0), axis=1)
+            k = int(np.argmax(step))
+            found.append((step[k], gap, way[0], (way[0][k] + way[0][k + 1]) / 2))
+    _, gap, q, halfway = max(found, key=lambda one: one[0])
+    T = context.checker.scene.T_world_base() @ context.solver.chain.forward(halfway[None])[0]
+    return gap, q, T
+
+
+def post_at(place: np.ndarray) -> dict[str, object]:
+    """A fixture of a millimetre, which samples of a travel may well pass by."""
+    return {"name": "post", "box": {"size_mm": [1.0, 1.0, 1.0]}, "position_mm": (1e3 * place).tolist()}
+
+
+def test_a_way_with_room_at_its_samples_is_taken_only_if_it_is_free_between_them(boss):
     context, stretches = boss
-    gap, way = next(
-        (gap, way)
-        for gap, way in zip(
-            gaps_of(context, stretches), straight_travels(context, gaps_of(context, stretches)), strict=True
-        )
-        if way is not None
-    )
-    T = context.checker.scene.T_world_base() @ context.solver.chain.forward(way[0][len(way[0]) // 2][None])[0]
-    refused = 0
-    for radius, off in ((1.0, 0.0), (1.0, 9.0), (3.0, 25.0)):
-        place = 1e3 * T[:3, 3] + off * T[:3, 0] + 4.0 * T[:3, 2]
-        post = {"name": "post", "box": {"size_mm": [radius, radius, radius]}, "position_mm": place.tolist()}
-        _, hindered = setup_of(boss_case(tmp_path, roll="free", fixtures=[post]))
-        (found,) = straight_travels(hindered, [gap])
+    chain, least, rng = context.solver.chain, context.settings.clearance, np.random.default_rng(2)
+    ends = np.concatenate([way[0] for way in straight_travels(context, gaps_of(context, stretches)) if way is not None])
+    begin = ends[rng.integers(0, len(ends), 300)]
+    goal = np.clip(begin + rng.normal(scale=0.25, size=begin.shape), chain.lower, chain.upper)
+    ways = [(np.stack(way), 2) for way in zip(begin, goal, strict=True)]
+    t = np.linspace(0, 1, 60)[:, None]
+    taken = missed = 0
+    for (q, stage), found in zip(ways, _kept(context.checker, context, ways, 2 * least, least), strict=True):
+        every = q[0] + t * (q[1] - q[0])
+        true = context.checker.clearances(every, np.full(len(every), stage)).distance
         if found is None:
-            refused += 1
-        else:
-            assert kept(hindered, found[0], gap.stage, 0) >= hindered.settings.clearance
-        if kept(hindered, way[0], gap.stage, 0) < hindered.settings.clearance:
-            assert found is None
-    assert refused >= 1
+            missed += true[[0, -1]].min() >= 2 * least and true.min() < least
+            continue
+        taken += 1
+        assert true[[0, -1]].min() >= 2 * least
+        assert true.min() >= least - 1e-9
+    assert taken > 30
+    assert missed > 3
+
+
+def test_a_travel_with_little_room_is_left_to_the_search(boss, tmp_path):
+    context, stretches = boss
+    gap, q, T = widest_step(context, gaps_of(context, stretches))
+    least = context.settings.clearance
+    for below in np.arange(0.0, 0.03, 0.0005).tolist():
+        _, hindered = setup_of(boss_case(tmp_path, roll="free", fixtures=[post_at(T[:3, 3] + below * T[:3, 2])]))
+        near = min(kept(hindered, q, gap.stage, seed) for seed in range(10))
+        if 1.5 * least < near < 1.8 * least:
+            break
+    else:
+        pytest.fail("no such place")
+    at_samples = hindered.checker.clearances(q, np.full(len(q), gap.stage)).distance.min()
+    assert (straight_travels(hindered, [gap]) == [None]) == (at_samples < 2 * least)
 
 
 def test_the_wire_is_drawn_through_nothing(boss):
+    """Hardly drawn back, it would be drawn through what has just been laid."""
     context, stretches = boss
     assert context.wire is not None
-    drawn = 0
-    for gap, way in zip(
-        gaps_of(context, stretches), straight_travels(context, gaps_of(context, stretches)), strict=True
-    ):
-        if way is None:
-            continue
-        out = np.linalg.norm(
-            context.solver.chain.forward(way[0])[:, :3, 3] - context.placed.position[gap.end.stop - 1], axis=1
-        )
-        across = np.flatnonzero(out >= context.settings.retract - 1e-9)
-        q = way[0][across[0] : across[-1] + 1]
-        assert context.wire.clearances(q, np.full(len(q), gap.stage)).distance.min() > 0
-        drawn += 1
-    assert drawn > 3
+    free = refused = 0
+    for retract in (1e-3, context.settings.retract):
+        low = replace(context, settings=replace(context.settings, retract=retract))
+        gaps = gaps_of(low, stretches)
+        for gap, way in zip(gaps, straight_travels(low, gaps), strict=True):
+            refused += way is None
+            if way is None:
+                continue
+            place = low.solver.chain.forward(way[0])[:, :3, 3]
+            up = np.linalg.norm(place - low.placed.position[gap.end.stop - 1], axis=1) >= retract - 1e-9
+            down = np.linalg.norm(place - low.placed.position[gap.start.first], axis=1) >= retract - 1e-9
+            across = np.flatnonzero(up & down)
+            q = way[0][across[0] : across[-1] + 1]
+            every = np.concatenate([q, (q[1:] + q[:-1]) / 2])
+            assert context.wire.clearances(every, np.full(len(every), gap.stage)).distance.min() > 0
+            free += 1
+    assert free > 3
+    assert refused > 3
