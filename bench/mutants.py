@@ -97,7 +97,7 @@ MUTANTS = (
     Mutant("cell/collision/proofs/convex_shapes.py", "out += self.disc * np.sqrt", "out += 0.5 * self.disc * np.sqrt", (PLANES,)),
     Mutant("cell/collision/proofs/kept_along.py", "closed = left[~np.isin(part, part[bad])]", "closed = left[~np.isin(left, left[bad])]", (PLANES,)),
     Mutant("cell/collision/blended_corners.py", "np.maximum.at(off, p.row, p.off)\n    close", "np.maximum.at(off, p.row, 0.1 * p.off)\n    close", (BOUNDS,)),
-    Mutant("cell/collision/blended_corners.py", "here = away[at].max(axis=1) + ", "here = 0.2 * away[at].max(axis=1) + ", (BOUNDS,)),
+    Mutant("cell/collision/blended_corners.py", "here = away[at].max(axis=1) + ", "here = 0.2 * away[at].max(axis=1) + ", (ROUNDED,)),
     Mutant("cell/planning/densify.py", "kept=more.kept - off)", "kept=more.kept)", ("cell/planning/test_densify.py",)),
     Mutant("cell/timing/time_law.py", "uneven = low < EVEN * high", "uneven = low < 0", (TIMES,)),
     Mutant("cell/collision/proofs/motion_bounds.py", "seen = np.maximum(seen, straight + curvature(radius,", "seen = np.maximum(0.5 * seen, 0.5 * straight + curvature(radius,", (COUPLED,)),
@@ -151,7 +151,7 @@ MUTANTS = (
     Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, way, stage), ", "", (HITS,)),
     Mutant("cell/verification/motion_check.py", "SPEED_SLACK = 1.001", "SPEED_SLACK = 1.2", ("cell/verification/test_motion_check.py", HITS)),
     Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if False:", ("cell/verification/test_motion_check.py", HITS)),
-    Mutant("cell/verification/bead_samples.py", "best - MORE", "best - 1e-6", (OWN,)),
+    Mutant("cell/verification/bead_samples.py", "named_score <= best + 1", "named_score <= best", (OWN,)),
     # timing
     Mutant("cell/planning/assemble.py", "np.maximum(dt[1:], TICK)", "dt[1:]", ("cell/planning/test_assemble.py",)),
     Mutant("cell/timing/time_law.py", "np.concatenate([bend, bend], axis=1)", "np.concatenate([0 * bend, bend], axis=1)", ("cell/timing/test_time_law.py",)),

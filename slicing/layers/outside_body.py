@@ -5,7 +5,8 @@ revolution another shape, sampled to the tolerance. Shapely takes it away:
 
     curves = outside_body(curves, plane, body)
 
-Outer loops come counter-clockwise, holes clockwise. What is left of a loop begins where it began, so that seams stay in place.
+Outer loops come counter-clockwise, holes clockwise. What is left of a loop begins where it began, so that seams stay
+in place.
 """
 
 from __future__ import annotations
