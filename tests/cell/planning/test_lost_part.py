@@ -8,8 +8,10 @@ from itertools import product
 import mujoco
 import numpy as np
 import pytest
+from support.paths import ROOT
 
 from cell.case.read import load_case
+from cell.cli.arguments import CHECK_TEXT
 from cell.collision.checker import Checker
 from cell.collision.proofs.reach_radii import tool_radii
 from cell.job.job import Job, prepare
@@ -209,3 +211,11 @@ def test_rolls_at_which_the_tool_is_held_hide_nothing(job_with, fixture):
     everywhere.__dict__["tool_radius"] = np.full(len(everywhere.tool_radius), np.inf)  # holds nothing
     assert found == free_rolls(everywhere, some, step)
     assert work < everywhere.asked
+
+
+def test_help_and_formats_say_how_much_of_a_lost_part_is_looked_at() -> None:
+    small = f"({lost_part.FLOOR:,} for parts of up to {lost_part.SMALL} targets)"
+    most = f"{lost_part.LARGE_FLOOR:,} configurations {small}"
+    formats = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    assert f"{most} and {lost_part.PER_TARGET} more for each target" in " ".join(CHECK_TEXT.split())
+    assert f"{most} plus {lost_part.PER_TARGET} for each target" in " ".join(formats.split())
