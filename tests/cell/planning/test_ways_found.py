@@ -94,8 +94,8 @@ class Slit:
     def __getattr__(self, name):
         return getattr(self.real, name)
 
-    def clearances(self, q, stage):
-        found = self.real.clearances(q, stage)
+    def clearances(self, q, stage, met=None):
+        found = self.real.clearances(q, stage, met)
         T = self.setup.solver.chain.forward(q)
         p, reference = T[:, :3, 3], self.setup.placed.reference
         roll = roll_of(frames(p, -T[:, :3, 2], reference), T)
