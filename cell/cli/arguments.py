@@ -235,8 +235,8 @@ all along. Every infeasible target has a reason:
   speed         a joint is too slow for the deposition speed
   gravity       the bead is laid too far off upright (if the case sets a limit)
   overhang      the layer overhangs too far (if the case sets a limit)
-The search in a part that cannot be built is limited: 1,500 configurations (20,000 for parts of up to 600 targets)
-and 3 more for each target, spread evenly over the part. Targets that were not looked at for this reason are
+The search in a part that cannot be built is limited: 1,000 configurations (20,000 for parts of up to 600 targets)
+and 1 more for each target, spread evenly over the part. Targets that were not looked at for this reason are
 counted as such. --all looks at every target.
 
 For an infeasible case the smallest change that helps is searched and checked: the roll, E1, E2, the position of
