@@ -198,7 +198,6 @@ MUTANTS = (
     Mutant("cell/mjcf/couplings.py", "            looked_at.check_tendons(number)\n", "            pass\n", ("cell/mjcf/test_couplings.py",)),
     Mutant("cell/planning/lost_part.py", "for i, lost in bare.items() if not free.get(i)}.items()", "for i, lost in bare.items()}.items()", ("cell/planning/test_ways_found.py",)),
     Mutant("cell/planning/lost_part.py", "rest = frozenset(range(first, stop)) - target_failures.keys()", "rest = frozenset[int]()", ("cell/planning/test_lost_part.py",)),
-    Mutant("cell/planning/lockouts.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/verdict/test_check.py",)),
-    Mutant("cell/planning/leaving.py", "good &= (tracked.margin[w] >= ", "good |= (tracked.margin[w] >= ", ("cell/planning/test_ways_found.py",)),
+    Mutant("cell/planning/lockouts.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_lockouts.py",)),
     Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),
 )  # fmt: skip
