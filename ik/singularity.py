@@ -44,7 +44,7 @@ class SingularityLimits:
         """The limits in the order of :data:`KINDS`; those that do not apply are -inf.
 
         Args:
-            geometric: whether the arm has a spherical wrist, whose margins are angles and a length; else sigma alone counts.
+            geometric: whether the arm has a spherical wrist: its margins are angles and a length; else sigma counts.
         """
         none = -np.inf
         return np.array([self.wrist, self.elbow, self.shoulder, none] if geometric else [none, none, none, self.sigma])

@@ -203,7 +203,7 @@ MANY_ARGUMENTS = {
         slicing/curves/revolved._whole slicing/curves/ellipse_arcs.sample_arcs slicing/curves/ellipse_arcs._origins
         slicing/curves/ellipse_arcs._unwrap_slivers slicing/paper/adhesion._integral""",
     "what is moved, how, and against what": """
-        cell/collision/blended_corners.cut_corners cell/planning/blended_check._met cell/planning/part_plan._search
+        cell/collision/blended_corners.cut_corners cell/planning/blended_check._met
         cell/planning/edge_tracking.track_edges cell/planning/lockouts._blame""",
     "what is cut, by which surfaces, and how closely": """
         slicing/curves/parallel_levels.level_curves slicing/strategies/nonuniform._at_height""",
