@@ -131,7 +131,7 @@ MUTANTS = (
     Mutant("cell/collision/rounding_sheets.py", "off <= room[left]", "off <= np.inf", (SHEETS,)),
     Mutant("cell/collision/rounding_sheets.py", "| (np.diff(laid) != 0)", "", (SHEETS,)),
     Mutant("cell/collision/rounding_sheets.py", "            proved &= (s[one.steps + 1] <= u) | (s[one.steps] >= v)\n", "            pass\n", (SHEETS,)),
-    Mutant("cell/collision/proofs/pieces.py", " + curved / 8)", ")", (SHEETS,)),
+    Mutant("cell/collision/proofs/sheet_pieces.py", " + curved / 8)", ")", (SHEETS,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "value[of].min(axis=1) - off)", "value[of].max(axis=1))", (SHEETS,)),
     Mutant("cell/collision/proofs/motion_bounds.py", "return parts * curvature(self.radius, turn)", "return 0.25 * parts * curvature(self.radius, turn)", (ROUNDINGS,)),
     Mutant("cell/collision/pair_groups.py", "self.moving = 2 if itself else 1", "self.moving = 1", (ROUNDINGS,)),

@@ -26,8 +26,8 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..timing.blending import kept_zone, mirrored
 from .proofs.motion_bounds import curvature
-from .proofs.pieces import Pieces
 from .proofs.plane_proofs import PlaneProofs
+from .proofs.sheet_pieces import SheetPieces
 from .rounded_paths import BlendedPath
 from .rounding_proofs import KnownRows
 
@@ -211,7 +211,7 @@ def sheets_kept(proofs: PlaneProofs, radius: Floats, asked: Sequence[RoundedStep
             break
         lost, bends, turn = _divided(curves, lost, most)
         each, corner = _corners(lost)
-        kept = proofs.of_pieces(curves.rounded(*each), Pieces(corner, lost.laid, bends, turn), least, spacings)
+        kept = proofs.of_pieces(curves.rounded(*each), SheetPieces(corner, lost.laid, bends, turn), least, spacings)
         lost = lost.rows(kept < least)
     out = []
     for i, one in enumerate(asked):

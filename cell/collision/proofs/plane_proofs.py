@@ -34,9 +34,9 @@ from ..pair_groups import PairGroup, pair_groups
 from .carried_planes import CarriedPlanes, PairsBelow, StepBends
 from .link_poses import ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
-from .pieces import Pieces
 from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
+from .sheet_pieces import SheetPieces
 
 SPACINGS = (0.08, 0.04, 0.02, 0.01, 0.0)  # m of travel between the samples that are looked at, one after the other
 PIECE_SPACINGS = (0.08, 0.02)  # m: likewise, of pieces
@@ -141,7 +141,9 @@ class PlaneProofs:
             found.seen.nearer(np.arange(len(q)), finer.seen)
         return found
 
-    def of_pieces(self, q: Floats, pieces: Pieces, wanted: float, spacings: Sequence[float] = PIECE_SPACINGS) -> Floats:
+    def of_pieces(
+        self, q: Floats, pieces: SheetPieces, wanted: float, spacings: Sequence[float] = PIECE_SPACINGS
+    ) -> Floats:
         """What is kept on pieces of which only the corners are samples.
 
         Args:

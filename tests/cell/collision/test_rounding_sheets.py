@@ -13,9 +13,9 @@ from cell.collision.blended_corners import cut_corners, cut_corners_of
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.proofs.kept_along import MotionSamples, kept_along
-from cell.collision.proofs.pieces import Pieces
 from cell.collision.proofs.plane_proofs import PlaneProofs
 from cell.collision.proofs.reach_radii import radii
+from cell.collision.proofs.sheet_pieces import SheetPieces
 from cell.collision.rounded_paths import BlendedPath
 from cell.collision.rounding_proofs import Corners, KnownRows
 from cell.collision.rounding_sheets import RoundedSteps, _Curves, _Rectangles, sheets_kept
@@ -137,7 +137,7 @@ def test_no_point_of_the_arm_is_further_off_the_mean_of_the_corners_than_is_said
                 curves = _Curves([wandering(rng, scene.chain.n, size)], radius)
                 one = rectangle(curves, rng)
                 bend, turn = curves.bends(one)
-                pieces = Pieces(np.zeros((1, 4), dtype=np.int64), one.laid, bend.sum(axis=0), turn)
+                pieces = SheetPieces(np.zeros((1, 4), dtype=np.int64), one.laid, bend.sum(axis=0), turn)
                 q = sheet(curves, one, 7)[0] + rng.uniform(scene.chain.lower, scene.chain.upper)
                 link = int(rng.integers(-1, scene.chain.n - 1))
                 x, of = places(proofs._links, q.reshape(49, -1), None if link < 0 else link)
@@ -312,7 +312,7 @@ def test_pieces_of_one_cell_lie_close_together():
     rng = np.random.default_rng(2)
     places_, corner, laid = rng.random((60, 4)), rng.integers(60, size=(50, 4)), np.sort(rng.integers(0, 3, 50))
     none = np.zeros((50, 2))
-    pieces = Pieces(corner, laid, none, np.stack([none, none]))
+    pieces = SheetPieces(corner, laid, none, np.stack([none, none]))
     for spacing in (0.0, 0.3, 10.0):
         cells, of = pieces.cells(places_, spacing, 1.0)
         assert (cells.sample[of] == corner).all()

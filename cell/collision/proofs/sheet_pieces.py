@@ -1,6 +1,6 @@
 """Pieces of motions, or of sheets of motions, each known at its corners and no further off their mean than it bends.
 
-    pieces = Pieces(corner, laid, bend, turn)
+    pieces = SheetPieces(corner, laid, bend, turn)
     pieces.off(radius, link)         # (k,) m: how far anything is off the mean of its places at the corners
 
 Metres, radians.
@@ -20,7 +20,7 @@ from .proof_cells import ProofCells, clusters
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class SheetPieces:
     """Pieces, each of c corners and with d sides.
 
     Attributes:
@@ -46,9 +46,9 @@ class Pieces:
         curved = sum(curvature(r, side[:, after]) for side in self.turn)
         return np.asarray(self.bend[:, after] @ r + curved / 8)
 
-    def rows(self, index: Ints) -> Pieces:
+    def rows(self, index: Ints) -> SheetPieces:
         """Some of the pieces."""
-        return Pieces(self.corner[index], self.laid[index], self.bend[index], self.turn[:, index])
+        return SheetPieces(self.corner[index], self.laid[index], self.bend[index], self.turn[:, index])
 
     def cells(self, places: Floats, spacing: float, far: float) -> tuple[ProofCells, Ints]:
         """Gather pieces that lie close together, as ``proof_cells.cells_of``.
