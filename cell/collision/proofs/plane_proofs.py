@@ -39,7 +39,6 @@ from .reach_radii import radii
 from .sheet_pieces import SheetPieces
 
 SPACINGS = (0.08, 0.04, 0.02, 0.01, 0.0)  # m of travel between the samples that are looked at, one after the other
-PIECE_SPACINGS = (0.08, 0.02)  # m: likewise, of pieces
 BEYOND_STILL, BEYOND_ITSELF = 0.06, 0.1  # m: how much further than what is wanted is looked out to
 LESS = 1e-8  # m, of rounding
 ONE_PLANE = 2e-4  # m: shapes that reach no further over a plane than this share it
