@@ -3,9 +3,11 @@
     step, nearest = cut_corners(checker, radius, Path(q, s, zone), stage, found, least)    # steps that are not free
 
 A controller may round less than it is told to. Most corners are proved free however much they are rounded
-(``rounding_proofs``, ``rounding_sheets``), and only steps that this leaves are looked at: the path that is rounded most, which
-``cell.timing.time_law`` times, and all that round less (``rounding_looks``). A rounded path is made of parabolas
-(``rounded_paths``), of which it is known exactly how far they are off the rows and how far off their own chords.
+(``rounding_proofs``, ``rounding_sheets``), and only steps that this leaves are looked at: the path that is rounded
+most, which ``cell.timing.time_law`` times, and all that round less (``rounding_looks``). A rounded path is made of
+parabolas (``rounded_paths``), of which it is known exactly how far they are off the rows and how far off their own
+chords.
+
 Radians and metres; a path's length may be in either.
 """
 

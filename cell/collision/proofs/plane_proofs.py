@@ -140,9 +140,7 @@ class PlaneProofs:
             found.seen.nearer(np.arange(len(q)), finer.seen)
         return found
 
-    def of_pieces(
-        self, q: Floats, pieces: SheetPieces, wanted: float, spacings: Sequence[float] = PIECE_SPACINGS
-    ) -> Floats:
+    def of_pieces(self, q: Floats, pieces: SheetPieces, wanted: float, spacings: Sequence[float]) -> Floats:
         """What is kept on pieces of which only the corners are samples.
 
         Args:
