@@ -12,6 +12,7 @@ BOUNDS, DETECTION, OWN = (
     "acceptance/test_own_motion.py",
 )
 ROUNDINGS = "cell/collision/test_rounding_proofs.py"
+SHEETS = "cell/collision/test_rounding_sheets.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
 GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
 # of a row that comes to lie too near: the steps beside it are reported all the same
@@ -102,6 +103,16 @@ MUTANTS = (
     Mutant("cell/collision/rounding_looks.py", "far += ((some.v - some.u) ** 2", "far += 0 * ((some.v - some.u) ** 2", (ROUNDINGS,)),
     Mutant("cell/collision/rounding_looks.py", "way += checker.bend_bound(radius, np.abs(one)) + np.abs(one + across) @ radius", "way = 0.5 * way", (ROUNDINGS,)),
     Mutant("cell/collision/rounding_looks.py", "return middle, way + most, way > most", "return middle, way, way > most", (ROUNDINGS,)),
+    Mutant("cell/collision/rounding_sheets.py", "(slopes + changes)", "slopes", (SHEETS,)),
+    Mutant("cell/collision/rounding_sheets.py", "du**2 / 2 * by_length", "du**2 / 4 * by_length", (SHEETS,)),
+    Mutant("cell/collision/rounding_sheets.py", "dz**2 / 2 * by_zone]", "dz**2 / 6 * by_zone]", (SHEETS,)),
+    Mutant("cell/collision/rounding_sheets.py", "        speed_z += dz * by_zone + du * most\n", "", (SHEETS,)),
+    Mutant("cell/collision/rounding_sheets.py", "return out / (4 * zone)", "return out / (8 * zone)", (SHEETS,)),
+    Mutant("cell/collision/rounding_sheets.py", "off <= room[left]", "off <= np.inf", (SHEETS,)),
+    Mutant("cell/collision/rounding_sheets.py", "| (np.diff(laid) != 0)", "", (SHEETS,)),
+    Mutant("cell/collision/rounding_sheets.py", "            proved &= (s[one.steps + 1] <= u) | (s[one.steps] >= v)\n", "            pass\n", (SHEETS,)),
+    Mutant("cell/collision/proofs/sheet_pieces.py", " + curved / 8)", ")", (SHEETS,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", "value[of].min(axis=1) - off)", "value[of].max(axis=1))", (SHEETS,)),
     Mutant("cell/collision/proofs/motion_bounds.py", "return parts * curvature(self.radius, turn)", "return 0.25 * parts * curvature(self.radius, turn)", (ROUNDINGS,)),
     Mutant("cell/collision/pair_groups.py", "self.moving = 2 if itself else 1", "self.moving = 1", (ROUNDINGS,)),
     Mutant("cell/collision/blended_corners.py", "low = known - joint_travel_bound(radius, path.q, q)", "low = known", (BOUNDS,)),
