@@ -207,7 +207,7 @@ MUTANTS = (
     Mutant("cell/programs/program_check.py", "    yield from _stretches(Failure(Kind.PTP_WITH_ARC, place=IN_ROWS), axes)\n", "", (PROGRAMS,)),
     Mutant("cell/mjcf/couplings.py", "elif kind in (EQ.mjEQ_CONNECT, EQ.mjEQ_WELD):", "elif kind == EQ.mjEQ_WELD:", ("cell/mjcf/test_couplings.py",)),
     Mutant("cell/mjcf/couplings.py", "            looked_at.check_tendons(number)\n", "            pass\n", ("cell/mjcf/test_couplings.py",)),
-    Mutant("cell/planning/lost_part.py", "for i, lost in bare.items() if not free.get(i)}.items()", "for i, lost in bare.items()}.items()", ("cell/planning/test_ways_found.py",)),
+    Mutant("cell/planning/lost_part.py", "lost in bare.items() if not free.get(i)}", "lost in bare.items()}", ("cell/planning/test_ways_found.py",)),
     Mutant("cell/planning/lost_part.py", "rest = frozenset(range(first, stop)) - target_failures.keys()", "rest = frozenset[int]()", ("cell/planning/test_lost_part.py",)),
     Mutant("cell/planning/lockouts.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_lockouts.py",)),
     Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),
