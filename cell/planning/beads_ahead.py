@@ -2,6 +2,7 @@
 
     ahead = BeadsAhead(context, firsts, stop)
     bead = ahead.bead(first, q_before)          # None: it is to be planned by itself
+    vain = ahead.in_vain(first, q_before)       # then: the quick search of it that found no way, if there was one
     way = ahead.travel(last, bead)              # None: it is to be searched
 
 Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
@@ -11,6 +12,7 @@ that. So are travels that do not go straight.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -28,7 +30,9 @@ from .travels.straight_travels import BeadGap, straight_travels
 from .travels.travel import Way
 
 TOGETHER = 1500  # targets that are looked ahead
-MISSES = 2  # times that what was searched ahead is of no use, until nothing more is
+MISSES = 2  # beads one after the other that are not found so, until nothing more is searched ahead
+STATIONS_TOGETHER = 400  # targets of beads whose stations are worked out at a time
+WASTED = 2 * TOGETHER  # targets searched ahead without use, until nothing more is
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,8 @@ class BeadsAhead:
         self._expected: dict[int, _Expected] = {}
         self._together: list[BeadPlan] = []  # beads between which travels have not been looked at
         self._travels: dict[int, _KnownTravel] = {}  # by the first target of the bead that they lead to
-        self._misses = 0
+        self._misses, self._wasted = 0, 0
+        self._vain: tuple[int, Floats | None, StationSearch] | None = None
 
     def bead(self, first: int, q_before: Floats | None) -> BeadPlan | None:
         """A bead, if it is found at once.
@@ -75,10 +80,13 @@ class BeadsAhead:
         Returns:
             The whole bead, checked; None where it is to be planned by itself.
         """
-        if not self._expected and self._misses < MISSES:
+        worth_it = self._misses < MISSES and self._wasted < WASTED
+        if not self._expected and worth_it and self.in_vain(first, q_before) is None:
             self._search(first, q_before)
         known = self._expected.pop(first, None)
         if known is not None and _same(known.q_before, q_before):
+            self._misses = 0
+            self._wasted -= known.plan.stop - first
             return known.plan
         self._expected.clear()
         self._misses += 1
@@ -115,21 +123,41 @@ class BeadsAhead:
             if way is not None:
                 self._travels[gap.start.first] = _KnownTravel(gap, way)
 
+    def in_vain(self, first: int, q_before: Floats | None) -> StationSearch | None:
+        """The quick search of a bead that found no way, which need not be done again.
+
+        Args:
+            first: its first target.
+            q_before: where the arm comes from, (j,), rad, or None.
+
+        Returns:
+            The search; None where there was none.
+        """
+        if self._vain is None or self._vain[0] != first or not _same(self._vain[1], q_before):
+            return None
+        return self._vain[2]
+
     def _search(self, first: int, q_before: Floats | None) -> None:
         """Search beads from one on, each from the end of the one before, and check them together."""
         context, ways = self._context, []
-        begun, step = first, context.settings.roll_step
-        beads = self._beads_from(first)
-        nodes = StationNodes.of_each(beads, step) if beads else []
-        beginning = self._suited_beginning(beads, nodes) if q_before is None and len(beads) > 1 else None
-        for bead, known in zip(beads, nodes, strict=True):
-            come_from = beginning if bead.first == begun and beginning is not None else q_before
-            way = StationSearch(bead, step, Ends(come_from), nodes=known).way()
+        begun, step, beads = first, context.settings.roll_step, self._beads_from(first)
+        come_from = q_before
+        searched: Iterable[tuple[SearchedBead, StationNodes]] = self._with_nodes(beads)
+        if q_before is None and len(beads) > 1:
+            nodes = StationNodes.of_each(beads, step)
+            come_from, searched = self._suited_beginning(beads, nodes), zip(beads, nodes, strict=True)
+        for bead, known in searched:
+            self._wasted += len(bead)  # until it is given out
+            search = StationSearch(bead, step, Ends(come_from), nodes=known)
+            way = search.way()
             if way is None:
+                if come_from is q_before:
+                    self._vain = bead.first, q_before, search
                 break
             ways.append((bead.first, q_before, *way[1:]))
             first, q_before = self._stops[bead.first], way[2][-1]
-        if len(ways) < 2:
+            come_from = q_before
+        if not ways:
             return
         checked, last = self._checked(begun, first, [(at, roll, q) for at, _, roll, q in ways])
         for (at, before, _, _), (a, b) in zip(ways, last, strict=True):
@@ -160,6 +188,15 @@ class BeadsAhead:
         assert context.solver.form is not None
         q = closed_form.solve_branch(context.solver.form, apply_roll(nodes[0].Ts[0], best), group)
         return None if np.isnan(q).any() else q
+
+    def _with_nodes(self, beads: list[SearchedBead]) -> Iterator[tuple[SearchedBead, StationNodes]]:
+        """Beads with the nodes of their stations, which are worked out for some of them at a time."""
+        some: list[SearchedBead] = []
+        for bead in beads:
+            some.append(bead)
+            if bead is beads[-1] or sum(map(len, some)) >= STATIONS_TOGETHER:
+                yield from zip(some, StationNodes.of_each(some, self._context.settings.roll_step), strict=True)
+                some = []
 
     def _beads_from(self, first: int) -> list[SearchedBead]:
         """Beads from one on that are searched together."""
