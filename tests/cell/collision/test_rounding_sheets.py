@@ -314,7 +314,7 @@ def test_pieces_of_one_cell_lie_close_together():
     none = np.zeros((50, 2))
     pieces = SheetPieces(corner, laid, none, np.stack([none, none]))
     for spacing in (0.0, 0.3, 10.0):
-        cells, of = pieces.cells(places_, spacing, 1.0)
+        cells, of = pieces.cells(places_, spacing)
         assert (cells.sample[of] == corner).all()
         assert (cells.cell[of] == cells.cell[of][:, :1]).all()
         assert (cells.laid[cells.cell[of[:, 0]]] == laid).all()
