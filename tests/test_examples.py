@@ -28,7 +28,7 @@ def example_of(module: str) -> str:
     lines = (inspect.getdoc(importlib.import_module(module)) or "").splitlines()
     out, before = [], ""
     for line in lines:
-        if line.startswith("    ") and (not before.strip() or out and out[-1] == before[4:]):
+        if line.startswith("    ") and (not before.strip() or (out and out[-1] == before[4:])):
             out.append(line[4:])
         elif not line.strip():
             out.append("")
