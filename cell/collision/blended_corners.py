@@ -3,14 +3,17 @@
     step, nearest = cut_corners(checker, radius, Path(q, s, zone), stage, found, least)    # steps that are not free
 
 A controller may round less than it is told to. Most corners are proved free however much they are rounded
-(``rounding_proofs``), and only steps that this leaves are looked at: the path that is rounded most, which
-``cell.timing.time_law`` times, and all that round less (``rounding_looks``). A rounded path is made of parabolas
-(``rounded_paths``), of which it is known exactly how far they are off the rows and how far off their own chords.
+(``rounding_proofs``, ``rounding_sheets``), and only steps that this leaves are looked at: the path that is rounded
+most, which ``cell.timing.time_law`` times, and all that round less (``rounding_looks``). A rounded path is made of
+parabolas (``rounded_paths``), of which it is known exactly how far they are off the rows and how far off their own
+chords.
+
 Radians and metres; a path's length may be in either.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,9 +26,11 @@ from ..timing.blending import blended, kept_zone, mirrored
 from .clearances import Clearances, Sees
 from .proofs.between_samples import unproven_steps
 from .proofs.motion_bounds import curvature, joint_travel_bound
+from .proofs.plane_proofs import proofs_of
 from .rounded_paths import NOTHING, BlendedPath, Parabolas, Roundings, on_rows, pieces
 from .rounding_looks import looked_at
 from .rounding_proofs import KnownRows, every_rounding_kept
+from .rounding_sheets import RoundedSteps, sheets_kept
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 FINE_CHORD = 1e-6  # m: likewise where that is too much; less than what is proved beyond a clearance that is asked for
@@ -99,12 +104,48 @@ def cut_corners(
     Returns:
         First rows of these steps, (k,), ascending, and the nearest pair on each.
     """
-    if len(path.s) < 3:
-        return np.zeros(0, dtype=np.int64), Clearances.none(0)
     steps = len(path.s) - 1
     every = np.ones(steps, dtype=bool) if which is None else which
-    rows = KnownRows(stage, found, least, every, np.full(steps, -np.inf) if kept is None else kept)
-    left = every & ~every_rounding_kept(checker, radius, path, rows)
+    known = KnownRows(stage, found, least, every, np.full(steps, -np.inf) if kept is None else kept)
+    return cut_corners_of(checker, radius, [(path, known)])[0]
+
+
+def cut_corners_of(
+    checker: Sees, radius: Floats, paths: Sequence[tuple[BlendedPath, KnownRows]]
+) -> list[tuple[Ints, Clearances]]:
+    """As :func:`cut_corners`, of several paths with one clearance to be kept: one proof costs less than many.
+
+    Args:
+        checker: collision detection at the table pose.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
+        paths: each with what is known of its rows.
+
+    Returns:
+        For each path what :func:`cut_corners` gives.
+    """
+    left = [_not_by_rows(checker, radius, path, rows) for path, rows in paths]
+    asked = [
+        RoundedSteps(path, rows, np.flatnonzero(open_ & (rows.kept > rows.least)))
+        for (path, rows), open_ in zip(paths, left, strict=True)
+    ]
+    proofs, some = proofs_of(checker), [i for i, one in enumerate(asked) if len(one.steps)]
+    if proofs is not None and some:
+        for i, kept in zip(some, sheets_kept(proofs, radius, [asked[i] for i in some]), strict=True):
+            left[i][asked[i].steps[kept]] = False
+    return [_cut_where(checker, radius, *one, open_) for one, open_ in zip(paths, left, strict=True)]
+
+
+def _not_by_rows(checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows) -> NDArray[np.bool_]:
+    """Steps of which what is known of the rows does not prove that any rounding is free, (m - 1,)."""
+    if len(path.s) < 3:
+        return np.zeros(len(path.s) - 1, dtype=bool)
+    return rows.which & ~every_rounding_kept(checker, radius, path, rows)
+
+
+def _cut_where(
+    checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows, left: NDArray[np.bool_]
+) -> tuple[Ints, Clearances]:
+    """As :func:`cut_corners`, of steps of which nothing is proved yet."""
     if not left.any():
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
     step, nearest = _cut_on(checker, radius, path, replace(rows, which=left))
@@ -114,7 +155,7 @@ def cut_corners(
     order = np.argsort(both, kind="stable")
     first, nearest = np.asarray(both[order]), Clearances.joined([nearest, less.nearest]).rows(order)
     zone = np.concatenate([np.full(len(step), path.zone), less.zone])[order]
-    _look_closely(checker, path, zone, first, stage, nearest)
+    _look_closely(checker, path, zone, first, rows.stage, nearest)
     return first, nearest
 
 

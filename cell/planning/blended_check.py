@@ -17,10 +17,11 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..collision.blended_corners import cut_corners
+from ..collision.blended_corners import cut_corners, cut_corners_of
 from ..collision.checker import Checker
 from ..collision.clearances import Clearances
 from ..collision.rounded_paths import BlendedPath
+from ..collision.rounding_proofs import KnownRows
 from ..failure import ON_TRAVEL, Failure, Place, Seen, Where
 from ..motion.motion import STANDING
 from ..timing.blending import TRAVEL_ZONE
@@ -58,20 +59,22 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
         Why, by the target on the way to which it is.
     """
     failures: dict[int, Failure] = {}
-    for bead in stretches:
-        if len(bead.q) < 3:
-            continue
-        stage = context.deposits_before[bead.edge]
-        path, least = bead_path(bead, blend), context.settings.kept
-        known = Clearances(bead.low, bead.clearances.pair, bead.clearances.position)
-        kept = bead.kept[:-1]
-        step, nearest = cut_corners(context.checker, context.radius, path, stage, known, least, kept=kept)
+    beads = [bead for bead in stretches if len(bead.q) > 2]
+    found = cut_corners_of(context.checker, context.radius, [_known(context, blend, bead) for bead in beads])
+    for bead, (step, nearest) in zip(beads, found, strict=True):
         for n in np.argsort(nearest.distance, kind="stable").tolist():
             at = int(bead.edge[step[n]])
             if at + 1 not in failures:
                 place = Place(Where.BEAD, from_target=at)
                 failures[at + 1] = context.describe(nearest, n, place, Seen.ROUNDED)
     return failures
+
+
+def _known(context: Context, blend: float, bead: Stretch) -> tuple[BlendedPath, KnownRows]:
+    """A bead's rows, and what is known of them."""
+    found = Clearances(bead.low, bead.clearances.pair, bead.clearances.position)
+    stage, every = context.deposits_before[bead.edge], np.ones(len(bead.q) - 1, dtype=bool)
+    return bead_path(bead, blend), KnownRows(stage, found, context.settings.kept, every, bead.kept[:-1])
 
 
 def travel_corners(

@@ -18,6 +18,7 @@ nearer than ``far`` of what it does not report, as everywhere. Metres, radians.
 from __future__ import annotations
 
 import weakref
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +36,7 @@ from .link_poses import ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
 from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
+from .sheet_pieces import SheetPieces
 
 SPACINGS = (0.08, 0.04, 0.02, 0.01, 0.0)  # m of travel between the samples that are looked at, one after the other
 BEYOND_STILL, BEYOND_ITSELF = 0.06, 0.1  # m: how much further than what is wanted is looked out to
@@ -137,6 +139,35 @@ class PlaneProofs:
             found.kept[again] = np.maximum(found.kept[again], finer.kept)
             found.seen.nearer(np.arange(len(q)), finer.seen)
         return found
+
+    def of_pieces(self, q: Floats, pieces: SheetPieces, wanted: float, spacings: Sequence[float]) -> Floats:
+        """What is kept on pieces of which only the corners are samples.
+
+        Args:
+            q: samples, (m, n), rad.
+            pieces: of k.
+            wanted: clearance that is wanted, m: where it is proved no more is asked for.
+            spacings: travel between samples that are looked at, one after the other, m.
+
+        Returns:
+            No pair is nearer than this on each, (k,), m.
+        """
+        poses, bend = self._links.poses(q), pieces.off(self._radius)
+        places, kept = self._links.places(poses), np.full(len(pieces.laid), np.inf)
+        for group, share, beyond in self._groups:
+            mine = np.full(len(kept), -np.inf)
+            for spacing in spacings:
+                open_ = np.flatnonzero((mine < wanted) & (kept >= wanted))
+                if not len(open_):
+                    break
+                some = pieces.rows(open_)
+                cells, of = some.cells(places, spacing, wanted + beyond)
+                near = group.pairs_within(q[cells.at], cells.laid, cells.far)
+                value, _, frames = self._values(poses, cells, near, (share, wanted), None)
+                off = np.maximum.reduce([share * bend[open_], *(some.off(self._radius, i) for i in frames)])
+                mine[open_] = np.maximum(mine[open_], value[of].min(axis=1) - off)
+            kept = np.minimum(kept, mine)
+        return kept
 
     def _bend(self, poses: LinkPoses, halfway: LinkPoses, step: Ints, turn: Floats) -> Floats:
         """How far any point of the arm is off the straight line between its places at the ends of steps, (k,), m.

@@ -60,7 +60,7 @@ def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float)
         The cells, and where among their samples the first end of each step stands, (k,).
     """
     middle = (places[step] + places[step + 1]) / 2
-    order, begins, nearest = _clusters(middle, laid, spacing)
+    order, begins, nearest = clusters(middle, laid, spacing)
     count = np.diff(np.append(begins, len(order)))
     cell = np.repeat(np.arange(len(begins)), count)
     sorted_step = step[order]
@@ -76,7 +76,7 @@ def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float, far: float)
     return ProofCells(step[nearest], laid[nearest], of_cell, sample, far), of
 
 
-def _clusters(place: Floats, laid: Ints, spacing: float) -> tuple[Ints, Ints, Ints]:
+def clusters(place: Floats, laid: Ints, spacing: float) -> tuple[Ints, Ints, Ints]:
     """Places (k, f) in cells that are no wider than a spacing.
 
     Returns:

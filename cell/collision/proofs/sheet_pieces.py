@@ -1,0 +1,65 @@
+"""Pieces of motions, or of sheets of motions, each known at its corners and no further off their mean than it bends.
+
+    pieces = SheetPieces(corner, laid, bend, turn)
+    pieces.off(radius, link)         # (k,) m: how far anything is off the mean of its places at the corners
+
+Metres, radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ...arrays import Ints
+from .motion_bounds import curvature
+from .proof_cells import ProofCells, clusters
+
+
+@dataclass(frozen=True, eq=False)
+class SheetPieces:
+    """Pieces, each of c corners and with d sides.
+
+    Attributes:
+        corner: samples at its corners, (k, c).
+        laid: deposits laid on each, (k,).
+        bend: how far each joint is off the mean of the corners at most, (k, n), rad.
+        turn: how far each joint turns along each side at most, (d, k, n), rad.
+    """
+
+    corner: Ints
+    laid: Ints
+    bend: Floats
+    turn: Floats
+
+    def off(self, radius: Floats, link: int = -1) -> Floats:
+        """How far any point of the arm is off the mean of its places at the corners, seen from a link, (k,), m.
+
+        Args:
+            radius: from ``reach_radii.radii``, (n,), m.
+            link: from which only the joints after it turn; -1: from the base.
+        """
+        r, after = radius[link + 1 :], slice(link + 1, None)
+        curved = sum(curvature(r, side[:, after]) for side in self.turn)
+        return np.asarray(self.bend[:, after] @ r + curved / 8)
+
+    def rows(self, index: Ints) -> SheetPieces:
+        """Some of the pieces."""
+        return SheetPieces(self.corner[index], self.laid[index], self.bend[index], self.turn[:, index])
+
+    def cells(self, places: Floats, spacing: float, far: float) -> tuple[ProofCells, Ints]:
+        """Gather pieces that lie close together, as ``proof_cells.cells_of``.
+
+        Returns:
+            The cells, and where among their samples the corners of each piece stand, (k, c).
+        """
+        order, begins, nearest = clusters(places[self.corner].mean(axis=1), self.laid, spacing)
+        cell = np.empty(len(order), dtype=np.int64)
+        cell[order] = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(order))))
+        key, of = np.unique(cell[:, None] * len(places) + self.corner, return_inverse=True)
+        of_cell, sample = np.divmod(key, len(places))
+        cells = ProofCells(self.corner[nearest, 0], self.laid[nearest], of_cell, sample, far)
+        return cells, of.reshape(self.corner.shape)

@@ -1,0 +1,275 @@
+"""All roundings of many corners proved free together, by planes: what turns far on the spot but comes near nothing.
+
+    sheets_kept(proofs, radius, [(path, known, steps), ..])     # for each path: which of the steps are proved
+
+What a step may become when it is rounded, over any zone up to the path's, is a sheet of configurations, over the path's
+length u and the zone z: q(u, z) = (A(u + z) - A(u - z)) / 2z, A the integral of the rows. A rectangle of the sheet is
+off the mean of its corners by an eighth of the squares of its sides times the second derivatives. These follow from
+the corners D_i of the rows, at u_i: of u it is the difference of the rows' slopes at both ends of the window that is
+averaged over, by 2z; of z the sum over that window of D_i (u_i - u)^2 / 2z^3. Rectangles are divided until that is
+little, without a look at anything, and of all paths together; then planes prove them from few looks
+(``proofs.plane_proofs``). Zones up to the smallest of them are proved by how far they are off the rows.
+
+Radians and metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..timing.blending import kept_zone, mirrored
+from .proofs.motion_bounds import curvature
+from .proofs.plane_proofs import PlaneProofs
+from .proofs.sheet_pieces import SheetPieces
+from .rounded_paths import BlendedPath
+from .rounding_proofs import KnownRows
+
+# m: most that a rectangle is off the mean of its corners; and travel between what is looked at, one after the other
+ROUNDS = ((4e-3, (0.08, 0.02, 0.01)), (1e-3, (0.02, 0.01, 0.005)))
+DIVIDED, MOST = 14, 30_000  # times that a rectangle is halved at most, and how many there may be of them
+SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)  # of a zone: the greatest of these at which the rows are enough
+
+
+class _Curves:
+    """The rows of several paths one after the other, and what roundings of them are made of."""
+
+    def __init__(self, paths: Sequence[BlendedPath], radius: Floats) -> None:
+        self.radius = radius
+        far = [mirrored(path.q, path.s - path.s[0]) for path in paths]
+        self._first = np.concatenate([[0], np.cumsum([len(t) for t, _ in far])])
+        self.zone = np.array([kept_zone(path.zone, path.s[-1] - path.s[0]) for path in paths])
+        # paths are laid end to end, so far apart that no window reaches from one into the next
+        ends, apart = np.array([(t[0], t[-1]) for t, _ in far]), float(self.zone.max())
+        self.ends = (ends[:, 1] - ends[:, 0]) / 3
+        self.shift = np.cumsum(ends[:, 1] - ends[:, 0] + apart) - ends[:, 1]
+        self._t = np.concatenate([t + by for (t, _), by in zip(far, self.shift, strict=True)])
+        self._q = np.concatenate([q for _, q in far])
+        self._local = np.concatenate([t for t, _ in far])
+        step = np.diff(self._local)[:, None]
+        between = np.ones(len(step), dtype=bool)
+        between[self._first[1:-1] - 1] = False  # from the end of one path to the beginning of the next
+        length = np.where(between[:, None], step, 1.0)
+        self._slope = np.where(between[:, None], np.diff(self._q, axis=0) / length, 0.0)
+        area = np.where(between[:, None], (self._q[:-1] + self._q[1:]) / 2 * length, 0.0)
+        self._area = np.concatenate([np.zeros((1, area.shape[1])), np.cumsum(area, axis=0)])
+        bend = np.abs(np.diff(self._slope, axis=0))
+        bend[~(between[:-1] & between[1:])] = 0.0
+        self._corner, at = self._t[1:-1], self._local[1:-1, None]
+        self._sums = tuple(_summed(bend * at**power) for power in range(3))
+        self._weights = tuple(total @ radius for total in self._sums)
+
+    def at(self, u: Floats) -> tuple[Floats, Floats, Floats]:
+        """Integral, place and slope of the rows at lengths, (k, j) each."""
+        k = np.clip(np.searchsorted(self._t, u, side="right") - 1, 0, len(self._slope) - 1)
+        h = (u - self._t[k])[:, None]
+        q, slope = self._q[k], self._slope[k]
+        return self._area[k] + q * h + slope * h**2 / 2, q + slope * h, slope
+
+    def rounded(self, u: Floats, zone: Floats) -> Floats:
+        """Configurations of the sheet, (k, j), rad."""
+        out: Floats = (self.at(u + zone)[0] - self.at(u - zone)[0]) / (2 * zone)[:, None]
+        return out
+
+    def _between(self, low: Floats, high: Floats) -> tuple[Ints, Ints]:
+        """The corners between lengths, both ends among them."""
+        return np.searchsorted(self._corner, low), np.searchsorted(self._corner, high, side="right")
+
+    def off(self, path: Ints, u: Floats, zone: Floats) -> Floats:
+        """How far anything is off where the rows have it, however much they are rounded up to a zone, (k,), m."""
+        out = np.zeros(len(u))
+        (zero, one, two), local = self._weights, u - self.shift[path]
+        first, middle = self._between(u - zone, u)
+        last = self._between(u, u + zone)[1]
+        for a, b, sign in ((first, middle, 1.0), (middle, last, -1.0)):
+            # (z - |u_i - u|)^2 = (e + u_i)^2, before u with e = z - u, after it (e - u_i)^2 with e = z + u
+            e = zone - sign * local
+            out += e**2 * (zero[b] - zero[a]) + sign * 2 * e * (one[b] - one[a]) + two[b] - two[a]
+        return out / (4 * zone)
+
+    def bends(self, some: _Rectangles) -> tuple[Floats, Floats]:
+        """What rectangles are off the mean of their corners by.
+
+        Returns:
+            Of each joint by its second derivatives along both sides, (2, k, j), rad; and how far each joint turns
+            along both sides at most, (2, k, j), rad.
+        """
+        u, v, z, w = some.u, some.v, some.narrow, some.wide
+        du, dz = ((v - u) / 2)[:, None], ((w - z) / 2)[:, None]
+        zero, one, two = self._sums
+        first, stop = self._between(u - w, v + w)
+        most = (zero[stop] - zero[first]) / (2 * z)[:, None]
+        # of z: convex in u, so greatest at one of the ends
+        moments = []
+        for at in (u, v):
+            x = (at - self.shift[some.path])[:, None]
+            moments.append(
+                two[stop] - two[first] - 2 * x * (one[stop] - one[first]) + x**2 * (zero[stop] - zero[first])
+            )
+        by_zone = np.minimum(np.maximum(*moments) / (2 * z**3)[:, None], most)
+        # of u: by the slopes at both ends of the window, and what they change by as it moves
+        changes = np.zeros_like(most)
+        for low, high in ((u - w, v - z), (u + z, v + w)):
+            a, b = self._between(low, high)
+            changes += zero[b] - zero[a]
+        slopes = np.abs(self.at(v + w)[2] - self.at(u - w)[2])
+        by_length = np.minimum((slopes + changes) / (2 * z)[:, None], most)
+        speed_u, speed_z = np.zeros_like(most), np.zeros_like(most)
+        for at in (u, v):
+            for zone in (z, w):
+                ends, size = [self.at(at + sign * zone) for sign in (-1.0, 1.0)], zone[:, None]
+                mean = (ends[1][0] - ends[0][0]) / (2 * size)
+                np.maximum(speed_u, np.abs(ends[1][1] - ends[0][1]) / (2 * size), out=speed_u)
+                np.maximum(speed_z, np.abs((ends[1][1] + ends[0][1]) / 2 - mean) / size, out=speed_z)
+        # every place is no further from some corner than half of each side
+        speed_u += du * by_length + dz * most
+        speed_z += dz * by_zone + du * most
+        return np.stack([du**2 / 2 * by_length, dz**2 / 2 * by_zone]), np.stack([2 * du * speed_u, 2 * dz * speed_z])
+
+
+def _summed(x: Floats) -> Floats:
+    return np.concatenate([np.zeros((1, x.shape[1])), np.cumsum(x, axis=0)])
+
+
+@dataclass(frozen=True, eq=False)
+class _Rectangles:
+    """Rectangles of sheets.
+
+    Attributes:
+        path: whose, (k,).
+        laid: deposits laid there, (k,).
+        u: length where each begins, (k,), along the paths laid end to end.
+        v: where it ends.
+        narrow: its smallest zone.
+        wide: its largest zone.
+    """
+
+    path: Ints
+    laid: Ints
+    u: Floats
+    v: Floats
+    narrow: Floats
+    wide: Floats
+
+    def rows(self, index: NDArray[np.bool_]) -> _Rectangles:
+        """Some of them."""
+        return _Rectangles(*(getattr(self, one.name)[index] for one in fields(self)))
+
+    def halves(self, along: NDArray[np.bool_]) -> _Rectangles:
+        """Both halves of each, of those ``along`` by length, of the others by zone."""
+        m, zone = (
+            np.where(along, (self.u + self.v) / 2, self.v),
+            np.where(along, self.wide, (self.narrow + self.wide) / 2),
+        )
+        u, narrow = np.where(along, m, self.u), np.where(along, self.narrow, zone)
+        first = _Rectangles(self.path, self.laid, self.u, m, self.narrow, zone)
+        return joined([first, _Rectangles(self.path, self.laid, u, self.v, narrow, self.wide)])
+
+
+def joined(some: Sequence[_Rectangles]) -> _Rectangles:
+    """Rectangles of several, one after the other."""
+    return _Rectangles(*(np.concatenate([getattr(x, one.name) for x in some]) for one in fields(_Rectangles)))
+
+
+@dataclass(frozen=True, eq=False)
+class RoundedSteps:
+    """Steps of a path that is rounded.
+
+    Attributes:
+        path: the rows.
+        known: what is known of them.
+        steps: those in question, ascending, (k,).
+    """
+
+    path: BlendedPath
+    known: KnownRows
+    steps: Ints
+
+
+def sheets_kept(proofs: PlaneProofs, radius: Floats, asked: Sequence[RoundedSteps]) -> list[NDArray[np.bool_]]:
+    """On which steps the clearance is proved to be kept, however much the corners are rounded.
+
+    Args:
+        proofs: of the checker that the steps are held against.
+        radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
+        asked: steps of paths, which all have one clearance to keep.
+
+    Returns:
+        For each path whether that is proved of each of its steps in question, (k,).
+    """
+    curves = _Curves([one.path for one in asked], radius)
+    lost, by_rows = _whole(curves, asked)
+    least = asked[0].known.least
+    for most, spacings in ROUNDS:
+        if not len(lost.path):
+            break
+        lost, bends, turn = _divided(curves, lost, most)
+        each, corner = _corners(lost)
+        kept = proofs.of_pieces(curves.rounded(*each), SheetPieces(corner, lost.laid, bends, turn), least, spacings)
+        lost = lost.rows(kept < least)
+    out = []
+    for i, one in enumerate(asked):
+        mine = lost.path == i
+        s = one.path.s - one.path.s[0] + curves.shift[i]
+        proved = by_rows[i].copy()
+        for u, v in zip(lost.u[mine].tolist(), lost.v[mine].tolist(), strict=True):
+            proved &= (s[one.steps + 1] <= u) | (s[one.steps] >= v)
+        out.append(proved)
+    return out
+
+
+def _whole(curves: _Curves, asked: Sequence[RoundedSteps]) -> tuple[_Rectangles, list[NDArray[np.bool_]]]:
+    """The sheets of all steps, each run of steps one rectangle, from zones on up to which the rows are enough.
+
+    Returns:
+        The rectangles, and of each path which steps are among them.
+    """
+    found, there = [], []
+    for i, one in enumerate(asked):
+        k, zone = one.steps, curves.zone[i]
+        s = one.path.s - one.path.s[0] + curves.shift[i]
+        room, share = one.known.kept[k] - one.known.least, np.zeros(len(k))
+        for some in SHARES:
+            left = np.flatnonzero(share == 0)
+            over = np.full(len(left), some * zone)
+            of = np.full(len(left), i)
+            off = np.maximum(curves.off(of, s[k[left]], over), curves.off(of, s[k[left] + 1], over))
+            share[left[off <= room[left]]] = some
+        there.append(share > 0)
+        laid = np.maximum(one.known.stage[k], one.known.stage[k + 1])
+        apart = (np.diff(k) != 1) | (np.diff(share) != 0) | (np.diff(laid) != 0)
+        for run in np.split(np.arange(len(k)), np.flatnonzero(apart) + 1):
+            if len(run) and share[run[0]] > 0:
+                found.append((i, laid[run[0]], s[k[run[0]]], s[k[run[-1]] + 1], share[run[0]] * zone, zone))
+    columns = np.array(found).reshape(-1, 6).T
+    return _Rectangles(columns[0].astype(np.int64), columns[1].astype(np.int64), *columns[2:]), there
+
+
+def _divided(curves: _Curves, some: _Rectangles, most: float) -> tuple[_Rectangles, Floats, Floats]:
+    """Rectangles divided until they are little off their corners; and what they are off, (k, j) and (2, k, j)."""
+    done: list[tuple[_Rectangles, Floats, Floats]] = []
+    radius = curves.radius
+    for n in range(DIVIDED + 1):
+        if not len(some.path):
+            break
+        bend, turn = curves.bends(some)
+        by_side = bend @ radius + np.stack([curvature(radius, side) for side in turn]) / 8
+        enough = (by_side.sum(axis=0) <= most) | (n == DIVIDED or 2 * len(some.path) > MOST)
+        done.append((some.rows(enough), bend.sum(axis=0)[enough], turn[:, enough]))
+        some = some.rows(~enough).halves((by_side[0] > by_side[1])[~enough])
+    rectangles, bends, turns = zip(*done, strict=True)
+    return joined(rectangles), np.concatenate(bends), np.concatenate(turns, axis=1)
+
+
+def _corners(some: _Rectangles) -> tuple[Floats, Ints]:
+    """Lengths and zones of all corners, (2, m), and which of them are those of each rectangle, (k, 4)."""
+    at = np.concatenate([some.u, some.v, some.u, some.v])
+    zone = np.concatenate([some.narrow, some.narrow, some.wide, some.wide])
+    each, of = np.unique(np.stack([at, zone]), axis=1, return_inverse=True)
+    return each, of.reshape(4, -1).T
