@@ -16,13 +16,14 @@ import numpy as np
 
 from ik.chain import Floats
 
-from .bead_search import BeadPlan
+from .bead_search import BeadPlan, BeadSearch
+from .configurations import evaluate
 from .context import Context
 from .edge_check import CheckedEdges, SearchedBead, check_edges
 from .station_search import Ends, StationSearch
 
 TOGETHER = 1500  # targets that are looked ahead
-MISSES = 2  # times that what was searched ahead is of no use, until nothing more is
+MISSES = 2  # beads in a row for which what was searched ahead is of no use, until nothing more is
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,7 @@ class BeadsAhead:
         self._stops = dict(zip(firsts, [*firsts[1:], stop], strict=True))
         self._expected: dict[int, _Expected] = {}
         self._misses = 0
+        self._together = TOGETHER
 
     def bead(self, first: int, q_before: Floats | None) -> BeadPlan | None:
         """A bead, if it is found at once.
@@ -63,7 +65,12 @@ class BeadsAhead:
             self._search(first, q_before)
         known = self._expected.pop(first, None)
         if known is not None and _same(known.q_before, q_before):
+            self._misses = 0
+            if not self._expected:
+                self._together = min(2 * self._together, TOGETHER)
             return known.plan
+        if self._expected:  # checked in vain
+            self._together //= 2
         self._expected.clear()
         self._misses += 1
         return None
@@ -72,15 +79,12 @@ class BeadsAhead:
         """Search beads from one on, each from the end of the one before, and check them together."""
         context, ways = self._context, []
         begun = first
-        while first in self._stops and self._stops[first] - begun <= TOGETHER:
-            bead = SearchedBead.of(context, first, self._stops[first])
-            if not StationSearch.suits(bead):
-                break
-            way = StationSearch(bead, context.settings.roll_step, Ends(q_before)).way()
+        while first in self._stops and self._stops[first] - begun <= self._together:
+            way = self._way(SearchedBead.of(context, first, self._stops[first]), q_before)
             if way is None:
                 break
-            ways.append((first, q_before, *way[1:]))
-            first, q_before = self._stops[first], way[2][-1]
+            ways.append((first, q_before, *way))
+            first, q_before = self._stops[first], way[1][-1]
         if len(ways) < 2:
             return
         checked, last = self._checked(begun, first, [(at, roll, q) for at, _, roll, q in ways])
@@ -88,6 +92,20 @@ class BeadsAhead:
             if all(cause is None for cause in checked.causes[a : b + 1]):
                 plan = BeadPlan(at, self._stops[at], (checked.run(a, b),), {}, {})
                 self._expected[at] = _Expected(before, plan)
+
+    def _way(self, bead: SearchedBead, q_before: Floats | None) -> tuple[Floats, Floats] | None:
+        """Rolls and configurations of a bead's targets, (t,) and (t, j), on the way that its own search begins with."""
+        context, step = self._context, self._context.settings.roll_step
+        if not StationSearch.suits(bead):
+            return None
+        found = StationSearch(bead, step, Ends(q_before)).way()
+        if found is not None:
+            return found[1:]
+        if not context.window.is_fixed:
+            return None
+        # of one roll alone the nodes are few
+        nodes = evaluate(context.solver, bead.placed, context.window, step, context.limits)
+        return BeadSearch(bead, nodes).way(q_before)
 
     def _checked(
         self, begun: int, stop: int, ways: list[tuple[int, Floats, Floats]]
