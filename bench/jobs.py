@@ -26,7 +26,7 @@ if __name__ == "__main__":  # a worker runs this file as well, and needs none of
     from cell import Job
     from cell.part_chunks.chunking import USUAL, Chunking
     from cell.planning.context import Context, Span
-    from cell.processes import processor_time, working
+    from cell.processes.crew import processor_time, working
     from cell.scene.compose import compose
     from cell.scene.scene import table_angles
     from cell.verdict.check import SpanVerdict, check_span, off_upright

@@ -4,12 +4,10 @@
     python bench/mutants.py --only cell/collision/proofs/between_samples.py   # those of one module
     python bench/mutants.py --list
 
-A mutant is a module, the exact text that is replaced, and what takes its place. A text that stands nowhere, or
-twice, is said: the list has to follow the code. One that changes no verdict says why beside it
+A mutant (``weakenings.py``) is a module, the exact text that is replaced, and what takes its place. A text that stands
+nowhere, or twice, is said: the list has to follow the code. One that changes no verdict says why beside it
 (`equivalent`). Exit code 1 if another survives, or one does not apply.
 """
-
-# ruff: noqa: E501  (texts as they stand in the code)
 
 from __future__ import annotations
 
@@ -22,162 +20,14 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from weakenings import MUTANTS, Mutant
 
 ROOT = Path(__file__).resolve().parents[1]
 COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyproject.toml", "README.md")
 LONGEST = 1800  # s a mutant
-BOUNDS, DETECTION, OWN = (
-    "cell/collision/proofs/test_bounds.py",
-    "cell/mjcf/test_detection.py",
-    "acceptance/test_own_motion.py",
-)
-ROUNDINGS = "cell/collision/test_rounding_proofs.py"
-SHEETS = "cell/collision/test_rounding_sheets.py"
-ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
-GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
-# of a row that comes to lie too near: the steps beside it are reported all the same
-AT_ITS_END = (
-    "clearances at a step's ends differ by the way between them at most: where one is below the limit they cannot add up"
-    " to more than the way beyond it, so that the step stays unproved and is reported; only its pair is told more exactly"
-)
-NEAR = "acceptance/test_near_misses.py"
-HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/proofs/test_coupled_bounds.py"
-
-
-@dataclass(frozen=True)
-class Mutant:
-    """A weakening.
-
-    Attributes:
-        module: path of the file.
-        text: what is replaced; stands there once.
-        by: what takes its place.
-        tests: files of tests that must notice, one of them at least.
-        equivalent: why no verdict changes, where it is argued that none does: such a one may survive.
-    """
-
-    module: str
-    text: str
-    by: str
-    tests: tuple[str, ...]
-    equivalent: str = ""
-
-
-MUTANTS = (
-    # bounds
-    Mutant("cell/collision/proofs/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),
-    Mutant("cell/collision/proofs/between_samples.py", "room <= joint_travel_bound(radius, a, b)", "room <= 0.2 * joint_travel_bound(radius, a, b)", (BOUNDS,)),
-    Mutant("cell/collision/proofs/between_samples.py", "room[k] <= checker.travel_bound(radius, a[k], b[k])", "room[k] <= 0.5 * checker.travel_bound(radius, a[k], b[k])", (BOUNDS,)),
-    Mutant("cell/collision/proofs/between_samples.py", "return left, np.concatenate(hits)", "return left[:0], np.concatenate(hits)", (BOUNDS,)),
-    Mutant("cell/collision/proofs/between_samples.py", "motion[steps.step[hit]])", "motion[steps.step[:1]])", (BOUNDS,)),
-    Mutant("cell/collision/proofs/open_steps.py", "return self.da + self.db - 2 * limit", "return self.da + self.db - limit", (BOUNDS,)),
-    Mutant("cell/collision/proofs/between_samples.py", "if seen.distance[k] < nearest.best.distance[0]:", "if False:", (BOUNDS,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", " + chord[:, j, None] * self._size[mine]", "", (BOUNDS,)),
-    Mutant("cell/collision/pair_groups.py", "model.geom_conaffinity[arm] = 0", "model.geom_conaffinity[~arm] = 0", (GROUPS,)),
-    Mutant("cell/collision/pair_groups.py", "self.pair_gap = 0.0", "self.pair_gap = -1e3", (GROUPS,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", "np.minimum(joints, parts * (straight", "np.minimum(joints, 1 * (straight", (BOUNDS,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", "parts * (straight + curvature(self.radius, np.abs(b - a)) / 4)", "parts * straight", (BOUNDS,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "np.minimum(value - off, carried)", "np.minimum(value, carried)", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "travel = share * self._links.travel(", "travel = 0.5 * self._links.travel(", (PLANES,)),
-    Mutant("cell/collision/proofs/link_poses.py", " + chord[:, self.joint] * self.size", "", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "np.maximum.at(offset, leader[shares], under[shares])", "offset[leader] = under[leader]", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "kept = new | ~shares", "kept = new", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "near.distance - most[near.row] >= wanted", "near.distance >= wanted", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "            off[link] -= poses.p[sample[link], frame[link]]\n", "", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "measured = away.max(axis=1) + OFF", "measured = 0.5 * away.max(axis=1) + OFF", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "away.max(axis=1) + OFF_PARABOLA * change_of_curvature(self._radius, turn)", "away.max(axis=1)", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "np.minimum.at(carried, held[1], held[2] - LESS)", "pass", (PLANES,)),
-    Mutant("cell/collision/proofs/carried_planes.py", "above[which] - below - bent[which]", "above[which] - below", (PLANES,)),
-    Mutant("cell/collision/proofs/carried_planes.py", "out[mine] = moved + turned + ", "out[mine] = moved + ", (PLANES,)),
-    Mutant("cell/collision/proofs/proof_cells.py", "begins = np.append(0, np.flatnonzero(np.diff(laid[order])) + 1)[: len(order)]", "begins = np.zeros(1, dtype=np.int64)", (PLANES,)),
-    Mutant("cell/collision/proofs/proof_cells.py", "(np.diff(cell) == 0) & (np.diff(sorted_step) == 1)", "np.diff(sorted_step) == 1", (PLANES,)),
-    Mutant("cell/collision/proofs/convex_shapes.py", "        out = out + self.ball\n", "", (PLANES,)),
-    Mutant("cell/collision/proofs/convex_shapes.py", "out += self.disc * np.sqrt", "out += 0.5 * self.disc * np.sqrt", (PLANES,)),
-    Mutant("cell/collision/proofs/kept_along.py", "closed = left[~np.isin(part, part[bad])]", "closed = left[~np.isin(left, left[bad])]", (PLANES,)),
-    Mutant("cell/collision/blended_corners.py", "np.maximum.at(off, p.row, p.off)\n    close", "np.maximum.at(off, p.row, 0.1 * p.off)\n    close", (BOUNDS,)),
-    Mutant("cell/collision/blended_corners.py", "here = away[at].max(axis=1) + ", "here = 0.2 * away[at].max(axis=1) + ", (BOUNDS,)),
-    Mutant("cell/planning/densify.py", "kept=more.kept - off)", "kept=more.kept)", ("cell/planning/test_densify.py",)),
-    Mutant("cell/timing/time_law.py", "uneven = low < EVEN * high", "uneven = low < 0", (TIMES,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", "seen = np.maximum(seen, straight + curvature(radius,", "seen = np.maximum(0.5 * seen, 0.5 * straight + curvature(radius,", (COUPLED,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", " + curvature(radius, np.concatenate([outer, turn[:, :n]], axis=1)) / 4)", ")", (COUPLED,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return arm", (COUPLED,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", "return np.maximum(arm, np.minimum(joints, seen))", "return np.minimum(joints, seen)", (COUPLED,)),
-    Mutant("cell/collision/blended_corners.py", "joint_travel_bound(radius, q[:-1], q[1:]) + 2 * sagitta)", "joint_travel_bound(radius, q[:-1], q[1:]))", (ROUNDED,)),
-    Mutant("cell/collision/blended_corners.py", "checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]", "checker.travel_bound(radius, q[k], q[k + 1])]", (ROUNDED,)),
-    Mutant("cell/collision/blended_corners.py", "checker.travel_bound(radius, a[k], b[k]) + 2 * sagitta[k]\n", "checker.travel_bound(radius, a[k], b[k]) + sagitta[k]\n", (ROUNDED,)),
-    Mutant("cell/collision/blended_corners.py", "joint_travel_bound(radius, a, b) + 2 * sagitta) &", "joint_travel_bound(radius, a, b)) &", (ROUNDED,)),
-    Mutant("cell/collision/blended_corners.py", 'np.searchsorted(p.s, high, side="left"), first + 1, len(p.bend))', "first + 1, first + 1, len(p.bend))", (ROUNDED,)),
-    Mutant("cell/collision/blended_corners.py", "thick = _Nearer(checker, off)", "thick = _Nearer(checker, 0.0)", (ROUNDED,)),
-    Mutant("cell/collision/blended_corners.py", "= low[steps] - off, low[steps + 1] - off", "= low[steps], low[steps + 1]", (ROUNDED,)),
-    Mutant("cell/collision/blended_corners.py", "    if sagitta <= off:\n", "    if True:\n", (ROUNDED,)),
-    Mutant("cell/collision/blended_corners.py", "return np.unique(np.concatenate([*lost, of]))", "return np.unique(of)", (BOUNDS,)),
-    Mutant("cell/collision/rounding_proofs.py", "** 2 / (4 * self.zone)", "** 2 / (8 * self.zone)", (ROUNDINGS,)),
-    Mutant("cell/collision/rounding_proofs.py", "aside = np.abs(sums", "aside = 0 * np.abs(sums", (ROUNDINGS,)),
-    Mutant("cell/collision/rounding_proofs.py", "(known.kept[left] - most[left] >= least)", "(known.kept[left] >= least)", (ROUNDINGS,)),
-    Mutant("cell/collision/rounding_proofs.py", "way + corners.off(radius, path.s[row] + inwards)", "0 * way + corners.off(radius, path.s[row] + inwards)", (ROUNDINGS, BOUNDS)),
-    Mutant("cell/collision/rounding_proofs.py", "(differs <= room) & (laid[step].min(axis=1) >= laid[steps[some]])", "differs <= room", (ROUNDINGS,)),
-    Mutant("cell/collision/rounding_proofs.py", "np.ptp(aside, axis=1).sum(axis=1)", "0.3 * np.ptp(aside, axis=1).sum(axis=1)", (ROUNDINGS,)),
-    Mutant("cell/collision/rounding_looks.py", "far += ((some.v - some.u) ** 2", "far += 0 * ((some.v - some.u) ** 2", (ROUNDINGS,)),
-    Mutant("cell/collision/rounding_looks.py", "way += checker.bend_bound(radius, np.abs(one)) + np.abs(one + across) @ radius", "way = 0.5 * way", (ROUNDINGS,)),
-    Mutant("cell/collision/rounding_looks.py", "return middle, way + most, way > most", "return middle, way, way > most", (ROUNDINGS,)),
-    Mutant("cell/collision/rounding_sheets.py", "(slopes + changes)", "slopes", (SHEETS,)),
-    Mutant("cell/collision/rounding_sheets.py", "du**2 / 2 * by_length", "du**2 / 4 * by_length", (SHEETS,)),
-    Mutant("cell/collision/rounding_sheets.py", "dz**2 / 2 * by_zone]", "dz**2 / 6 * by_zone]", (SHEETS,)),
-    Mutant("cell/collision/rounding_sheets.py", "        speed_z += dz * by_zone + du * most\n", "", (SHEETS,)),
-    Mutant("cell/collision/rounding_sheets.py", "return out / (4 * zone)", "return out / (8 * zone)", (SHEETS,)),
-    Mutant("cell/collision/rounding_sheets.py", "off <= room[left]", "off <= np.inf", (SHEETS,)),
-    Mutant("cell/collision/rounding_sheets.py", "| (np.diff(laid) != 0)", "", (SHEETS,)),
-    Mutant("cell/collision/rounding_sheets.py", "            proved &= (s[one.steps + 1] <= u) | (s[one.steps] >= v)\n", "            pass\n", (SHEETS,)),
-    Mutant("cell/collision/proofs/sheet_pieces.py", " + curved / 8)", ")", (SHEETS,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "value[of].min(axis=1) - off)", "value[of].max(axis=1))", (SHEETS,)),
-    Mutant("cell/collision/proofs/motion_bounds.py", "return parts * curvature(self.radius, turn)", "return 0.25 * parts * curvature(self.radius, turn)", (ROUNDINGS,)),
-    Mutant("cell/collision/pair_groups.py", "self.moving = 2 if itself else 1", "self.moving = 1", (ROUNDINGS,)),
-    Mutant("cell/collision/blended_corners.py", "low = known - joint_travel_bound(radius, path.q, q)", "low = known", (BOUNDS,)),
-    Mutant("cell/collision/blended_corners.py", "hit = np.flatnonzero(seen.distance < least)", "hit = np.flatnonzero(seen.distance < -1)", (BOUNDS, ROUNDED), AT_ITS_END),
-    Mutant("cell/planning/assemble.py", "        if not _dwell(job, before, first):\n", "        if True:\n", (BOUNDS,)),
-    Mutant("cell/collision/proofs/reach_radii.py", "[joint[axis]]) + model.geom_rbound[g])", "[joint[axis]]))", (BOUNDS,)),
-    # collision detection
-    Mutant("cell/mjcf/detection.py", "int(disable.mjDSBL_MULTICCD)", "0", (DETECTION,)),
-    Mutant("cell/mjcf/detection.py", "ITERATIONS = 200", "ITERATIONS = 35", (DETECTION,)),
-    Mutant("cell/mjcf/detection.py", "        if geom.type == GEOM.mjGEOM_BOX:\n", "        if False:\n", (DETECTION,)),
-    Mutant("cell/collision/checker.py", "        self._far = -1.0  # somebody", "        # somebody", ("cell/collision/test_model_copies.py",)),
-    Mutant("cell/collision/checker.py", "np.multiply(self._hard, far / 2,", "np.multiply(self._hard, far / 4,", (DETECTION, "cell/collision/test_clearances.py")),
-    Mutant("cell/collision/checker.py", "if far == self._far:", "if self._far >= 0:", ("cell/collision/test_clearances.py",)),
-    Mutant("cell/collision/checker.py", "(scene.deposit_of_geom < stage)", "(scene.deposit_of_geom < stage - 1)", (DETECTION, "cell/collision/test_clearances.py")),
-    Mutant("cell/collision/model_copies.py", "mine = copy.copy(model)", "mine = model", ("cell/collision/test_model_copies.py", "cell/collision/test_shared_scene.py")),
-    Mutant("cell/collision/model_copies.py", "mine = spare.pop()", "mine = spare[-1]", ("cell/collision/test_model_copies.py", "cell/collision/test_shared_scene.py")),
-    Mutant("cell/collision/broad_phase.py", "self.radius + reach", "self.radius", ("cell/collision/test_clearances.py",)),
-    Mutant("cell/collision/model_copies.py", "mine.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE", "pass", ("acceptance/test_rewritten_models.py",)),
-    Mutant("cell/mjcf/convex_pieces.py", "yield (thin[:, None] + 4 * slack * CORNERS).reshape(-1, 3)", "pass", ("cell/mjcf/test_convex_pieces.py",)),
-    Mutant("cell/mjcf/convex_pieces.py", "return parts if all(part.volume() > 0 for part in parts) else [solid]", "return parts", ("cell/mjcf/test_convex_pieces.py",)),
-    Mutant("cell/mjcf/asset_files.py", "if nested or not at.is_file():", "if not at.is_file():", ("cell/mjcf/test_asset_files.py",)),
-    # verification
-    Mutant("cell/verification/collisions.py", "stretches_of(clear.distance < least,", "stretches_of(clear.distance < 0,", (HITS, "cell/verification/test_motion_check.py")),
-    Mutant("cell/verification/arm_looks.py", "steps = [piece.first + seen", "steps = [0 * piece.first + seen", (NEAR,)),
-    Mutant("cell/verification/arm_looks.py", "if a <= run.low < run.high <= b)", "if a <= run.low < run.high < b)", ("cell/verification/test_long_motions.py",)),
-    Mutant("cell/verification/arm_looks.py", "unproven_steps(checker, radius, q, stage, clear, least=least)", "unproven_steps(checker, radius, q, stage, clear)", (NEAR,)),
-    Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, way, stage), ", "", (HITS,)),
-    Mutant("cell/verification/motion_check.py", "SPEED_SLACK = 1.001", "SPEED_SLACK = 1.2", ("cell/verification/test_motion_check.py", HITS)),
-    Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if False:", ("cell/verification/test_motion_check.py", HITS)),
-    Mutant("cell/verification/bead_samples.py", "best - MORE", "best - 1e-6", (OWN,)),
-    # timing
-    Mutant("cell/planning/assemble.py", "np.maximum(dt[1:], TICK)", "dt[1:]", ("cell/planning/test_assemble.py",)),
-    Mutant("cell/timing/time_law.py", "np.concatenate([bend, bend], axis=1)", "np.concatenate([0 * bend, bend], axis=1)", ("cell/timing/test_time_law.py",)),
-    Mutant("cell/timing/time_law.py", "np.concatenate([-corners, corners, 2 * s[-1] - corners])", "corners", (TIMES,)),
-    Mutant("cell/timing/time_law.py", "CORNER = 0.005", "CORNER = 0.5", (TIMES,)),
-    Mutant("cell/timing/time_law.py", "limit = np.tile(max_acceleration, 2)", "limit = 1.2 * np.tile(max_acceleration, 2)", ("cell/timing/test_time_law.py",)),
-    # planning
-    Mutant("cell/planning/densify.py", "        failures.update(found)\n    return stretch", "    return stretch", ("cell/planning/test_densify.py",)),
-    Mutant("cell/planning/edge_check.py", "        elif least[e] < context.settings.clearance:\n", "        elif least[e] < 0:\n", ("cell/verdict/test_check.py", "cell/planning/test_station_search.py"), AT_ITS_END),
-    Mutant("cell/planning/travels/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (NEAR,)),
-    # slicing
-    Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("slicing/volume/test_solid_flux.py", "slicing/volume/test_layer_areas.py")),
-    Mutant("slicing/volume/layer_areas.py", "4.0 * ends[1]", "3.9 * ends[1]", ("slicing/volume/test_layer_areas.py",)),
-    Mutant("slicing/layers/thickness.py", "np.minimum(to_below, to_body)", "to_below", ("slicing/strategies/test_layers.py", "slicing/curves/test_analytic_sections.py")),
-)  # fmt: skip
 
 
 def copied_tree(folder: Path) -> Path:
@@ -194,7 +44,7 @@ def copied_tree(folder: Path) -> Path:
 
 
 def tested(tree: Path, tests: Iterable[str]) -> tuple[int | None, str]:
-    """Exit code of pytest over files of tests, up to the first that fails (None: it does not end), and which that was."""
+    """Exit code of pytest over files of tests, up to the first that fails, and which; None where it does not end."""
     every = ["-x", "-q", "-p", "no:cacheprovider", "-m", "slow or not slow", "-r", "fE"]
     command = [sys.executable, "-m", "pytest", *every, *(f"tests/{name}" for name in tests)]
     environment = {**os.environ, "PYTHONPATH": str(tree)}
@@ -235,11 +85,12 @@ def _written(module: Path, source: str) -> None:
 def document(rows: list[list[str]], baseline: str) -> dict[str, Any]:
     """The outcome as bench/figures/mutants.json keeps it."""
     killed, argued = (sum(row[2].startswith(words) for row in rows) for words in ("killed", "survives, argued"))
+    left = len(rows) - killed - argued
     return {
         "bench": "mutants",
         "question": "proofs and checks, weakened",
         "against": "the tests of what is weakened",
-        "result": f"{len(rows)} weakenings: {killed} killed, {argued} argued equivalent, {len(rows) - killed - argued} survive",
+        "result": f"{len(rows)} weakenings: {killed} killed, {argued} argued equivalent, {left} survive",
         "command": "python bench/mutants.py --figures bench/figures/mutants.json",
         "date": time.strftime("%Y-%m-%d"),
         "machine": "shared, 2 cores, Linux x86-64; other programs beside it",

@@ -9,7 +9,16 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-HELPERS = {"bench_arguments", "figures", "real_parts", "run_smoke", "tesseract_cell", "tesseract_peer", "toolbox"}
+HELPERS = {
+    "bench_arguments",
+    "figures",
+    "real_parts",
+    "run_smoke",
+    "tesseract_cell",
+    "tesseract_peer",
+    "toolbox",
+    "weakenings",
+}
 LONGEST_S = 300
 
 

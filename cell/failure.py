@@ -196,11 +196,19 @@ class Failure:
         return self.contact is not None and self.contact.seen is Seen.ROUNDED
 
     def at(self, place: Place) -> Failure:
-        """The same failure at another place."""
+        """The same failure at another place.
+
+        Args:
+            place: where.
+        """
         return replace(self, place=place)
 
     def seen(self, seen: Seen) -> Failure:
-        """The same collision, found in another way."""
+        """The same collision, found in another way.
+
+        Args:
+            seen: how; of a failure that is no collision nothing is changed.
+        """
         return self if self.contact is None else replace(self, contact=replace(self.contact, seen=seen))
 
     def document(self) -> dict[str, Any]:

@@ -31,6 +31,7 @@ OTHERS = (
 SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; standing still is preferred
 LARGEST_STEP = np.deg2rad(60.0)  # a flip of wrist, elbow or shoulder turns some joint further
 COSTLY = 10.0  # s: what is tried last, a large turn of a joint or a speed that is not held
+TOGETHER = 1 << 16  # prices of moves that are worked out at once
 SPANS = np.array([1, 2, 3, 5, 8, 13, 21, 34, 55, 89])  # samples that the roll may change by where it turns freely
 Edge = tuple[tuple[int, int, int], tuple[int, int, int]]
 
@@ -118,21 +119,26 @@ def best_runs(
     largest = np.broadcast_to(largest_step, (len(q) - 1,))
     allowance = allowance or Allowance(largest, times)
     usual = allowance.usual_step, allowance.usual_time
-    shifts, turning = allowance.shifts()
+    shifts, turning = allowance.shifts() if q.shape[1] > 1 else (SHIFTS[:1], np.zeros((1, 1)))
     usable = np.isfinite(cost) & np.isfinite(q).all(axis=-1)
     price = np.moveaxis(np.where(usable, cost, np.inf), 1, -1)
     nodes = np.moveaxis(q, (1, -1), (-1, 1))  # (t, n, g, k, r): the roll, along which all are alike, runs fastest
+    limits = _Limits(speed, times, largest, *usual, shifts, turning, circular)
     runs: list[Run] = []
     here = price[0] if start_cost is None else price[0] + np.nan_to_num(np.moveaxis(start_cost, 0, -1), nan=np.inf)
     start = 0
     back: list[Ints] = []
+    together = max(TOGETHER // (price[0].size * price.shape[2] * len(shifts)), 1)
+    edges = _PricedEdges.none()
     for i in range(1, len(q) + 1):
         open_here = np.isfinite(here)
         if i < len(q) and open_here.any():
-            ends = _Ends(nodes[i - 1], here, nodes[i], price[i])
-            step, time = (float(u[i - 1]) for u in usual)
-            limits = _Limits(speed, float(times[i - 1]), float(largest[i - 1]), step, time, shifts, turning, circular)
-            arrived, origin = _forward(ends, limits, blocked.get(i - 1, set()))
+            if together == 1:
+                edges = _PricedEdges.of(nodes, (here[None], price[i : i + 1]), slice(i - 1, i), limits)
+            elif i - 1 >= edges.stop:
+                some = slice(i - 1, min(i - 1 + together, len(q) - 1))
+                edges = _PricedEdges.of(nodes, (price[some], price[some.start + 1 : some.stop + 1]), some, limits)
+            arrived, origin = edges.forward(i - 1, here, blocked.get(i - 1, set()), limits)
             total = arrived + price[i]
             if np.isfinite(total).any():
                 here = total
@@ -146,65 +152,99 @@ def best_runs(
 
 
 @dataclass(frozen=True, eq=False)
-class _Ends:
-    """Two neighbouring targets: configurations (n, g, k, r) and cost so far or to come (g, k, r)."""
-
-    q0: Floats
-    here: Floats
-    q1: Floats
-    price: Floats
-
-    def shared(self) -> tuple[Ints, Ints, Ints]:
-        """Groups open at both, and their standings open at the first and at the second."""
-        a = np.any(np.isfinite(self.here), axis=-1)
-        b = np.any(np.isfinite(self.price), axis=-1)
-        g = np.flatnonzero(np.any(a, axis=1) & np.any(b, axis=1))
-        return g, np.flatnonzero(a[g].any(axis=0)), np.flatnonzero(b[g].any(axis=0))
-
-
-@dataclass(frozen=True, eq=False)
 class _Limits:
-    """What an edge has to keep; see :func:`best_runs`."""
+    """What edges have to keep; see :func:`best_runs`. Times and steps are of every edge, (t - 1,)."""
 
     speed: Floats
-    time: float
-    largest_step: float
-    usual_step: float
-    usual_time: float
+    time: Floats
+    largest_step: Floats
+    usual_step: Floats
+    usual_time: Floats
     shifts: Ints
     turning: Floats
     circular: bool
 
 
-def _forward(ends: _Ends, limits: _Limits, forbidden: set[Edge]) -> tuple[Floats, Ints]:
-    """Cost of arriving at every node of the second target, and where from (g, k, r; a flat index of the same)."""
-    shape = ends.here.shape
-    best, origin = np.full(shape, np.inf), np.zeros(shape, dtype=np.int64)
-    g, k0, k1 = ends.shared()
-    if not len(g):
+@dataclass(frozen=True, eq=False)
+class _PricedEdges:
+    """What the moves of neighbouring edges of the bead cost: of a few nodes each, many are priced at once.
+
+    Attributes:
+        start: the first of the edges.
+        stop: one past the last.
+        kept: groups open at both ends, and their standings open at the first and at the second.
+        price: of the moves, (e, g, k1, shift, k0, r); infinite where an edge is not allowed.
+        dear: what is added where it is, (e, g, k1, shift, k0, r); None where none is dear.
+    """
+
+    start: int
+    stop: int
+    kept: tuple[Ints, Ints, Ints]
+    price: Floats
+    dear: Floats | None
+
+    @classmethod
+    def none(cls) -> _PricedEdges:
+        """Of no edge."""
+        no = np.zeros(0, dtype=np.int64)
+        return cls(0, 0, (no, no, no), np.zeros(0), None)
+
+    @classmethod
+    def of(cls, nodes: Floats, ends: tuple[Floats, Floats], some: slice, limits: _Limits) -> _PricedEdges:
+        """Price some edges.
+
+        Args:
+            nodes: configurations of all targets, (t, n, g, k, r), rad.
+            ends: cost of what the edges begin in and end in, (e, g, k, r); infinite where nothing does.
+            some: which edges.
+            limits: of all edges.
+        """
+        a, b = (np.any(np.isfinite(end), axis=-1) for end in ends)  # (e, g, k)
+        g = np.flatnonzero(np.any(np.any(a, axis=2) & np.any(b, axis=2), axis=0))
+        k0, k1 = (np.flatnonzero(np.any(end[:, g], axis=(0, 1))) for end in (a, b))
+        kept = g, k0, k1
+        if not len(g):
+            return cls(some.start, some.stop, kept, np.zeros(0), None)
+        # (n, e, g, k1, shift, k0, r): standings of the same group alone
+        q0, q1 = (np.swapaxes(nodes[s], 0, 1) for s in (some, slice(some.start + 1, some.stop + 1)))
+        from_q = _shifted(q0[:, :, g[:, None], k0], limits.shifts, limits.circular)[:, :, :, None]
+        to_q = q1[:, :, g[:, None], k1][:, :, :, :, None, None]
+        needed, total, furthest = _moves(from_q, to_q, limits.speed)
+        time, largest, step, usual = (
+            u[some].reshape(-1, 1, 1, 1, 1, 1)
+            for u in (limits.time, limits.largest_step, limits.usual_step, limits.usual_time)
+        )
+        allowed = (furthest <= largest) & (needed <= time)  # NaN compares false
+        price = np.where(allowed, move_price(needed, total), np.inf)
+        over = allowed & ((furthest > step) | (needed > usual))
+        if not over.any():
+            return cls(some.start, some.stop, kept, price, None)
+        late = np.maximum(needed[over] / np.broadcast_to(usual, over.shape)[over] - 1.0, 0.0)
+        dear = np.zeros(price.shape)
+        dear[over] = COSTLY + COSTLY * late
+        return cls(some.start, some.stop, kept, price, dear)
+
+    def forward(self, i: int, here: Floats, forbidden: set[Edge], limits: _Limits) -> tuple[Floats, Ints]:
+        """Cost of arriving at every node of the edge's second target, and where from (g, k, r; a flat index)."""
+        shape, (g, k0, k1) = here.shape, self.kept
+        best, origin = np.full(shape, np.inf), np.zeros(shape, dtype=np.int64)
+        if not len(g):
+            return best, origin
+        rolls, shifts = shape[-1], limits.shifts
+        came = _shifted(here[g[:, None], k0], shifts, limits.circular)
+        came += limits.turning[:, None, :]
+        price = self.price[i - self.start] + came[:, None]
+        if self.dear is not None:
+            price += self.dear[i - self.start]
+        _forbid(price, forbidden, self.kept, shifts)
+        price = price.reshape(len(g), len(k1), -1, rolls)
+        choice = np.argmin(price, axis=2)
+        where = g[:, None], k1
+        best[where] = price.min(axis=2)
+        shift, k = np.divmod(choice, len(k0))
+        r = (np.arange(rolls) - shifts[shift]) % rolls
+        origin[where] = np.ravel_multi_index((np.broadcast_to(g[:, None, None], r.shape), k0[k], r), shape)
         return best, origin
-    rolls = shape[-1]
-    shifts, turning = (limits.shifts, limits.turning) if rolls > 1 else (SHIFTS[:1], np.zeros((1, 1)))
-    # (n, g, k1, shift, k0, r): standings of the same group alone
-    from_q = _shifted(ends.q0[:, g[:, None], k0], shifts, limits.circular)[:, :, None]
-    to_q = ends.q1[:, g[:, None], k1][:, :, :, None, None]
-    came = _shifted(ends.here[g[:, None], k0], shifts, limits.circular)
-    came += turning[:, None, :]
-    needed, total, furthest = _moves(from_q, to_q, limits.speed)
-    allowed = (furthest <= limits.largest_step) & (needed <= limits.time)  # NaN compares false
-    price = np.where(allowed, move_price(needed, total) + came[:, None], np.inf)
-    dear = allowed & ((furthest > limits.usual_step) | (needed > limits.usual_time))
-    if dear.any():
-        price[dear] += COSTLY + COSTLY * np.maximum(needed[dear] / limits.usual_time - 1.0, 0.0)
-    _forbid(price, forbidden, (g, k0, k1), shifts)
-    price = price.reshape(len(g), len(k1), -1, rolls)
-    choice = np.argmin(price, axis=2)
-    where = g[:, None], k1
-    best[where] = np.take_along_axis(price, choice[:, :, None], axis=2)[:, :, 0]
-    shift, k = np.divmod(choice, len(k0))
-    r = (np.arange(rolls) - shifts[shift]) % rolls
-    origin[where] = np.ravel_multi_index((np.broadcast_to(g[:, None, None], r.shape), k0[k], r), shape)
-    return best, origin
 
 
 def _shifted(values: Floats, shifts: Ints, circular: bool) -> Floats:

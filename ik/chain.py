@@ -150,7 +150,14 @@ class Chain:
         return self.forward_and_jacobian(q)[1]
 
     def forward_and_jacobian(self, q: Floats) -> tuple[Floats, Floats]:
-        """Pose and Jacobian of the TCP from one pass (see :meth:`forward`, :meth:`jacobian`)."""
+        """Pose and Jacobian of the TCP from one pass (see :meth:`forward`, :meth:`jacobian`).
+
+        Args:
+            q: configurations, (m, n), rad.
+
+        Returns:
+            Poses in the base frame, (m, 4, 4), m, and Jacobians, (m, 6, n).
+        """
         R, p = self.frames(q)
         T = self._tcp(R, p)
         w = np.einsum("mnij,nj->mni", R, self.axes)

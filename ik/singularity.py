@@ -41,7 +41,11 @@ class SingularityLimits:
     sigma: float = 0.02
 
     def values(self, geometric: bool) -> Floats:
-        """The limits in the order of :data:`KINDS`; those that do not apply are -inf."""
+        """The limits in the order of :data:`KINDS`; those that do not apply are -inf.
+
+        Args:
+            geometric: whether the arm has a spherical wrist: its margins are angles and a length; else sigma counts.
+        """
         none = -np.inf
         return np.array([self.wrist, self.elbow, self.shoulder, none] if geometric else [none, none, none, self.sigma])
 

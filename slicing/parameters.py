@@ -82,7 +82,12 @@ class SeamPlace:
             raise PartError("layers: needs first <= last")
 
     def is_for(self, sub_volume: str, layer: int) -> bool:
-        """Whether a layer's beads start here."""
+        """Whether a layer's beads start here.
+
+        Args:
+            sub_volume: its name.
+            layer: number of the layer, from 0.
+        """
         mine = self.sub_volume is None or self.sub_volume == sub_volume
         return mine and (self.layers is None or self.layers[0] <= layer <= self.layers[1])
 

@@ -116,5 +116,9 @@ def _again(code: str, text: str, sub_volume: str, layer: int | None) -> Warning:
 
 
 def typed(line: str) -> Warning:
-    """A line as a typed warning; a line without a code gets the code ``other``."""
+    """A line as a typed warning; a line without a code gets the code ``other``.
+
+    Args:
+        line: a warning, or a line of text.
+    """
     return line if isinstance(line, Warning) else Warning(Code.OTHER, line)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -201,3 +202,22 @@ def test_what_a_package_exports_is_there(package: str) -> None:
     assert len(module.__all__) > 4
     for name in module.__all__:
         assert getattr(module, name) is not None
+
+
+@pytest.mark.parametrize("package", ["cell", "slicing", "ik"])
+def test_every_exported_function_says_what_it_takes(package: str) -> None:
+    module, silent = __import__(package), []
+    for name in module.__all__:
+        one = getattr(module, name)
+        members = vars(one).items() if inspect.isclass(one) else [("", one)]
+        for member, function in members:
+            if (
+                not inspect.isfunction(function)
+                or member.startswith("_")
+                or function.__module__.split(".")[0] != package
+            ):
+                continue
+            text = inspect.getdoc(function) or ""
+            taken = [argument for argument in inspect.signature(function).parameters if argument not in ("self", "cls")]
+            silent += [f"{name}.{member}: {argument}" for argument in taken if f"{argument}: " not in text]
+    assert not silent

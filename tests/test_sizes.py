@@ -12,9 +12,6 @@ LINES, PARAMETERS = 60, 6  # of a function, its docstring aside
 ROOTS = ("cell", "ik", "slicing", "models", "bench")
 
 LONGER = {
-    "cell/cli/arguments.py:build_parser": "one option after the other",
-    "cell/scene/workpiece.py:add_part": "one body after the other, as MJCF lists them",
-    "cell/scene/world.py:surroundings": "one light, texture and plane after the other, as MJCF lists them",
     "models/kr70_r2100/build_visuals.py:parts": "one solid of the arm after the other",
 }
 MORE_PARAMETERS = {
@@ -25,7 +22,6 @@ MORE_PARAMETERS = {
     "cell/coordination/table_schedule.py:_solved": "the terms of one least-squares problem",
     "cell/planning/edge_tracking.py:track_edges": "edges as columns, and what they are held against",
     "cell/planning/lockouts.py:_blame": "a trial with all that it varies",
-    "cell/planning/part_plan.py:_search": "where a bead may begin and end, and how finely it is searched",
     "cell/view/film.py:film": "options of a film, all with defaults",
     "cell/view/layer_picture.py:_composed": "options of a picture",
     "cell/view/layer_picture.py:slice_picture": "options of a picture, all with defaults",

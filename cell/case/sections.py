@@ -242,5 +242,12 @@ class Case(Section):
         return self.name or printable(self._path.name.removesuffix(".yaml").removesuffix(".case"))
 
     def path_of(self, name: str) -> Path:
-        """A file that the case names, relative to the case file."""
+        """A file that the case names, relative to the case file.
+
+        Args:
+            name: as the case has it.
+
+        Returns:
+            Its path.
+        """
         return self._path.parent / name

@@ -18,6 +18,8 @@ STRATEGIES = ("planar", "cylindrical", "nonuniform", "conical", "revolved")
 PATTERNS = ("contour", "contour_parallel", "zigzag")
 CASE_HELP = "case file, or the name of a shipped case (default: propeller)"
 TABLE_MODES = ("fixed", "indexed", "coordinated", "best")
+FORMATTER = argparse.RawDescriptionHelpFormatter
+Commands = Any  # what argparse gives for subparsers has no name of its own
 
 DESCRIPTION = """Can the robot build the part?
 
@@ -65,26 +67,29 @@ class _Version(argparse.Action):
 
 def build_parser() -> argparse.ArgumentParser:
     """The command line."""
-    formatter = argparse.RawDescriptionHelpFormatter
-    parser = Parser(prog="rbam", description=DESCRIPTION, epilog=EXAMPLES, formatter_class=formatter)
+    parser = Parser(prog="rbam", description=DESCRIPTION, epilog=EXAMPLES, formatter_class=FORMATTER)
     parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    for add in (_add_check, _add_export, _add_slice, _add_compare, _add_sweep, _add_replay, _add_scene):
+        add(commands)
+    return parser
 
-    def command(name: str, summary: str, text: str) -> argparse.ArgumentParser:
-        sub = commands.add_parser(
-            name,
-            help=summary,
-            description=f"{summary[0].upper()}{summary[1:]}.\n\n{text}",
-            formatter_class=formatter,
-        )
-        sub.set_defaults(command=name)
-        loud = sub.add_mutually_exclusive_group()
-        loud.add_argument("-q", "--quiet", action="store_true", help="print only errors; the exit code is the answer")
-        every = "all infeasible targets and " if name == "check" else ""
-        loud.add_argument("-v", "--verbose", action="store_true", help=f"print {every}how long each step took")
-        return sub
 
-    check = command("check", "say whether the arm can weld the part, and what stops it", CHECK_TEXT)
+def _command(commands: Commands, name: str, summary: str, text: str) -> argparse.ArgumentParser:
+    """A command with what all commands have."""
+    sub: argparse.ArgumentParser = commands.add_parser(
+        name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.\n\n{text}", formatter_class=FORMATTER
+    )
+    sub.set_defaults(command=name)
+    loud = sub.add_mutually_exclusive_group()
+    loud.add_argument("-q", "--quiet", action="store_true", help="print only errors; the exit code is the answer")
+    every = "all infeasible targets and " if name == "check" else ""
+    loud.add_argument("-v", "--verbose", action="store_true", help=f"print {every}how long each step took")
+    return sub
+
+
+def _add_check(commands: Commands) -> None:
+    check = _command(commands, "check", "say whether the arm can weld the part, and what stops it", CHECK_TEXT)
     _case_arguments(check)
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
     check.add_argument("--html", metavar="F.html", help="write a page with the part in 3D: one file, works offline")
@@ -118,7 +123,9 @@ def build_parser() -> argparse.ArgumentParser:
 
     _jobs_argument(check)
 
-    export = command("export", "write the checked motion as a robot program", EXPORT_TEXT)
+
+def _add_export(commands: Commands) -> None:
+    export = _command(commands, "export", "write the checked motion as a robot program", EXPORT_TEXT)
     _case_arguments(export)
     _jobs_argument(export)
     export.add_argument(
@@ -132,7 +139,9 @@ def build_parser() -> argparse.ArgumentParser:
         "--robodk", metavar="F.py", help="write a script that makes the program in RoboDK, for robots of any maker"
     )
 
-    cut = command("slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
+
+def _add_slice(commands: Commands) -> None:
+    cut = _command(commands, "slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
     cut.add_argument("input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)")
     cut.add_argument(
         "--body-radius",
@@ -150,7 +159,9 @@ def build_parser() -> argparse.ArgumentParser:
     cut.add_argument("--picture", metavar="F.png", help="draw the layers")
     cut.add_argument("--colour", choices=("thickness", "layer"), default="thickness", help="what the colours show")
 
-    compare = command("compare", "compare the slicing strategies", COMPARE_TEXT)
+
+def _add_compare(commands: Commands) -> None:
+    compare = _command(commands, "compare", "compare the slicing strategies", COMPARE_TEXT)
     compare.add_argument("case", nargs="?", metavar="CASE", help=CASE_HELP)
     compare.add_argument(
         "--paper", action="store_true", help="compare on the paper's four parts, beside the paper's figures"
@@ -158,7 +169,9 @@ def build_parser() -> argparse.ArgumentParser:
     compare.add_argument("--json", metavar="F", help="write the comparison, rbam-compare/1 (- for stdout)")
     compare.add_argument("--html", metavar="F.html", help="write a page with tables and bars: one file, works offline")
 
-    sweep = command("sweep", "check a grid of table poses and map which are feasible", SWEEP_TEXT)
+
+def _add_sweep(commands: Commands) -> None:
+    sweep = _command(commands, "sweep", "check a grid of table poses and map which are feasible", SWEEP_TEXT)
     sweep.add_argument("case", nargs="?", metavar="CASE", help=CASE_HELP)
     sweep.add_argument("--e1", metavar="LO:HI:STEP", help="tilts, deg (default: the axis' range in steps of 45)")
     sweep.add_argument("--e2", metavar="LO:HI:STEP", help="turns, deg (default: the axis' range in steps of 45)")
@@ -191,12 +204,17 @@ def build_parser() -> argparse.ArgumentParser:
     sweep.add_argument("--picture", metavar="F.png", help="draw the map")
     sweep.add_argument("--html", metavar="F.html", help="write the map as a page to click on: one file, works offline")
 
-    replay = command("replay", "show the checked motion: window, browser, picture or film", REPLAY_TEXT)
+
+def _add_replay(commands: Commands) -> None:
+    replay = _command(commands, "replay", "show the checked motion: window, browser, picture or film", REPLAY_TEXT)
     _case_arguments(replay)
     _jobs_argument(replay)
     _replay_arguments(replay)
 
-    scene = command(
+
+def _add_scene(commands: Commands) -> None:
+    scene = _command(
+        commands,
         "scene",
         "describe the composed cell, or write it as one MJCF",
         "Lists shapes that always touch or never collide, links without shapes, the home pose and joints that are not\n"
@@ -204,7 +222,6 @@ def build_parser() -> argparse.ArgumentParser:
     )
     _case_arguments(scene)
     scene.add_argument("--xml", metavar="F.xml", help="write the cell to this file instead")
-    return parser
 
 
 CHECK_TEXT = """\
@@ -218,8 +235,8 @@ all along. Every infeasible target has a reason:
   speed         a joint is too slow for the deposition speed
   gravity       the bead is laid too far off upright (if the case sets a limit)
   overhang      the layer overhangs too far (if the case sets a limit)
-The search in a part that cannot be built is limited: 2,000 configurations (20,000 for parts of up to 600 targets)
-and 4 more for each target, spread evenly over the part. Targets that were not looked at for this reason are
+The search in a part that cannot be built is limited: 1,000 configurations (20,000 for parts of up to 600 targets)
+and 1 more for each target, spread evenly over the part. Targets that were not looked at for this reason are
 counted as such. --all looks at every target.
 
 For an infeasible case the smallest change that helps is searched and checked: the roll, E1, E2, the position of

@@ -8,7 +8,7 @@ from typing import IO, TYPE_CHECKING
 
 from ..atomic_files import STDOUT, write_text
 from ..errors import InputError
-from ..processes import working
+from ..processes.crew import working
 from .bar import Bars
 from .console import put_json, say
 from .exit_codes import FEASIBLE, INFEASIBLE

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 
 from ..errors import InputError
-from ..processes import cores
+from ..processes.crew import cores
 
 
 def jobs_of(args: argparse.Namespace) -> int:

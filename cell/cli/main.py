@@ -21,7 +21,8 @@ from importlib import import_module
 from ..atomic_files import discard_unfinished
 from ..errors import InputError
 from ..printable import printable
-from ..processes import WorkerTraceback, begin_own_process
+from ..processes.crew import WorkerTraceback
+from ..processes.own_process import begin_own_process
 from ..streams import standard_streams
 from ..termination import Terminated, terminable
 from .arguments import build_parser

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from ..atomic_files import STDOUT, check_outputs
 from ..case.files import case_files
 from ..errors import InputError
-from ..processes import working
+from ..processes.crew import working
 from .console import put_json, say
 from .exit_codes import FEASIBLE, INFEASIBLE
 from .jobs import jobs_of

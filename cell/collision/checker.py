@@ -13,7 +13,7 @@ penetration. Metres.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -187,12 +187,14 @@ class Checker:
             self._swept = MotionBounds(arm, radius) if axes == n else CoupledBounds(arm, radius)
         return self._swept
 
-    def clearances(self, q: Floats, stage: Ints) -> Clearances:
+    def clearances(self, q: Floats, stage: Ints, met: Callable[[int, Ints, Floats], None] | None = None) -> Clearances:
         """The nearest pair of every configuration.
 
         Args:
             q: configurations of the arm, (m, n), rad.
             stage: number of deposits already laid, (m,).
+            met: told of every configuration in which something is near: its row, and ids (k, 2) and signed distances
+                (k,), m, of all pairs that were found. It may keep none of these arrays.
 
         Returns:
             Clearances.
@@ -209,6 +211,8 @@ class Checker:
                     k = int((distance := (contact := self._data.contact).dist).argmin())
                 self.asked.contacts += count
                 out.distance[i], out.pair[i], out.position[i] = distance[k], contact.geom[k], contact.pos[k]
+                if met is not None:
+                    met(i, contact.geom, distance)
                 far = FURTHER * max(float(distance[k]), 0.0) + LEAST_FAR  # the next one is often alike
             else:
                 far = self.reach

@@ -46,7 +46,7 @@ from ..arrays import Ints
 from ..case.sections import Case
 from ..errors import InputError
 from ..failure import Failure
-from ..processes import crew
+from ..processes.crew import crew
 from ..progress import phase
 from ..scene.compose import compose
 from ..scene.drives import Drives, drives

@@ -20,7 +20,8 @@ from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, reduced_budget, travel_failure
 from ..planning.travels.travel import Way
-from ..processes import Tick, crew
+from ..processes.crew import crew
+from ..processes.worker import Tick
 from ..progress import Progress, counted
 from .beginnings import beginnings
 from .chunking import Chunk

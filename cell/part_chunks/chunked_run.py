@@ -21,7 +21,8 @@ from ..planning.assemble import RunBeads, TimedBeads, assemble, corners, timed
 from ..planning.densify import densified
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeWays
-from ..processes import Tick, crew
+from ..processes.crew import crew
+from ..processes.worker import Tick
 from ..progress import Progress, counted
 from .chunked_plan import Shared
 from .chunking import Chunk

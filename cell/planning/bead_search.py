@@ -26,6 +26,7 @@ from ..failure import Effort, Failure, Kind, Place, Where
 from .configurations import Nodes, near_cost
 from .edge_check import SearchedBead, Stretch, check_edges
 from .free_rolls import standing_between
+from .held_turns import with_held_turns
 from .leaving import true_edges, why_none_leads_on
 
 MOST_SEARCHES = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
@@ -214,10 +215,14 @@ class BeadSearch:
         before = self.cost[tuple(index.T)]
         hit = self._check(index)
         self._judge_targets(np.unique(index[hit, 0]))
-        if not hit.any() and self._patience and (self.cost[tuple(index.T)] > before).any():
+        if not hit.any() and self._patience and (self.cost[tuple(index.T)] > before).any() and self._may_be_whole():
             self._patience -= 1
             return True
         return bool(hit.any())
+
+    def _may_be_whole(self) -> bool:
+        """Whether each target still has a node: a way that nothing will run along need not be the clearest."""
+        return bool(np.isfinite(self.cost).any(axis=(1, 2, 3)).all())
 
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
@@ -228,14 +233,14 @@ class BeadSearch:
         )
         some = index[first]
         axes = self.placed.axes(self.nodes.q[tuple(some.T)], some[:, 0])
-        seen = self.context.screen.clearances(axes, self.stage[some[:, 0]])
-        found = seen.rows(same.reshape(-1))
+        seen, tools = with_held_turns(self.context, axes, self.stage[some[:, 0]])
+        found, of_tool = seen.rows(same.reshape(-1)), (tools.turn > 0)[same.reshape(-1)]
         hit = found.distance < self.context.settings.clearance
         self._free[tuple(index[~hit].T)] = True
         self.cost[tuple(index.T)] += near_cost(found.distance, self.context.settings.clearance)
         self.cost[tuple(index[hit].T)] = np.inf
         # the tool stands alike in every configuration of a roll
-        tool = index[hit & self.context.screen.of_tool(found.pair)]
+        tool = index[of_tool]
         self.cost[tool[:, 0], tool[:, 1]] = np.inf
         for k in np.flatnonzero(hit):
             i, distance = int(index[k, 0]), float(found.distance[k])

@@ -2,6 +2,7 @@
 
     ahead = BeadsAhead(context, firsts, stop)
     bead = ahead.bead(first, q_before)          # None: it is to be planned by itself
+    vain = ahead.in_vain(first, q_before)       # then: the quick search of it that found no way, if there was one
 
 Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
 finds at once, or nothing: a bead that has to avoid something, or to which the arm comes from elsewhere, is left to
@@ -23,7 +24,8 @@ from .edge_check import CheckedEdges, SearchedBead, check_edges
 from .station_search import Ends, StationSearch
 
 TOGETHER = 1500  # targets that are looked ahead
-MISSES = 2  # beads in a row for which what was searched ahead is of no use, until nothing more is
+MISSES = 2  # beads one after the other that are not found so, until nothing more is searched ahead
+WASTED = 2 * TOGETHER  # targets searched ahead without use, until nothing more is
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +50,8 @@ class BeadsAhead:
         self._context = context
         self._stops = dict(zip(firsts, [*firsts[1:], stop], strict=True))
         self._expected: dict[int, _Expected] = {}
-        self._misses = 0
-        self._together = TOGETHER
+        self._misses, self._wasted = 0, 0
+        self._vain: tuple[int, Floats | None, StationSearch] | None = None
 
     def bead(self, first: int, q_before: Floats | None) -> BeadPlan | None:
         """A bead, if it is found at once.
@@ -61,31 +63,50 @@ class BeadsAhead:
         Returns:
             The whole bead, checked; None where it is to be planned by itself.
         """
-        if not self._expected and self._misses < MISSES:
+        worth_it = self._misses < MISSES and self._wasted < WASTED
+        if not self._expected and worth_it and self.in_vain(first, q_before) is None:
             self._search(first, q_before)
         known = self._expected.pop(first, None)
         if known is not None and _same(known.q_before, q_before):
             self._misses = 0
-            if not self._expected:
-                self._together = min(2 * self._together, TOGETHER)
+            self._wasted -= known.plan.stop - first
             return known.plan
-        if self._expected:  # checked in vain
-            self._together //= 2
         self._expected.clear()
         self._misses += 1
         return None
+
+    def in_vain(self, first: int, q_before: Floats | None) -> StationSearch | None:
+        """The quick search of a bead that found no way, which need not be done again.
+
+        Args:
+            first: its first target.
+            q_before: where the arm comes from, (j,), rad, or None.
+
+        Returns:
+            The search; None where there was none.
+        """
+        if self._vain is None or self._vain[0] != first or not _same(self._vain[1], q_before):
+            return None
+        return self._vain[2]
 
     def _search(self, first: int, q_before: Floats | None) -> None:
         """Search beads from one on, each from the end of the one before, and check them together."""
         context, ways = self._context, []
         begun = first
-        while first in self._stops and self._stops[first] - begun <= self._together:
-            way = self._way(SearchedBead.of(context, first, self._stops[first]), q_before)
+        while first in self._stops and self._stops[first] - begun <= TOGETHER:
+            bead = SearchedBead.of(context, first, self._stops[first])
+            if not StationSearch.suits(bead):
+                break
+            self._wasted += len(bead)  # until it is given out
+            search = StationSearch(bead, context.settings.roll_step, Ends(q_before))
+            found = search.way()
+            way = self._full_way(bead, q_before) if found is None else found[1:]
             if way is None:
+                self._vain = first, q_before, search
                 break
             ways.append((first, q_before, *way))
             first, q_before = self._stops[first], way[1][-1]
-        if len(ways) < 2:
+        if not ways:
             return
         checked, last = self._checked(begun, first, [(at, roll, q) for at, _, roll, q in ways])
         for (at, before, _, _), (a, b) in zip(ways, last, strict=True):
@@ -93,18 +114,13 @@ class BeadsAhead:
                 plan = BeadPlan(at, self._stops[at], (checked.run(a, b),), {}, {})
                 self._expected[at] = _Expected(before, plan)
 
-    def _way(self, bead: SearchedBead, q_before: Floats | None) -> tuple[Floats, Floats] | None:
-        """Rolls and configurations of a bead's targets, (t,) and (t, j), on the way that its own search begins with."""
-        context, step = self._context, self._context.settings.roll_step
-        if not StationSearch.suits(bead):
-            return None
-        found = StationSearch(bead, step, Ends(q_before)).way()
-        if found is not None:
-            return found[1:]
+    def _full_way(self, bead: SearchedBead, q_before: Floats | None) -> tuple[Floats, Floats] | None:
+        """Rolls and configurations on the way that the full search of a bead begins with, where that costs little."""
+        context = self._context
         if not context.window.is_fixed:
             return None
         # of one roll alone the nodes are few
-        nodes = evaluate(context.solver, bead.placed, context.window, step, context.limits)
+        nodes = evaluate(context.solver, bead.placed, context.window, context.settings.roll_step, context.limits)
         return BeadSearch(bead, nodes).way(q_before)
 
     def _checked(

@@ -2,12 +2,14 @@
 
     found = free_rolls(context, targets, step)     # {i: [(low, high), ...]} rad: stretches of the roll that are free
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
+    nowhere = free_nowhere(context, targets, step)  # {i: Best}: the least bad of targets that are free at no roll
     hint = standing_between(context, nodes, T, stage, roll)   # at a roll that kinematics alone names, and beside it
 
-Between two samples of a branch the arm has only so far to go: where it is deeper in a collision than that at both of
-them, nothing between them is free, and it is not looked at. What moves with the TCP only turns about the wire: where it
-is in something, the depth over its distance from the wire is an angle by which no turn frees it, in any branch. All
-else is halved until ``FINEST``. A search, and no proof: depths are what the collision engine says. Metres and radians.
+Rolls far apart are looked at first, then those between them. Between two samples of a branch the arm has only so far to
+go: where it is deeper in a collision than that at both of them, nothing between them is free, and it is not looked at.
+What moves with the TCP only turns about the wire: where it is in something, the depth over its distance from the wire
+is an angle by which no turn frees it, in any branch. All else is halved until ``FINEST``. A search, and no proof:
+depths are what the collision engine says. Metres and radians.
 """
 
 from __future__ import annotations
@@ -23,14 +25,17 @@ from ik.roll import apply_roll, wrap
 from ik.singularity import margins
 
 from ..arrays import Ints
+from ..collision.clearances import Clearances
 from ..failure import Contact, RollBetween
 from .configurations import Nodes
 from .context import Context
+from .held_turns import with_held_turns
 
 FINEST = np.deg2rad(0.3)  # closer samples are not looked at
 MOST_DETOUR = 1.5  # how much longer the way between two samples can be than the straight one in joints
 TARGETS_TOGETHER = 64  # targets looked at together, to keep memory flat
-COARSER = 3  # times as far apart are the rolls that are looked at first
+COARSER = 3  # times as far apart are the rolls that are looked at before others
+FEWEST = 4  # steps between the rolls that are looked at first of all
 BESIDE = np.deg2rad(np.array([0.0, *(s * d for d in (0.25, 0.5, 1, 2, 3, 4, 5, 6) for s in (-1, 1))]))
 STANDS = np.empty(0)  # axes of a table that does not move
 Stretches = list[tuple[float, float]]
@@ -45,8 +50,11 @@ class _Looked:
         branch: (m,).
         roll: (m,), rad.
         q: (m, j), rad.
-        room: least clearance less what is asked for, (m,), m: at most that; -inf where limits or margins forbid it.
+        room: least clearance less what is asked for, (m,), m: at most that; -inf where limits or margins forbid it, NaN
+            where it was not looked at because the target is free in another branch.
         held: turn of the roll to either side in which what moves with the TCP stays in a collision, (m,), rad.
+        pair: ids of the two geoms that are nearest, (m, 2); -1 where it was not looked at.
+        position: where they are, (m, 3), world, m.
     """
 
     target: Ints
@@ -55,12 +63,22 @@ class _Looked:
     q: Floats
     room: Floats
     held: Floats
+    pair: Ints
+    position: Floats
+
+    def rows(self, at: Ints | NDArray[np.bool_]) -> _Looked:
+        """Some of them."""
+        return _Looked(*(getattr(self, f.name)[at] for f in fields(self)))
 
     def sorted_with(self, *others: _Looked) -> _Looked:
         """All of them together."""
         every = [np.concatenate([getattr(x, f.name) for x in (self, *others)]) for f in fields(self)]
         order = np.lexsort((every[2], every[1], every[0]))
         return _Looked(*(values[order] for values in every))
+
+    def free_targets(self) -> Ints:
+        """Targets that are free at a roll."""
+        return np.unique(self.target[self.room >= 0])
 
 
 def free_rolls(
@@ -77,49 +95,129 @@ def free_rolls(
     Returns:
         By target lowest and highest of neighbouring rolls that were found free, rad, of every branch by itself.
     """
-    every = list(targets)
-    out: dict[int, Stretches] = {i: [] for i in every}
-    radius = context.tool_radius
-    for first in range(0, len(every), TARGETS_TOGETHER):
-        some = np.array(every[first : first + TARGETS_TOGETHER], dtype=np.int64)
-        known = _sampled(context, some, step, radius)
-        more = [(i, (also or {})[i]) for i in some.tolist() if i in (also or {})]
-        if more:
-            target, roll = np.array([i for i, _ in more]), np.array([r for _, r in more], dtype=float)
-            known = known.sorted_with(_looked_at(context, target, roll, None, radius))
-        while context.solver.form is not None:
-            at = np.flatnonzero(_may_hide(context, known))
-            if not len(at):
-                break
-            middle = (known.roll[at] + known.roll[at + 1]) / 2
-            known = known.sorted_with(_looked_at(context, known.target[at], middle, known.branch[at], radius))
-        for i, low, high in _stretches(known):
+    out: dict[int, Stretches] = {i: [] for i in targets}
+    for some in _some_together(out):
+        more = {i: roll for i, roll in (also or {}).items() if i in some}
+        for i, low, high in _stretches(_searched(context, some, step, more)):
             out[i].append((low, high))
     return out
 
 
-def _sampled(context: Context, some: Ints, step: float, radius: Floats) -> _Looked:
-    """Targets at all rolls of a step, less those between coarser ones at which the tool is held in a collision."""
+@dataclass(frozen=True, eq=False)
+class Best:
+    """The least bad of what was looked at of a target that is free at no roll.
+
+    Attributes:
+        q: the configuration, (j,), rad.
+        roll: rad.
+        clearances: of this configuration alone.
+    """
+
+    q: Floats
+    roll: float
+    clearances: Clearances
+
+
+def free_nowhere(context: Context, targets: Iterable[int], step: float) -> dict[int, Best | None]:
+    """Targets that are free at no roll; of the others no more is looked at than it takes to see it.
+
+    Args:
+        context: the arm and the cell.
+        targets: which.
+        step: distance of the rolls that are looked at, rad.
+
+    Returns:
+        By target what collides least; None where limits or margins forbid all that was looked at.
+    """
+    out: dict[int, Best | None] = {}
+    for some in _some_together(targets):
+        known = _searched(context, some, step, {}, until_free=True)
+        for i in np.setdiff1d(some, known.free_targets()).tolist():
+            at = np.flatnonzero((known.target == i) & (known.pair[:, 0] >= 0))
+            out[i] = None
+            if len(at):
+                k = at[np.argmax(known.room[at])]
+                near = Clearances(known.room + context.settings.clearance, known.pair, known.position)
+                out[i] = Best(known.q[k], float(known.roll[k]), near.rows(np.array([k])))
+    return out
+
+
+def _some_together(targets: Iterable[int]) -> list[Ints]:
+    every: Ints = np.array(sorted(targets), dtype=np.int64)
+    return [every[k : k + TARGETS_TOGETHER] for k in range(0, len(every), TARGETS_TOGETHER)]
+
+
+def _searched(
+    context: Context, some: Ints, step: float, also: Mapping[int, float], *, until_free: bool = False
+) -> _Looked:
+    """All that has to be looked at of some targets, or as much of it as tells which of them are free."""
+    known = _sampled(context, some, step, until_free=until_free)
+    if also:
+        target, roll = np.array(list(also)), np.array(list(also.values()), dtype=float)
+        known = known.sorted_with(_looked_at(context, target, roll))
+    while context.solver.form is not None:
+        hides = _may_hide(context, known)
+        if until_free:
+            hides &= ~np.isin(known.target[:-1], known.free_targets())
+        at = np.flatnonzero(hides)
+        if not len(at):
+            break
+        middle = (known.roll[at] + known.roll[at + 1]) / 2
+        known = known.sorted_with(_looked_at(context, known.target[at], middle, known.branch[at]))
+    return known
+
+
+def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> _Looked:
+    """Targets, ascending, at the rolls of a step, less those between coarser ones at which the tool is held."""
     rolls = context.window.samples(step)
     if context.window.is_full:
         rolls = np.append(rolls, rolls[0] + 2 * np.pi)
-    coarse = np.unique(np.append(np.arange(0, len(rolls), COARSER), len(rolls) - 1))
-    first = rolls[coarse]
-    target, roll = np.repeat(some, len(first)), np.tile(first, len(some))
-    known = _looked_at(context, target, roll, None, radius)
-    held = np.zeros((len(some), len(first)))
-    at = np.searchsorted(np.sort(some), known.target), np.searchsorted(first, known.roll)
-    np.maximum.at(held, at, known.held)  # in one branch as in another
-    open_ = held[:, :-1] + held[:, 1:] < np.diff(first)  # (t, gaps)
-    rest = np.setdiff1d(np.arange(len(rolls)), coarse)
-    t, k = np.nonzero(open_[:, np.searchsorted(coarse, rest) - 1])
-    if not len(t):
-        return known
-    return known.sorted_with(_looked_at(context, np.sort(some)[t], rolls[rest[k]], None, radius))
+    stride = 1
+    while (len(rolls) - 1) // (stride * COARSER) >= FEWEST:
+        stride *= COARSER
+    seen, held = (np.zeros((len(some), len(rolls)), dtype=kind) for kind in (bool, float))
+    looked: list[_Looked] = []
+    while stride:
+        coarse = np.unique(np.append(np.arange(0, len(rolls), stride), len(rolls) - 1))
+        t, k = np.nonzero(~seen[:, coarse] & _open_between(rolls, seen, held)[:, coarse])
+        if len(t):
+            looked.append(_looked_at(context, some[t], rolls[coarse[k]], until_free=until_free))
+            seen[t, coarse[k]] = True
+            at = np.searchsorted(some, looked[-1].target), np.searchsorted(rolls, looked[-1].roll)
+            np.maximum.at(held, at, looked[-1].held)  # in one branch as in another
+            held = _spread(rolls, held, circular=context.window.is_full)
+            if until_free:  # of what is free no more is looked at
+                seen[np.searchsorted(some, looked[-1].free_targets())] = True
+        stride //= COARSER
+    known = looked[0].sorted_with(*looked[1:])
+    return replace(known, held=held[np.searchsorted(some, known.target), np.searchsorted(rolls, known.roll)])
 
 
-def _looked_at(context: Context, target: Ints, roll: Floats, branch: Ints | None, radius: Floats) -> _Looked:
-    """Targets at rolls, (m,): all their branches, or one of each."""
+def _open_between(rolls: Floats, seen: NDArray[np.bool_], held: Floats) -> NDArray[np.bool_]:
+    """Rolls (t, r) that lie between two that were looked at without the tool being held all of the way."""
+    every, count = np.arange(len(rolls)), len(rolls)
+    before = np.maximum.accumulate(np.where(seen, every, -1), axis=1)
+    after = np.minimum.accumulate(np.where(seen, every, count)[:, ::-1], axis=1)[:, ::-1]
+    outside = (before < 0) | (after == count)
+    a, b = np.maximum(before, 0), np.minimum(after, count - 1)
+    turn = np.take_along_axis(held, a, axis=1) + np.take_along_axis(held, b, axis=1)
+    return outside | (turn < rolls[b] - rolls[a])
+
+
+def _spread(rolls: Floats, held: Floats, *, circular: bool) -> Floats:
+    """How far the tool is held from every roll on, (t, r), rad, by what is known at any of them."""
+    for _ in range(2 if circular else 1):
+        if circular:  # the first and the last are one
+            held[:, [0, -1]] = held[:, [0, -1]].max(axis=1, keepdims=True)
+        held = np.maximum(held, np.maximum.accumulate(held + rolls, axis=1) - rolls)
+        held = np.maximum(held, np.maximum.accumulate((held - rolls)[:, ::-1], axis=1)[:, ::-1] + rolls)
+    return held
+
+
+def _looked_at(
+    context: Context, target: Ints, roll: Floats, branch: Ints | None = None, *, until_free: bool = False
+) -> _Looked:
+    """Targets at rolls, (m,): all their branches, or one of each; or as many as it takes to see that it is free."""
     solver = context.solver
     each, same = np.unique(np.stack([target, roll]), axis=1, return_inverse=True)
     placed = context.placed.rows(each[0].astype(np.int64))
@@ -137,31 +235,35 @@ def _looked_at(context: Context, target: Ints, roll: Floats, branch: Ints | None
     # standings that differ by whole turns are one to look at
     q = found[np.arange(len(found)), np.argmax(good, axis=1)]
     room = np.where(good.any(axis=1), np.nan, -np.inf)
-    return _with_room(context, _Looked(target, branch, roll, q, room, np.zeros(len(q))).sorted_with(), radius)
+    none = Clearances.none(len(q))
+    looked = _Looked(target, branch, roll, q, room, np.zeros(len(q)), none.pair, none.position)
+    return _with_room(context, looked.sorted_with(), until_free=until_free)
 
 
-def _with_room(context: Context, looked: _Looked, radius: Floats) -> _Looked:
+def _with_room(context: Context, looked: _Looked, *, until_free: bool) -> _Looked:
     """The same with the room where it is NaN: of one branch of each roll first, as the tool stands alike in all."""
-    room, held = looked.room.copy(), np.zeros(len(looked.room))
+    room, held = looked.room.copy(), looked.held.copy()
+    pair, position = looked.pair.copy(), looked.position.copy()
     _, alike = np.unique(np.stack([looked.target, looked.roll]), axis=1, return_inverse=True)
     alike = alike.reshape(-1)
     for one_a_roll in (True, False):
         at = np.flatnonzero(np.isnan(room))
         if one_a_roll:
             at = at[np.unique(alike[at], return_index=True)[1]]
+        elif until_free:
+            at = at[~np.isin(looked.target[at], looked.target[room >= 0])]
         if not len(at):
             break
         axes = context.placed.axes(looked.q[at], looked.target[at])
-        seen = context.screen.clearances(axes, context.deposits_before[looked.target[at]])
-        room[at] = seen.distance - context.settings.clearance
-        mine = (room[at] < 0) & context.screen.of_tool(seen.pair)
-        tool = at[mine]
-        most, turn = np.full(int(alike.max(initial=0)) + 1, np.nan), np.zeros(int(alike.max(initial=0)) + 1)
-        most[alike[tool]] = room[tool]
-        np.maximum.at(turn, alike[tool], -room[tool] / radius[seen.pair[mine]].min(axis=1))
+        seen, tools = with_held_turns(context, axes, context.deposits_before[looked.target[at]])
+        room[at], pair[at], position[at] = seen.distance - context.settings.clearance, seen.pair, seen.position
+        tool = tools.turn > 0
+        most, held_by = np.full(int(alike.max(initial=0)) + 1, np.nan), np.zeros(int(alike.max(initial=0)) + 1)
+        most[alike[at[tool]]] = tools.room[tool]
+        np.maximum.at(held_by, alike[at], tools.turn)
         room = np.where(np.isnan(room), most[alike], room)
-        held = np.maximum(held, turn[alike])
-    return _Looked(looked.target, looked.branch, looked.roll, looked.q, room, held)
+        held = np.maximum(held, held_by[alike])
+    return replace(looked, room=room, held=held, pair=pair, position=position)
 
 
 def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:

@@ -135,10 +135,12 @@ def _bead_trial(bead: BeadPlan, failed: set[int], most: float) -> _LayerTrial:
 
 def _stand_free(context: Context, targets: Sequence[int]) -> bool:
     """Whether some targets each have a configuration that is free, at the sampled rolls."""
-    some = np.array(targets, dtype=np.int64)
-    placed = context.placed.rows(some)
-    nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step, context.limits)
-    return not BeadSearch(SearchedBead.apart(context, some), nodes).lost_alone()
+    window, step = context.window, context.settings.roll_step
+    for i in targets:
+        nodes = evaluate(context.solver, context.placed.rows([i]), window, step, context.limits)
+        if BeadSearch(SearchedBead.apart(context, np.array([i])), nodes).lost_alone():
+            return False
+    return True
 
 
 def _travel_trial(plan: PartPlan, target: int) -> _LayerTrial:

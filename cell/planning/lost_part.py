@@ -29,12 +29,12 @@ from .bead_search import BeadPlan, BeadSearch, TargetFailure
 from .configurations import evaluate
 from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead
-from .free_rolls import free_rolls
+from .free_rolls import Best, free_nowhere, free_rolls
 from .station_search import HIT, Ends, StationSearch
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
-LARGE_FLOOR = 1_500  # of all others
-PER_TARGET = 3  # and for each of its targets
+LARGE_FLOOR = 1_000  # of all others
+PER_TARGET = 1  # and for each of its targets
 BRANCHES = 8  # configurations of a target at a roll
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
 TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
@@ -82,7 +82,12 @@ class LossJudge:
             self._suspect = next(iter(bead.target_failures), self._suspect)
 
     def plan(
-        self, first: int, stop: int, q_before: Floats | None, in_full: Callable[[float | None], BeadPlan]
+        self,
+        first: int,
+        stop: int,
+        q_before: Floats | None,
+        in_full: Callable[[float | None], BeadPlan],
+        vain: StationSearch | None = None,
     ) -> BeadPlan:
         """Plan a bead.
 
@@ -91,6 +96,7 @@ class LossJudge:
             stop: one past its last.
             q_before: where the arm comes from, (j,), rad, or None.
             in_full: searches it in full; given what it may ask once the bead is known to be lost, None without a limit.
+            vain: a quick search of it that found no way.
 
         Returns:
             The plan.
@@ -99,7 +105,9 @@ class LossJudge:
         if self.every:
             return in_full(None)
         bead = (
-            in_full(self.left(stop)) if self.affords(first, stop) else self._sparingly(first, stop, q_before, in_full)
+            in_full(self.left(stop))
+            if self.affords(first, stop)
+            else self._sparingly(first, stop, q_before, in_full, vain)
         )
         if not bead.whole:
             self.charge(before)
@@ -107,7 +115,12 @@ class LossJudge:
         return bead
 
     def _sparingly(
-        self, first: int, stop: int, q_before: Floats | None, in_full: Callable[[float | None], BeadPlan]
+        self,
+        first: int,
+        stop: int,
+        q_before: Floats | None,
+        in_full: Callable[[float | None], BeadPlan],
+        vain: StationSearch | None,
     ) -> BeadPlan:
         """A bead that is dear to search in vain."""
         before = self.context.work
@@ -120,8 +133,8 @@ class LossJudge:
                 return lost_bead(first, stop, target_failures)
         bead = SearchedBead.of(self.context, first, stop)
         if StationSearch.suits(bead):
-            search = StationSearch(bead, self.context.settings.roll_step, Ends(q_before))
-            stretch = search.run()
+            search = vain or StationSearch(bead, self.context.settings.roll_step, Ends(q_before))
+            stretch = search.run() if vain is None else None
             if stretch is not None:
                 return BeadPlan(first, stop, (stretch,), {}, {})
             suspects += [first + int(i) for i in _most_hit(search)]
@@ -200,16 +213,34 @@ def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFail
         What is wrong with those that have none, as a search of their bead says it; rolls between the samples are
         looked at as well.
     """
-    some, step = np.array(targets, dtype=np.int64), context.settings.roll_step
-    placed = context.placed.rows(some)
-    nodes = evaluate(context.solver, placed, context.window, step, context.limits)
-    bead = SearchedBead.apart(context, some)
-    found = {int(some[k]): lost for k, lost in BeadSearch(bead, nodes).lost_alone().items()}
-    open_ = [] if context.window.is_fixed else [i for i, lost in found.items() if not lost.failure.proved]
-    between = {i: found[i].failure.between for i in open_}
+    some: Ints = np.array(targets, dtype=np.int64)
+    if context.window.is_fixed:
+        return _without_nodes(context, some)
+    step = context.settings.roll_step
+    nowhere = free_nowhere(context, targets, step / FINER_ROLLS)
+    out = {i: _colliding(context, best) for i, best in nowhere.items() if best is not None}
+    bare = _without_nodes(context, np.array([i for i, best in nowhere.items() if best is None], dtype=np.int64))
+    between = {i: lost.failure.between for i, lost in bare.items() if not lost.failure.proved}
     also = {i: float(np.deg2rad(b.roll_deg)) for i, b in between.items() if b is not None and b.collision is None}
-    free = free_rolls(context, open_, step / FINER_ROLLS, also)
-    return {i: lost for i, lost in found.items() if not free.get(i)}
+    free = free_rolls(context, also, step / FINER_ROLLS, also)
+    return dict(sorted({**out, **{i: lost for i, lost in bare.items() if not free.get(i)}}.items()))
+
+
+def _colliding(context: Context, best: Best) -> TargetFailure:
+    """A target at whose every roll something collides."""
+    failure = context.describe(best.clearances, 0)
+    return TargetFailure(replace(failure, roll_deg=round(float(np.rad2deg(best.roll)), 3)), best.q)
+
+
+def _without_nodes(context: Context, some: Ints) -> dict[int, TargetFailure]:
+    """Targets without a node that is free, with why."""
+    if not len(some):
+        return {}
+    nodes = evaluate(
+        context.solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
+    )
+    found = BeadSearch(SearchedBead.apart(context, some), nodes).lost_alone()
+    return {int(some[k]): lost for k, lost in found.items()}
 
 
 def _most_hit(search: StationSearch) -> Ints:

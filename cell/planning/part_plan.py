@@ -132,9 +132,10 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
             judge.knows(bead, run.known.spent)
         else:
             q_before = run.q_before if last is None else last.q_targets[-1]
-            found = None if judge.lost else ahead.bead(first, q_before)
-            in_full = partial(plan_bead, context, first, stop, q_before)
-            bead = found or judge.plan(first, stop, q_before, in_full)
+            found = ahead.bead(first, q_before)
+            vain = ahead.in_vain(first, q_before)
+            in_full = partial(plan_bead, context, first, stop, q_before, quickly=vain is None)
+            bead = found or judge.plan(first, stop, q_before, in_full, vain)
         if bead.whole and stop < context.span.stop:
             bead, _ = that_can_leave(context, bead)
         if last is not None and bead.whole:
@@ -200,7 +201,7 @@ def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = (
         ends.append(tried.stretches[0].q_targets[-1])
         if len(ends) == BEGINNINGS:
             break
-        tried = _search(context, bead.first, bead.stop, None, context.settings.roll_step, avoid, ends)
+        tried = searched_again(context, bead, Ends(None, avoid, ends))
     return bead, False
 
 
@@ -219,7 +220,7 @@ def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan
         avoid.append(start.q_targets[0])
         if len(avoid) == BEGINNINGS or _cannot_leave(way):
             return bead, failed
-        tried = _search(context, bead.first, bead.stop, last.q_targets[-1], context.settings.roll_step, avoid)
+        tried = searched_again(context, bead, Ends(last.q_targets[-1], avoid))
         tried, _ = that_can_leave(context, tried, avoid)
         if not tried.whole:
             return bead, failed
@@ -231,7 +232,15 @@ def _cannot_leave(travel: Failure) -> bool:
     return effort is not None and effort.shut_in == "leaving" and effort.attempts is None
 
 
-def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, most: float | None = None) -> BeadPlan:
+def plan_bead(
+    context: Context,
+    first: int,
+    stop: int,
+    q_before: Floats | None,
+    most: float | None = None,
+    *,
+    quickly: bool = True,
+) -> BeadPlan:
     """Plan one bead.
 
     Args:
@@ -240,18 +249,20 @@ def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, 
         stop: one past its last.
         q_before: where the arm comes from, (j,), rad, or None.
         most: configurations that may be asked about once a target of it is known to be lost; None: any number.
+        quickly: whether the quick search comes first; it need not where it has found no way already.
 
     Returns:
         The plan; beyond that limit, targets that only a finer search could settle are left open.
     """
     begun, step = context.work, context.settings.roll_step
-    plan = _search(context, first, stop, q_before, step)
+    bead, ends = SearchedBead.of(context, first, stop), Ends(q_before)
+    plan = _search(bead, ends, step) if quickly else _in_full(bead, ends, step)
     if plan.whole or context.window.is_fixed or not plan.may_be_mended:
         return plan
     free = _free_between(context, plan, step / FINER_ROLLS)
     lost = {i for i in plan.target_failures if not free.get(i)}
     left = np.inf if most is None or not lost else most - (context.work - begun)
-    finer = _search(context, first, stop, q_before, step / FINER_ROLLS, free=_Rolls(_all(free), most=left))
+    finer = _search(bead, ends, step / FINER_ROLLS, _Rolls(_all(free), most=left))
     if finer.open:
         return plan.only(lost)
     plan = _better(plan, finer)
@@ -259,7 +270,7 @@ def plan_bead(context: Context, first: int, stop: int, q_before: Floats | None, 
         return plan
     free |= _free_between(context, plan, step / FINER_ROLLS, free)
     rolls = _Rolls(_all(free), FINEST_ROUNDS)
-    return _better(plan, _search(context, first, stop, q_before, step / FINER_ROLLS**2, free=rolls))
+    return _better(plan, _search(bead, ends, step / FINER_ROLLS**2, rolls))
 
 
 def _better(plan: BeadPlan, other: BeadPlan) -> BeadPlan:
@@ -296,35 +307,28 @@ class _Rolls:
     most: float = np.inf
 
 
-def _search(
-    context: Context,
-    first: int,
-    stop: int,
-    q_before: Floats | None,
-    roll_step: float,
-    begin_off: Sequence[Floats] = (),
-    end_off: Sequence[Floats] = (),
-    free: _Rolls | None = None,
-) -> BeadPlan:
-    """Search a bead that begins and ends well off given configurations: quickly, and in full where that finds none."""
-    bead = SearchedBead.of(context, first, stop)
+def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | None = None) -> BeadPlan:
+    """Search a bead: quickly, and in full where that finds none."""
     if StationSearch.suits(bead):
-        stretch = StationSearch(bead, roll_step, Ends(q_before, begin_off, end_off)).run()
+        stretch = StationSearch(bead, roll_step, ends).run()
         if stretch is not None:
-            return BeadPlan(first, stop, (stretch,), {}, {})
-    also = None if free is None else free.also
+            return BeadPlan(bead.first, bead.first + len(bead), (stretch,), {}, {})
+    return _in_full(bead, ends, roll_step, free)
+
+
+def _in_full(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | None = None) -> BeadPlan:
+    """Search a bead at all rolls of every target."""
+    context, also = bead.context, None if free is None else free.also
     nodes = evaluate(context.solver, bead.placed, context.window, roll_step, context.limits, also)
-    for at, q in [*((0, q) for q in begin_off), *((-1, q) for q in end_off)]:
+    for at, q in [*((0, q) for q in ends.begin_off), *((-1, q) for q in ends.end_off)]:
         # whole turns are the travel's own to try
         off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)
         nodes.cost[at][off < ELSEWHERE] = np.inf
     if free is None:
-        return BeadSearch(bead, nodes).run(q_before)
-    return BeadSearch(bead, nodes, turns_freely=True, rounds=free.rounds, most=free.most).run(q_before)
+        return BeadSearch(bead, nodes).run(ends.q_before)
+    return BeadSearch(bead, nodes, turns_freely=True, rounds=free.rounds, most=free.most).run(ends.q_before)
 
 
-def searched_again(
-    context: Context, bead: BeadPlan, q_before: Floats | None, begin_off: Sequence[Floats], end_off: Sequence[Floats]
-) -> BeadPlan:
+def searched_again(context: Context, bead: BeadPlan, ends: Ends) -> BeadPlan:
     """A bead that begins and ends well off given configurations."""
-    return _search(context, bead.first, bead.stop, q_before, context.settings.roll_step, begin_off, end_off)
+    return _search(SearchedBead.of(context, bead.first, bead.stop), ends, context.settings.roll_step)

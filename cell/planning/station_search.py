@@ -30,6 +30,7 @@ from ..failure import Kind
 from ..scene.placement import Placed
 from .configurations import NEAR_COST, near_cost, standing_cost
 from .edge_check import SearchedBead, Stretch, check_edges
+from .held_turns import with_held_turns
 
 LEAST_STATIONS = 4
 ROUNDS, LOOKS = 8, 24  # ways followed, and ways through the stations before each, until it is left to the full search
@@ -212,14 +213,22 @@ class StationSearch:
         """Check nodes of stations; which collide."""
         least = self.context.settings.clearance
         axes = self.bead.placed.axes(self.q[:, s, g, r].T, self.at[s])
-        found = self.context.screen.clearances(axes, self.bead.deposits_before[self.at[s]])
+        found, tools = with_held_turns(self.context, axes, self.bead.deposits_before[self.at[s]])
         hit = found.distance < least
         self.known[s, g, r] = np.where(hit, HIT, FREE)
         self.expected_cost[s, g, r] = near_cost(found.distance, least)
-        # the tool stands alike in every branch
-        tool = hit & self.context.screen.of_tool(found.pair)
-        self.known[s[tool], :, r[tool]] = HIT
+        # the tool stands alike in every branch, and a turn of the roll frees it only after some angle
+        tool = np.flatnonzero(tools.turn > 0)
+        held = np.abs(self._turn(r[tool])) < tools.turn[tool, None]  # (m, r)
+        at, rolls = np.nonzero(held)
+        known = self.known[s[tool[at]], :, rolls]
+        self.known[s[tool[at]], :, rolls] = np.where(known == FREE, FREE, HIT)
         return hit
+
+    def _turn(self, r: Ints) -> Floats:
+        """How far every roll is from some of them, (m, r), rad."""
+        turn = self.rolls - self.rolls[r][:, None]
+        return wrap(turn) if self.context.window.is_full else turn
 
     def _look_around(self, s: Ints, g: int) -> None:
         """Look at every second roll at one of some stations where the way collides; expect the same at the others."""

@@ -20,7 +20,7 @@ from queue import SimpleQueue
 from typing import TypeVar
 
 from ..errors import InputError
-from ..processes import begin_worker, uninterrupted
+from ..processes.own_process import begin_worker, uninterrupted
 from ..termination import Terminated
 
 AHEAD = 256  # units sent and not yet back

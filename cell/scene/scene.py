@@ -138,7 +138,11 @@ class Scene:
         return pose(data.xpos[base], data.xmat[base])
 
     def check_table(self, E1: float, E2: float) -> None:
-        """Refuse table angles (rad) that the positioner does not have.
+        """Refuse table angles that the positioner does not have.
+
+        Args:
+            E1: tilt, rad.
+            E2: turn, rad.
 
         Raises:
             InputError: which axis, its range.
@@ -162,7 +166,11 @@ class Scene:
                 )
 
     def geom_name(self, geom: int) -> str:
-        """What a geom is called in reports: a piece of a fixture by the fixture."""
+        """What a geom is called in reports: a piece of a fixture by the fixture.
+
+        Args:
+            geom: its number in the scene's model.
+        """
         if self.piece_of_geom[geom] == Piece.FIXTURE:
             return self.model.body(self.model.geom_bodyid[geom]).name.split("/")[1]
         name = self.model.geom(geom).name

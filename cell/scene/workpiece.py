@@ -20,6 +20,7 @@ from ik.chain import Floats
 from slicing import Code, Mesh, PartShape, Warning
 
 from ..case.cell_sections import Fixture
+from ..case.part_sections import Support
 from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.convex_pieces import ConvexPieces, convex_pieces
@@ -53,36 +54,34 @@ def add_part(pieces: Pieces, part: PartShape, together: int = MANY_PIECES) -> No
     """Put support and part onto the positioner's table, with a site ``part`` at the part's frame."""
     case, world = pieces.case, pieces.world
     pos, quat = pieces.table
-    lift = 0.0
     fixed = _table_body(pieces).add_body(name="workpiece", pos=pos, quat=quat)
     pieces.piece["workpiece"] = Piece.SUPPORT
-    if case.support is not None:
-        radius, height = case.support.radius_mm * METRES_PER_MM, case.support.height_mm * METRES_PER_MM
-        fixed.add_geom(
-            name="support",
-            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-            size=(radius, height / 2, 0),
-            pos=(0, 0, height / 2),
-            rgba=COLOUR["support"],
-            group=3,
-            contype=SOLID,
-            conaffinity=SOLID,
-        )
-        fixed.add_geom(
-            name="support_visual",
-            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-            size=(radius, height / 2, 0),
-            pos=(0, 0, height / 2),
-            rgba=COLOUR["support"],
-            group=2,
-            contype=0,
-            conaffinity=0,
-        )
-        lift = height
+    lift = 0.0 if case.support is None else _add_support(fixed, case.support)
     place = np.array(case.part.position_mm) * METRES_PER_MM + (0.0, 0.0, lift)
     body = fixed.add_body(name="part", pos=place, quat=quaternion_about((0.0, 0.0, case.part.rotation_deg)))
     pieces.piece["part"] = Piece.PART
     body.add_site(name="part", size=(0.002, 0.002, 0.002), group=4)
+    _add_visuals(world, body, part)
+    pieces.warnings += _filled_body(case, part)
+    _add_hulls(pieces, body, part, together)
+
+
+def _add_support(body: mujoco.MjsBody, support: Support) -> float:
+    """The support that the part stands on: it is seen and it collides. Its height, m."""
+    radius, height = support.radius_mm * METRES_PER_MM, support.height_mm * METRES_PER_MM
+    shape = {
+        "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
+        "size": (radius, height / 2, 0),
+        "pos": (0, 0, height / 2),
+        "rgba": COLOUR["support"],
+    }
+    body.add_geom(name="support", group=3, contype=SOLID, conaffinity=SOLID, **shape)
+    body.add_geom(name="support_visual", group=2, contype=0, conaffinity=0, **shape)
+    return height
+
+
+def _add_visuals(world: mujoco.MjSpec, body: mujoco.MjsBody, part: PartShape) -> None:
+    """What is seen of the part."""
     for name, mesh in part.visual.items():
         world.add_mesh(
             name=name,
@@ -99,9 +98,12 @@ def add_part(pieces: Pieces, part: PartShape, together: int = MANY_PIECES) -> No
             contype=0,
             conaffinity=0,
         )
-    pieces.warnings += _filled_body(case, part)
+
+
+def _add_hulls(pieces: Pieces, body: mujoco.MjsBody, part: PartShape, together: int) -> None:
+    """What the part collides with: convex pieces of its body and deposits; many of them in bodies of their own."""
     several = len(part.hulls) > together
-    holder = body
+    holder, world = body, pieces.world
     for i, (name, vertices) in enumerate(part.hulls.items()):
         if several and i % together == 0:
             # MuJoCo goes through every geom of a body that may be hit: what lies far off is left out body by body

@@ -30,6 +30,22 @@ def surroundings(case: Case) -> mujoco.MjSpec:
     world.visual.map.znear = 0.005
     world.visual.quality.shadowsize = 8192
     world.visual.global_.offwidth, world.visual.global_.offheight = 2560, 1600
+    _add_textures(world)
+    _add_lights(world)
+    if case.floor:
+        world.worldbody.add_geom(
+            name="floor",
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=(20, 20, 0.1),
+            material="floor",
+            contype=SOLID,
+            conaffinity=SOLID | WIRE,
+        )
+    return world
+
+
+def _add_textures(world: mujoco.MjSpec) -> None:
+    """Sky and floor."""
     world.add_texture(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
@@ -54,6 +70,10 @@ def surroundings(case: Case) -> mujoco.MjSpec:
     textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = "floor"
     dull = {"reflectance": 0.0, "specular": 0.0, "shininess": 0.0}
     world.add_material(name="floor", textures=textures, texrepeat=(1, 1), texuniform=True, **dull)
+
+
+def _add_lights(world: mujoco.MjSpec) -> None:
+    """A sun that casts shadows, and a weaker one from the other side."""
     body = world.worldbody
     sun = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     body.add_light(
@@ -72,13 +92,3 @@ def surroundings(case: Case) -> mujoco.MjSpec:
         specular=(0,) * 3,
         castshadow=False,
     )
-    if case.floor:
-        body.add_geom(
-            name="floor",
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            size=(20, 20, 0.1),
-            material="floor",
-            contype=SOLID,
-            conaffinity=SOLID | WIRE,
-        )
-    return world

@@ -23,7 +23,7 @@ from ..collision.checker import Checker
 from ..job.job import Job
 from ..planning.configurations import evaluate
 from ..planning.context import settings_of
-from ..processes import Tick
+from ..processes.worker import Tick
 from ..scene.placement import place
 from .layer_order import NEVER
 from .side_by_side import crew_for

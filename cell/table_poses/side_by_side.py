@@ -6,7 +6,7 @@ found = crew_for(job).run(function, job, items)
 from __future__ import annotations
 
 from ..job.job import Job
-from ..processes import Crew, crew
+from ..processes.crew import Crew, crew
 
 LARGE = 300  # targets from which on workers, whose start takes a second of each, save more than that
 

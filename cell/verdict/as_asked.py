@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ..case.sections import Case
 from ..job.job import Job, prepare
-from ..processes import working
+from ..processes.crew import working
 from ..progress import Progress
 from .check import check
 from .result import Result

@@ -35,7 +35,7 @@ from ..planning.lockouts import with_lockouts
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeWays, SpanEnds, with_home
 from ..planning.travels.travel import STRAIGHT, straight_retract
-from ..processes import processor_time, working
+from ..processes.crew import processor_time, working
 from ..progress import Progress, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles

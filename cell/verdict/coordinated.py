@@ -28,7 +28,7 @@ from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..planning.configurations import evaluate
 from ..planning.context import Context
-from ..processes import processor_time
+from ..processes.crew import processor_time
 from ..progress import Progress, phase
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of

@@ -22,7 +22,7 @@ from ..errors import InputError
 from ..job.job import Job
 from ..job.table_groups import TableGroup
 from ..planning.context import Context, Span
-from ..processes import Tick
+from ..processes.worker import Tick
 from ..progress import Progress, counted
 from ..table_poses.side_by_side import crew_for
 from ..table_poses.suited_poses import serves

@@ -30,7 +30,7 @@ from ..part_chunks.least import Least
 from ..planning.assemble import with_ways
 from ..planning.context import Context
 from ..planning.travels.home import HomeWays
-from ..processes import processor_time
+from ..processes.crew import processor_time
 from ..progress import Progress, counted, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles

@@ -13,7 +13,7 @@ from ..job.build_order import LayerRun
 from ..job.job import Job
 from ..job.table_groups import TableGroup, table_groups
 from ..job.table_section_check import BODY
-from ..processes import Tick
+from ..processes.worker import Tick
 from ..table_poses.layer_order import shortest_order
 from ..table_poses.locked_layers import locked_layers
 from ..table_poses.side_by_side import crew_for

@@ -25,7 +25,8 @@ from ..collision.proofs.reach_radii import all_radii
 from ..collision.rounded_paths import BlendedPath
 from ..collision.table import with_table_axes
 from ..job.job import Job
-from ..processes import Tick, crew
+from ..processes.crew import crew
+from ..processes.worker import Tick
 from ..units import METRES_PER_MM
 from .bead_samples import Way
 

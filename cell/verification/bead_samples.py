@@ -39,9 +39,6 @@ class Grain:
 
 FINE = Grain(0.2e-3, np.deg2rad(0.2))
 AS_BAD = Grain(0.05e-3, np.deg2rad(0.05))  # distances and angles that count alike
-MORE = (
-    0.02  # of these by which another chord is nearer than the named one: where a bead runs back they all but coincide
-)
 MOST_SAMPLES = 10_000_000
 COARSE = Grain(1e-3, np.deg2rad(1.0))
 
@@ -166,7 +163,7 @@ def against_beads(job: Job, way: Way, target: Ints) -> OnBead:
         turned = 2 * np.arcsin(np.clip(np.linalg.norm(z + towards, axis=1) / 2, 0.0, 1.0))
         # a chord may be nearer whose direction is another; where chords meet, it is the one that the row names
         score = np.maximum(away / AS_BAD.position, turned / AS_BAD.angle)
-        better = mine & (score < best - MORE)
+        better = mine & (score < best)
         here = along[e] + s * (along[e + 1] - along[e])
         if shift == 0:
             named_score, named_progress = np.where(mine, score, np.inf), here

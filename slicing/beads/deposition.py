@@ -150,7 +150,14 @@ def wire_m(volume_mm3: float, wire_diameter_mm: float) -> float:
 
 
 def share_of(metal: Sequence[LayerMetal]) -> float:
-    """Metal laid as a share of the metal that the layers need."""
+    """Metal laid as a share of the metal that the layers need.
+
+    Args:
+        metal: of each layer.
+
+    Returns:
+        The share; 1 where nothing is needed.
+    """
     wanted = sum(m.wanted_mm3 for m in metal)
     return sum(m.laid_mm3 for m in metal) / wanted if wanted > 0 else 1.0
 

@@ -62,7 +62,14 @@ class Overhang:
     out: tuple[tuple[Chart, Any], ...] = ()
 
     def holds(self, points: Floats) -> Bools:
-        """Whether points (n, 3) of the layer overhang."""
+        """Whether points of the layer overhang.
+
+        Args:
+            points: on the layer, (n, 3), mm, part frame.
+
+        Returns:
+            (n,).
+        """
         import shapely
 
         held = np.zeros(len(points), dtype=bool)
@@ -252,7 +259,11 @@ def _area(chart: Chart, region: Any) -> float:
 
 
 def worst_angle(found: Sequence[Overhang]) -> float | None:
-    """Greatest overhang angle of layers, deg; None where it was found of none."""
+    """Greatest overhang angle of layers, deg; None where it was found of none.
+
+    Args:
+        found: the overhangs, one a layer.
+    """
     angles = [one.angle_deg for one in found if math.isfinite(one.angle_deg)]
     return max(angles, default=None)
 

@@ -274,7 +274,12 @@ def _band(axis: tuple[float, float], low: Point, high: Point) -> Floats:
 
 
 def turned(axis: tuple[float, float], profile: Sequence[Point]) -> Mesh:
-    """The profile turned about its axis, as a closed mesh."""
+    """The profile turned about its axis, as a closed mesh.
+
+    Args:
+        axis: (x, y) of an axis parallel to z, mm.
+        profile: (r, z) from end to end, mm, r above 0.
+    """
     rings = [_ring(axis, point, 1.0) for point in profile]
     ends = [[*axis, profile[0][1]], [*axis, profile[-1][1]]]
     i = np.arange(ROUND)

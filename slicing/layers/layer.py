@@ -96,7 +96,15 @@ class SlicedSubVolume:
     body_z_mm: tuple[float, float] = (-math.inf, math.inf)
 
     def thickness_at(self, layer: int, points: Floats) -> Floats:
-        """Thickness (n,) of the bead at points (n, 3) of a layer, mm. See `slicing.layers.thickness`."""
+        """Thickness of the bead at points of a layer.
+
+        Args:
+            layer: its number, from 0.
+            points: on the layer, (n, 3), mm, part frame.
+
+        Returns:
+            (n,) mm, as `slicing.layers.thickness` has it.
+        """
         if self.stands_on_plate:
             return np.full(len(points), self.parameters.h_layer_mm)
         below = self.layers[layer - 1].surface if layer > 0 else None

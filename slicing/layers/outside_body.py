@@ -1,14 +1,12 @@
 """The part of a planar layer that lies outside the body.
 
-A plane parallel to the axis cuts the body in a strip |u| < u0 of the plane, u measured from the foot of the
-axis. What is left of the layer are two half planes, and a region is cut to a half plane loop by loop:
+A plane parallel to the axis cuts the body in a region (`body_section`): a strip of a cylinder, and of other bodies of
+revolution another shape, sampled to the tolerance. Shapely takes it away:
 
     curves = outside_body(curves, plane, body)
 
-Loops are cut where they cross the line; each place where a loop leaves the half plane is joined along the
-line to the next place where one comes back. Orientation is kept: outer loops counter-clockwise, holes
-clockwise. Other bodies of revolution meet the plane in a region of another shape (`body_section`), sampled to the
-tolerance, which is taken away with shapely.
+Outer loops come counter-clockwise, holes clockwise. What is left of a loop begins where it began, so that seams stay
+in place.
 """
 
 from __future__ import annotations
@@ -48,39 +46,6 @@ def outside_body(
         The loops of the region outside the body; the same ones if the plane passes the body by, or none goes
         inside.
     """
-    if not isinstance(body.surface, Cylinder) or math.isfinite(z_mm[0]) or math.isfinite(z_mm[1]):
-        return _outside_section(curves, plane, body.surface, tolerance_mm, z_mm)
-    axis = np.append(body.surface.axis_point, 0.0)
-    height = -float(plane.distance(axis[None])[0])
-    half = body.surface.radius**2 - height**2
-    if half <= 0 or not curves:
-        return curves
-    u_axis, v_axis = plane.axes()
-    if all(
-        (body.surface.distance(curve.points) > -1e-7).all() and not _crosses(curve, body.surface) for curve in curves
-    ):
-        return curves
-    foot = axis + height * np.asarray(plane.normal)
-    loops = [np.stack([(c.points - foot) @ u_axis, (c.points - foot) @ v_axis], axis=1) for c in curves]
-    kept: list[Curve] = []
-    for side in (1.0, -1.0):
-        for loop in clip_half_plane([p * [side, 1.0] for p in loops], float(np.sqrt(half)), side):
-            flat = loop * [side, 1.0]
-            area = float(0.5 * _twice_area(flat))
-            if abs(area) > LEAST_AREA_MM2:
-                points = foot + flat[:, :1] * u_axis + flat[:, 1:] * v_axis
-                kept.append(Curve(points, True, area < 0, area))
-    return kept
-
-
-def _outside_section(
-    curves: list[Curve],
-    plane: Plane,
-    surface: Cylinder | Cone | Revolved,
-    tolerance_mm: float,
-    z_mm: tuple[float, float],
-) -> list[Curve]:
-    """The region outside a body of revolution, which may end along its axis."""
     import shapely
 
     if not curves:
@@ -91,12 +56,13 @@ def _outside_section(
     low, high = (max(low - 1.0, z_mm[0] - plane.point[2]), min(high + 1.0, z_mm[1] - plane.point[2]))
     if high <= low:
         return curves
-    body = body_section(plane, surface, low, high, tolerance_mm)
+    section = body_section(plane, body.surface, low, high, tolerance_mm)
     region = region_of(loops)
-    if not body.intersection(region).area > LEAST_AREA_MM2:
+    if not section.intersection(region).area > LEAST_AREA_MM2:
         return curves
-    kept: list[Curve] = []
-    for polygon in shapely.get_parts(region.difference(body)):
+    centre = float(plane.unrolled(np.append(body.surface.axis_point, 0.0)[None])[0, 0])
+    rings: list[tuple[Floats, float]] = []
+    for polygon in shapely.get_parts(region.difference(section)):
         if polygon.geom_type != "Polygon" or polygon.area <= LEAST_AREA_MM2:
             continue
         for sign, ring in ((1.0, polygon.exterior), *((-1.0, hole) for hole in polygon.interiors)):
@@ -104,9 +70,30 @@ def _outside_section(
             area = sign * abs(0.5 * _twice_area(flat))
             flat = flat if sign * _twice_area(flat) > 0 else flat[::-1]
             if abs(area) > LEAST_AREA_MM2:
-                points = plane.lifted(flat)
-                kept.append(Curve(points, True, area < 0, area))
-    return kept
+                rings.append((flat, area))
+    return [Curve(plane.lifted(flat), True, area < 0, area) for flat, area in _as_they_began(rings, loops, centre)]
+
+
+def _as_they_began(rings: list[tuple[Floats, float]], loops: list[Floats], centre: float) -> list[tuple[Floats, float]]:
+    """Loops that are left of others, begun and ordered as those are, for shapely does neither.
+
+    A loop begins at the first point of the loop that it is, or where the first stretch that it kept of one begins.
+    First come those beyond the axis, and of each side those that are whole.
+
+    Args:
+        rings: (n, 2) each, with its area.
+        loops: (n, 2) each, what they were cut from.
+        centre: first coordinate of the axis.
+    """
+    at = {tuple(p): (k, i) for k, loop in enumerate(loops) for i, p in enumerate(loop.tolist())}
+    begun = []
+    for flat, area in rings:
+        was = [at.get(tuple(p)) for p in flat.tolist()]
+        entries = [(was[i], i - 1) for i in range(len(was)) if was[i] and not was[i - 1]]
+        whole = not entries
+        first, begin = min(entries or [(one, i) for i, one in enumerate(was) if one], default=((0, 0), 0))
+        begun.append(((bool(flat[:, 0].mean() < centre), not whole, first), np.roll(flat, -begin, axis=0), area))
+    return [(flat, area) for _, flat, area in sorted(begun, key=lambda one: one[0])]
 
 
 def region_of(loops: list[Floats]) -> Any:
@@ -184,69 +171,6 @@ def _cut_span(bands: Bands, slab: int, begin: float, end: float, height: float) 
     return (begin if r[0] > height else float(meet)), (end if r[1] > height else float(meet))
 
 
-def _crosses(curve: Curve, body: Cylinder) -> bool:
-    """Whether a side of the loop dips into the body between its ends."""
-    a = curve.points[:, :2] - body.axis_point
-    step = np.roll(a, -1, axis=0) - a
-    length2 = (step**2).sum(axis=1)
-    t = np.clip(-(a * step).sum(axis=1) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
-    closest = a + t[:, None] * step
-    return bool((np.hypot(closest[:, 0], closest[:, 1]) < body.radius - 1e-7).any())
-
-
 def _twice_area(loop: Floats) -> float:
     after = np.roll(loop, -1, axis=0)
     return float((loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum())
-
-
-def clip_half_plane(loops: list[Floats], limit: float, side: float) -> list[Floats]:
-    """The region's part at first coordinate >= limit.
-
-    Args:
-        loops: (n, 2) closed loops in mirrored coordinates (side * u, v), the region on the left for side 1,
-            on the right for side -1.
-        limit: the line.
-        side: 1 or -1.
-
-    Returns:
-        Loops of the part, in the same coordinates and sense.
-    """
-    kept: list[Floats] = []
-    runs: list[Floats] = []
-    for loop in loops:
-        inside = loop[:, 0] > limit
-        if inside.all():
-            kept.append(loop)
-        elif inside.any():
-            runs += _runs(loop, inside, limit)
-    # along the line the kept half plane is on the region's side: downwards for side 1, upwards for side -1
-    leave = np.argsort([-side * run[-1, 1] for run in runs], kind="stable")
-    enter = np.argsort([-side * run[0, 1] for run in runs], kind="stable")
-    after = {int(a): int(b) for a, b in zip(leave, enter, strict=True)}
-    while after:
-        begin = next(iter(after))
-        chain, run = [runs[begin]], after.pop(begin)
-        while run != begin:
-            chain.append(runs[run])
-            run = after.pop(run)
-        kept.append(np.concatenate(chain))
-    return kept
-
-
-def _runs(loop: Floats, inside: np.ndarray, limit: float) -> list[Floats]:
-    """Stretches of a loop within the half plane, each from the line to the line."""
-    n, runs = len(loop), []
-    for first in np.flatnonzero(inside & ~np.roll(inside, 1)):
-        last = first
-        while inside[(last + 1) % n]:
-            last += 1
-        body = loop[np.arange(first, last + 1) % n]
-        entry = _on_line(loop[first - 1], loop[first], limit)
-        leave = _on_line(loop[last % n], loop[(last + 1) % n], limit)
-        runs.append(np.concatenate([entry[None], body, leave[None]]))
-    return runs
-
-
-def _on_line(a: Floats, b: Floats, limit: float) -> Floats:
-    t = (limit - a[0]) / (b[0] - a[0])
-    return np.array([limit, a[1] + t * (b[1] - a[1])])

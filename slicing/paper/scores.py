@@ -58,7 +58,11 @@ class Scores:
         return np.argmax(self.F, axis=-1)
 
     def to_dict(self, strategy: int) -> dict[str, float]:
-        """One strategy's scores as plain numbers, for a single sub-volume."""
+        """One strategy's scores as plain numbers, for a single sub-volume.
+
+        Args:
+            strategy: its row in the scores.
+        """
         return {key: float(getattr(self, key)[strategy]) for key in ("I1", "I2", "I3", "I4", "F")}
 
 

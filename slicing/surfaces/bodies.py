@@ -136,7 +136,12 @@ BODY_NAMES = {"cylinder": "a cylinder", "cone": "a cone", "revolved": "a revolve
 
 
 def fits(strategy: str, body: RoundBody) -> bool:
-    """Whether a strategy is made for a kind of body; planar is for all."""
+    """Whether a strategy is made for a kind of body; planar is for all.
+
+    Args:
+        strategy: its name, such as "nonuniform".
+        body: the body.
+    """
     return BODY_NEEDED.get(strategy, body.kind) == body.kind
 
 

@@ -41,7 +41,14 @@ class BeadSpeed:
             raise PartError("speed_by_thickness: thicknesses must grow from row to row")
 
     def at(self, thickness_mm: Floats) -> Floats:
-        """Speeds (n,), mm/s, at thicknesses (n,), mm."""
+        """Speeds at thicknesses of the bead.
+
+        Args:
+            thickness_mm: of the bead, (n,), mm.
+
+        Returns:
+            Speeds, (n,), mm/s.
+        """
         if not self.by_thickness:
             return np.full(len(thickness_mm), self.constant_mm_s)
         thickness, speed = np.array(self.by_thickness).T

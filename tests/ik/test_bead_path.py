@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.arms import kr70, welder
 
-from ik.bead_path import LARGEST_STEP, OTHERS, ROLL_COST, best_runs
+from ik.bead_path import LARGEST_STEP, OTHERS, ROLL_COST, TOGETHER, best_runs
 from ik.roll import RollWindow, apply_roll
 from ik.solver import Solver
 
@@ -75,6 +75,43 @@ def test_runs_are_the_cheapest_ways_and_none_can_be_longer(seed):
         assert run.cost == pytest.approx(brute_force(*graph, run.start, run.stop))
         if run.stop < len(q):
             assert np.isinf(brute_force(*graph, run.start, run.stop + 1))
+
+
+def cheapest_of_all(q, cost, times, speed, blocked):
+    """Cost of the cheapest way along all targets, by all pairs of neighbouring nodes at once."""
+    t, r, g, k, n = q.shape
+    flat, here = q.reshape(t, -1, n), cost[0].reshape(-1)
+    roll, group, _ = (x.reshape(-1) for x in np.indices((r, g, k)))
+    apart = np.abs(roll[:, None] - roll)
+    apart = np.minimum(apart, r - apart)
+    for i in range(t - 1):
+        move = np.abs(flat[i][:, None] - flat[i + 1])
+        needed = (move / speed).max(axis=-1)
+        price = needed + OTHERS * (move / speed).sum(axis=-1) + ROLL_COST * apart
+        price[(apart > 1) | (group[:, None] != group) | (move.max(axis=-1) > LARGEST_STEP) | (needed > times[i])] = (
+            np.inf
+        )
+        for a, b in blocked.get(i, ()):
+            price[np.ravel_multi_index(a, (r, g, k)), np.ravel_multi_index(b, (r, g, k))] = np.inf
+        here = (here[:, None] + price).min(axis=0) + cost[i + 1].reshape(-1)
+    return float(here.min())
+
+
+@pytest.mark.parametrize(("r", "g", "k"), [(1, 8, 8), (24, 2, 2)])
+def test_a_long_bead_is_as_cheap_as_all_its_ways_say(r, g, k):
+    # longer than what is priced at once, with more than one standing and group
+    rng = np.random.default_rng(r)
+    t = 3 * TOGETHER // (g * k * k * r * (1 if r == 1 else 3)) + 5
+    base = np.cumsum(rng.normal(0, 0.1, (t, 1, 1, 1, 2)), axis=0)
+    q = base + rng.uniform(-1, 1, (1, r, g, k, 2)) + rng.normal(0, 0.1, (t, r, g, k, 2))
+    cost = np.where(rng.random((t, r, g, k)) < 0.8, rng.random((t, r, g, k)), np.inf)
+    times, speed = rng.uniform(0.6, 2, t - 1), np.array([1.0, 0.7])
+    plain = best_runs(q, cost, times, speed, circular=r > 2)[0]
+    blocked = {i: {(tuple(plain.nodes[i].tolist()), tuple(plain.nodes[i + 1].tolist()))} for i in range(0, t - 1, 7)}
+    (run,) = best_runs(q, cost, times, speed, circular=r > 2, blocked=blocked)
+    assert len(run.nodes) == t
+    assert run.cost == pytest.approx(cheapest_of_all(q, cost, times, speed, blocked), rel=1e-12)
+    assert run.cost > plain.cost == pytest.approx(cheapest_of_all(q, cost, times, speed, {}), rel=1e-12)
 
 
 def line(*angles, standings=1):

@@ -121,6 +121,22 @@ def test_a_proof_near_the_edge_allows_for_the_deviation():
             assert bounds.judge(target, np.full(len(target), half / 2), half).open.all()
 
 
+def test_a_proof_at_one_roll_allows_for_the_deviation_where_the_arm_is_stretched():
+    """Targets made by the chain with its elbow nearly straight: the arm next to it may not get there."""
+    limits, lost = SingularityLimits(wrist=0.0, elbow=0.0, shoulder=0.0), 0
+    for k, chain in enumerate(arms(1e-4)):
+        form = recognise(chain, TOLERANCE)
+        q = sampled(chain, 200, k, inside=0.3)
+        A3 = np.linspace(chain.lower[2], chain.upper[2], 4001)
+        bent = margins(chain, form, np.where(np.arange(6) == 2, A3[:, None], q[0]))[:, 1]
+        q[:, 2] = A3[np.argmin(bent)] + np.linspace(-2e-3, 2e-3, len(q))
+        q = q[((q > chain.lower) & (q < chain.upper)).all(axis=1)]
+        Ts = chain.forward(q)
+        assert not certify(chain, Ts, RollWindow.fixed(0.0), limits, form).unreachable.any()
+        lost += int(np.isnan(solve(form, Ts)[..., 0]).all(axis=1).sum())
+    assert lost > 10
+
+
 def test_random_poses_of_a_tool_are_solved_alike_by_the_arm_and_the_one_next_to_it():
     exact = welder()
     near = shaken(exact, 2e-5, 9)

@@ -122,9 +122,10 @@ class CarriedPlanes:
         """How far any point of a pair's other shape is off a straight line, seen from the shape's link, (c,), m."""
         links, out = self._links, np.zeros(len(which))
         step = bends.steps_after(sample)
-        shapes = {g: links.shape(g) for g in np.unique(pairs.other).tolist()}
-        middle = np.array([shapes[g].middle for g in pairs.other.tolist()]).reshape(-1, 3)
-        size = np.array([shapes[g].size for g in pairs.other.tolist()])
+        each_shape, of_shape = np.unique(pairs.other, return_inverse=True)
+        shapes = [links.shape(g) for g in each_shape.tolist()]
+        middle = np.array([shape.middle for shape in shapes]).reshape(-1, 3)[of_shape]
+        size = np.array([shape.size for shape in shapes])[of_shape]
         furthest = np.linalg.norm(middle, axis=1) + size + self._length
         joint = links.owner[pairs.geom]
         for j in np.unique(joint).tolist():

@@ -9,6 +9,7 @@ A plane that two shapes lie on either side of keeps them apart by the gap betwee
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -39,12 +40,12 @@ class ConvexShape:
     disc: float
     endless: bool = False
 
-    @property
+    @cached_property
     def middle(self) -> Floats:
         """A point about which it lies, (3,), m."""
         return np.asarray((self.points.min(axis=0) + self.points.max(axis=0)) / 2)
 
-    @property
+    @cached_property
     def size(self) -> float:
         """Radius of a ball about its middle that holds it, m."""
         return float(np.linalg.norm(self.points - self.middle, axis=1).max()) + self.ball + self.disc

@@ -97,9 +97,10 @@ class ArmLinks:
 
     def reach(self, geom: Ints, direction: Floats) -> Floats:
         """How far shapes reach in directions, each in its own frame, (k,) and (k, 3) -> (k,), m."""
-        out = np.empty(len(geom))
-        for g in np.unique(geom).tolist():
-            mine = geom == g
+        out, order = np.empty(len(geom)), np.argsort(geom, kind="stable")
+        each, begins = np.unique(geom[order], return_index=True)
+        for g, a, b in zip(each.tolist(), begins.tolist(), [*begins.tolist(), len(geom)][1:], strict=True):
+            mine = order[a:b]
             out[mine] = self.shape(g).support(direction[mine])
         return out
 

@@ -18,6 +18,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arm_poses import joint_of_shapes
+from .convex_shapes import convex_shape
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
@@ -83,6 +84,10 @@ def tool_radii(scene: Scene) -> Floats:
     mujoco.mj_kinematics(model, data)
     tcp = scene.sites["tcp"]
     axis = data.site_xmat[tcp].reshape(3, 3)[:, 2]
-    away = data.geom_xpos - data.site_xpos[tcp]
-    off = np.linalg.norm(away - np.outer(away @ axis, axis), axis=1)
-    return np.where(scene.tool_geom, off + model.geom_rbound, np.inf)
+    out = np.full(model.ngeom, np.inf)
+    for g in np.flatnonzero(scene.tool_geom & scene.contact_bits.any(axis=0)).tolist():
+        shape = convex_shape(model, g, data.geom_xmat[g].reshape(3, 3), data.geom_xpos[g])
+        away = shape.points - data.site_xpos[tcp]
+        off = np.linalg.norm(away - np.outer(away @ axis, axis), axis=1)
+        out[g] = float(off.max()) + shape.ball + shape.disc
+    return out

@@ -20,6 +20,7 @@ from ..bead_search import BeadPlan
 from ..context import Context
 from ..edge_check import Stretch
 from ..part_plan import BEGINNINGS, REDUCED, PartPlan, searched_again
+from ..station_search import Ends
 from .travel import Way, travel, turned
 
 
@@ -138,7 +139,7 @@ class _Home:
             if k == len(self.beads) - 1:
                 end_off.append(run.q_targets[-1])
             before = self.beads[k - 1].stretches[0].q_targets[-1] if k else self.context.span.start
-            bead = searched_again(self.context, bead, before, begin_off, end_off)
+            bead = searched_again(self.context, bead, Ends(before, begin_off, end_off))
             if not bead.whole:
                 break
             found = self._joined(k, bead)

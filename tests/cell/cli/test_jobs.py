@@ -16,7 +16,7 @@ from support.cases import little_case
 from support.paths import ROOT
 
 from cell.cli.main import main
-from cell.processes import WorkerTraceback, cores
+from cell.processes.crew import WorkerTraceback, cores
 from cell.verdict.result import Result
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")

@@ -7,16 +7,16 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 import shapely
 import trimesh
 import yaml
+from support.arm_places import places
 from support.cases import at, bosses, turned
 
 from cell.case.read import load_case
-from cell.collision.blended_corners import _cut_on, cut_corners
+from cell.collision.blended_corners import _cut_on, _off_rows, cut_corners
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.proofs.motion_bounds import MotionBounds, joint_travel_bound
@@ -64,26 +64,39 @@ def test_how_far_a_rounded_path_is_off_its_rows_is_bounded_and_no_more_than_it_i
     assert (p.off[(p.s[1:] <= 0.9) | (p.s[:-1] >= 1.1)] < 1e-12).all()
 
 
+def test_how_far_the_arm_is_off_its_rows_is_bounded_by_where_its_links_are(make_case) -> None:
+    scene = prepare(load_case(make_case())).scene
+    checker, radius, chain = Checker(scene, (0.0, 0.0), 0.05), radii(scene), scene.chain
+    rng, tighter = np.random.default_rng(4), 0
+    for trial in range(8):
+        start = rng.uniform(0.6 * chain.lower, 0.6 * chain.upper)
+        q = start + np.cumsum(np.cumsum(rng.normal(size=(12, 6)), axis=0) * 0.004 * (1 + trial % 3), axis=0)
+        s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(chain.forward(q)[:, :3, 3], axis=0), axis=1))])
+        path = Rows(q, s, 5e-3)
+        p = pieces(path, radius)
+        loose = np.zeros(len(s) - 1)
+        np.maximum.at(loose, p.row, p.off)
+        bound = _off_rows(checker, radius, path, p, np.zeros(len(s) - 1))
+        tighter += (bound < 0.8 * loose).sum()
+        for k in range(len(s) - 1):
+            at = np.linspace(s[k], s[k + 1], 9)
+            rows = np.stack([np.interp(at, s, column) for column in q.T], axis=1)
+            off = np.linalg.norm(places(scene, blended(q, s, 5e-3, at)) - places(scene, rows), axis=2).max()
+            assert min(2 * off, loose[k]) <= bound[k] + 1e-9  # two parts of the arm may both be off
+    assert tighter >= 10
+
+
 def test_nothing_gets_nearer_to_anything_than_the_bound_on_a_step_says(make_case) -> None:
     scene = prepare(load_case(make_case())).scene
-    model, data = scene.model, mujoco.MjData(scene.model)
     radius = radii(scene)
     swept = MotionBounds(scene, radius)
     rng = np.random.default_rng(0)
-    arm = np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0))
-    corners = np.concatenate([np.eye(3), -np.eye(3)])
     tighter = 0
     for size in (0.01, 0.1, 0.5, 2.0):
         for _ in range(12):
             a = rng.uniform(scene.chain.lower, scene.chain.upper)
             b = np.clip(a + rng.uniform(-size, size, 6), scene.chain.lower, scene.chain.upper)
-            places = []
-            for t in np.linspace(0, 1, 11):
-                data.qpos[scene.arm_qpos] = a + t * (b - a)
-                mujoco.mj_kinematics(model, data)
-                turned = data.geom_xmat[arm].reshape(-1, 3, 3) @ corners.T * model.geom_rbound[arm, None, None]
-                places.append((data.geom_xpos[arm][:, :, None] + turned).transpose(0, 2, 1).reshape(-1, 3))
-            x = np.array(places)
+            x = places(scene, a + np.linspace(0, 1, 11)[:, None] * (b - a))
             away = np.linalg.norm(x - x[0], axis=2).max(axis=1) + np.linalg.norm(x - x[-1], axis=2).max(axis=1)
             bound, loose = swept.bound(a[None], b[None])[0], joint_travel_bound(radius, a[None], b[None])[0]
             assert min(2 * away.max(), loose) <= bound + 1e-12  # two things may both move

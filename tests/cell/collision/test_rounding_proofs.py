@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist
+from support.arm_places import places
 from support.cases import little_case
 
 from cell.case.read import load_case
@@ -173,19 +174,6 @@ def scene(tmp_path_factory):
     return prepare(load_case(little_case(tmp_path_factory.mktemp("boss")))).scene
 
 
-def places(scene, q):
-    """Places of points about the arm's solid shapes, (m, k, 3)."""
-    model, data, out = scene.model, mujoco.MjData(scene.model), []
-    arm = np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0))
-    corners = np.concatenate([np.eye(3), -np.eye(3)])
-    for row in q:
-        data.qpos[scene.arm_qpos] = row
-        mujoco.mj_kinematics(model, data)
-        turned = data.geom_xmat[arm].reshape(-1, 3, 3) @ corners.T * model.geom_rbound[arm, None, None]
-        out.append((data.geom_xpos[arm][:, :, None] + turned).transpose(0, 2, 1).reshape(-1, 3))
-    return np.array(out)
-
-
 def test_by_where_its_links_are_no_rounding_is_further_off_than_is_said(scene):
     rng, radius, chain = np.random.default_rng(7), radii(scene), scene.chain
     checker = Checker(scene, (0.0, 0.0), 0.05)
@@ -221,6 +209,23 @@ def test_what_a_motion_moves_otherwise_once_the_joints_have_turned_is_bounded(sc
         assert other <= bound + 1e-12
         most.append(other / max(bound, 1e-12))
     assert max(most) > 0.2
+
+
+def test_two_parts_of_the_arm_come_nearer_to_one_another_by_more_than_each_moves_and_no_more_than_is_said(scene):
+    rng, radius, nearer = np.random.default_rng(5), radii(scene), []
+    itself = groups_of(Checker(scene, (0.0, 0.0), 0.05))[1]
+    # the upper arm goes one way and the torch the other
+    q = np.array([2.501, -2.386, 1.361, 1.003, 1.954, 3.689])
+    step = np.array([-0.00426, 0.00457, -0.00554, 0.00592, 0.01797, 0.00958])
+    for size in rng.uniform(0.2, 1.0, 20):
+        a = q + rng.normal(size=6) * 0.05
+        b = a + size * step
+        x, y = places(scene, np.stack([a, b]))
+        moved = np.linalg.norm(y - x, axis=1).max()
+        change = np.abs(cdist(x, x) - cdist(y, y)).max()
+        assert change <= itself.travel_bound(radius, a[None], b[None])[0]
+        nearer.append(change / moved)
+    assert max(nearer) > 1.2
 
 
 def test_the_groups_of_a_checkers_pairs_see_together_what_it_sees(scene):

@@ -84,20 +84,37 @@ def test_ranges_hold_and_what_cannot_be_kept_is_told(job: Job) -> None:
     assert off.max() > CONE
 
 
+def furthest_off(job: Job, normals: np.ndarray, tables: np.ndarray) -> float:
+    """Greatest angle from up at targets and between them, closely sampled, rad."""
+    k = schedule(job).freedom.kinematics
+    worst = 0.0
+    for i in range(len(normals) - 1):
+        angle = np.arccos(normals[i] @ normals[i + 1])
+        for t in np.linspace(0, 1, 41):
+            v = (np.sin((1 - t) * angle) * normals[i] + np.sin(t * angle) * normals[i + 1]) / np.sin(angle)
+            worst = max(worst, k.off((tables[i] + t * (tables[i + 1] - tables[i]))[None], v[None])[0])
+    return worst
+
+
 def test_what_lies_between_targets_is_inside_the_cone(job: Job) -> None:
     """Two directions far apart: the great circle between them leaves a cone that both ends are in."""
     normals = tilted(np.full(6, 50.0), np.arange(6) * 25.0)
     tables, off = along(job, normals)
-    k = schedule(job).freedom.kinematics
-    worst = 0.0
-    for i in range(5):
-        for t in np.linspace(0, 1, 41):
-            v = normals[i] * (1 - t) + normals[i + 1] * t
-            angle = np.arccos(normals[i] @ normals[i + 1])
-            v = (np.sin((1 - t) * angle) * normals[i] + np.sin(t * angle) * normals[i + 1]) / np.sin(angle)
-            worst = max(worst, k.off((tables[i] + t * (tables[i + 1] - tables[i]))[None], v[None])[0])
+    worst = furthest_off(job, normals, tables)
     assert worst <= CONE
     assert worst == pytest.approx(off.max(), abs=np.deg2rad(0.1))
+
+
+def test_what_leaves_the_cone_between_targets_alone_is_told(job: Job) -> None:
+    """A table that turns instead of tilting to the other side is upright at both ends and nowhere between."""
+    normals = tilted(np.full(2, 50.0), np.array([0.0, 170.0]))
+    one = schedule(job)
+    exact = one.freedom.exact(normals)  # both solutions: E1 to one side, and to the other
+    tables = next(some for some in exact if some[0, 0] * some[1, 0] > 0)
+    worst = furthest_off(job, normals, tables)
+    assert worst > 2 * CONE
+    off = one._off(normals, np.zeros(2, dtype=np.int64), tables)
+    assert off.max() == pytest.approx(worst, abs=np.deg2rad(1.0))
 
 
 def test_aims_lean_the_way(job: Job) -> None:

@@ -8,6 +8,9 @@ import yaml
 from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.job.unsupported import targets_over_nothing, unsupported_targets
+from cell.motion.motion_file import ReadMotion
+from cell.verdict.check import check
+from cell.verification.motion_check import check_motion
 
 
 def box(low, high):
@@ -16,11 +19,10 @@ def box(low, high):
     return made
 
 
-@pytest.mark.parametrize("limit", [None, 1.0])
-def test_targets_of_a_lip_that_begins_in_the_air(tmp_path, limit):
+def lip_job(folder, limit, name="lip"):
     """An arm out of a cylinder of radius 20, whose end comes back along it: the lip from x = 30 on hangs."""
     arm = [box((15, -6, 10), (50, 6, 22)), box((44, -6, 20), (50, 6, 40)), box((30, -6, 34), (48, 6, 40))]
-    trimesh.boolean.union(arm, engine="manifold").export(tmp_path / "lip.stl")
+    trimesh.boolean.union(arm, engine="manifold").export(folder / "lip.stl")
     case = {
         "part": {"sub_volumes": ["lip.stl"], "body": {"radius_mm": 20, "z_mm": [0, 80]}},
         "slicing": {"strategy": "planar", "h_layer_mm": 2, "h_min_mm": 1, "h_max_mm": 3},
@@ -28,8 +30,13 @@ def test_targets_of_a_lip_that_begins_in_the_air(tmp_path, limit):
         "table": {"E1_deg": 0, "E2_deg": 90},
         "checks": {} if limit is None else {"overhang_mm": limit},
     }
-    (tmp_path / "lip.case.yaml").write_text(yaml.safe_dump(case), encoding="utf-8")
-    job = prepare(load_case(tmp_path / "lip.case.yaml"))
+    (folder / f"{name}.case.yaml").write_text(yaml.safe_dump(case), encoding="utf-8")
+    return prepare(load_case(folder / f"{name}.case.yaml"))
+
+
+@pytest.mark.parametrize("limit", [None, 1.0])
+def test_targets_of_a_lip_that_begins_in_the_air(tmp_path, limit):
+    job = lip_job(tmp_path, limit)
     over = targets_over_nothing(job)
     place, layer = job.targets.position[sorted(over)], job.targets.layer[sorted(over)]
     begins = (place[:, 2] > 33.0) & (place[:, 0] < 33.0)
@@ -38,3 +45,16 @@ def test_targets_of_a_lip_that_begins_in_the_air(tmp_path, limit):
     # the rest is the bridge from the arm to the lip
     assert (place[~begins][:, 0] > 43.0).all()
     assert set(unsupported_targets(job)) == (set() if limit is None else set(over))
+
+
+def test_a_motion_that_welds_what_hangs_is_refused_where_the_case_limits_it(tmp_path):
+    free, limited = lip_job(tmp_path, None), lip_job(tmp_path, 1.0, "limited")
+    motion = check(free, 0.0, 90.0).motion
+    assert motion is not None
+    read = ReadMotion(motion, np.arange(len(motion.t_s)) + 1, ())
+    assert check_motion(free, read).feasible
+    found = check_motion(limited, read).findings
+    assert {f.reason for f in found} == {"overhang"}
+    hanging = set(unsupported_targets(limited))
+    welds = {int(t) for f in found for t in motion.target[f.row - 1 : f.to_row][motion.arc[f.row - 1 : f.to_row] == 1]}
+    assert welds == hanging

@@ -14,7 +14,8 @@ from cell.motion.motion_file import ReadMotion
 from cell.part_chunks.chunked_plan import Shared, plan_in_chunks
 from cell.part_chunks.chunking import USUAL, Chunking
 from cell.planning.part_plan import plan_part
-from cell.processes import Crew, Tick
+from cell.processes.crew import Crew
+from cell.processes.worker import Tick
 from cell.verdict.check import SpanVerdict
 from cell.verdict.result import NOT_LOOKED_AT
 from cell.verification.motion_check import check_motion

@@ -8,8 +8,10 @@ from itertools import product
 import mujoco
 import numpy as np
 import pytest
+from support.paths import ROOT
 
 from cell.case.read import load_case
+from cell.cli.arguments import CHECK_TEXT
 from cell.collision.checker import Checker
 from cell.collision.proofs.reach_radii import tool_radii
 from cell.job.job import Job, prepare
@@ -17,8 +19,10 @@ from cell.part_chunks.beginnings import beginnings
 from cell.part_chunks.chunking import Chunking
 from cell.planning import lost_part, part_plan
 from cell.planning.context import Context
-from cell.planning.free_rolls import _looked_at, free_rolls
+from cell.planning.edge_check import SearchedBead
+from cell.planning.free_rolls import _looked_at, free_nowhere, free_rolls
 from cell.planning.lost_part import LossJudge, lost_alone, unreachable
+from cell.planning.station_search import HIT, Ends, StationSearch
 from cell.scene.scene import table_angles
 from cell.verdict.check import check
 from cell.verdict.result import NOT_LOOKED_AT, Result
@@ -48,9 +52,9 @@ def asked(monkeypatch, job: Job) -> tuple[Result, int]:
     """A verdict, and how many configurations collision detection was asked about."""
     count, really = [0], Checker.clearances
 
-    def counted(self, q, stage):
+    def counted(self, q, stage, *met):
         count[0] += len(q)
-        return really(self, q, stage)
+        return really(self, q, stage, *met)
 
     with monkeypatch.context() as patch:
         patch.setattr(Checker, "clearances", counted)
@@ -171,7 +175,7 @@ def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with):
     some = np.arange(0, len(context.deposits_before), max(len(context.deposits_before) // 4, 1))
     rolls = np.deg2rad(np.arange(-180, 180, 20.0))
     target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
-    looked = _looked_at(context, target, roll, None, context.tool_radius)
+    looked = _looked_at(context, target, roll)
     held = np.flatnonzero(looked.held > 0)
     assert len(held) > 10
     for side in (-1, 1):
@@ -199,13 +203,94 @@ def test_the_tool_is_nowhere_further_from_the_wire_than_said(job_with):
     assert np.isinf(found[~scene.tool_geom]).all()
 
 
+def test_the_tool_reaches_as_far_from_the_wire_as_said(job_with):
+    scene = job_with().scene
+    model, data = scene.model, mujoco.MjData(scene.model)
+    data.qpos[scene.arm_qpos] = scene.home + 0.1  # the same wherever the arm stands
+    mujoco.mj_forward(model, data)
+    tcp, found, kinds = scene.sites["tcp"], tool_radii(scene), set()
+    wire, at = data.site_xmat[tcp].reshape(3, 3)[:, 2], data.site_xpos[tcp]
+    for g in np.flatnonzero(np.isfinite(found)).tolist():
+        kind, size, R = int(model.geom_type[g]), model.geom_size[g], data.geom_xmat[g].reshape(3, 3)
+        kinds.add(kind)
+        ends, thick = np.array([[0, 0, -size[1]], [0, 0, size[1]]]), size[0]
+        if kind == mujoco.mjtGeom.mjGEOM_MESH:
+            mesh = model.geom_dataid[g]
+            first = model.mesh_vertadr[mesh]
+            ends, thick = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(float), 0.0
+        off = np.linalg.norm(np.cross(data.geom_xpos[g] + ends @ R.T - at, wire), axis=1).max()
+        assert found[g] == pytest.approx(off + thick, abs=1e-7)
+    assert kinds <= {mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_CYLINDER}
+    assert mujoco.mjtGeom.mjGEOM_MESH in kinds or len(kinds) > 1
+
+
+def without_holding(context: Context) -> Context:
+    """The same where no turn is known by which the tool stays in a collision."""
+    out = replace(context)
+    out.__dict__["tool_radius"] = np.full(len(context.tool_radius), np.inf)
+    return out
+
+
+@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
+def test_targets_that_are_free_nowhere_are_those_without_a_free_roll(job_with, fixture):
+    job = job_with(fixture)
+    context, step = context_of(job), np.deg2rad(5.0)
+    some = list(range(0, len(context.deposits_before), max(len(context.deposits_before) // 20, 1)))
+    begun = context.asked
+    found, work = free_nowhere(context, some, step), context.asked - begun
+    stretches = free_rolls(without_holding(context_of(job)), some, step)
+    assert set(found) == {i for i, free in stretches.items() if not free}
+    assert len(found) == len(some) if fixture is LID else 0 < len(found) < len(some)
+    assert work < 20 * len(some)  # of 72 rolls in 8 branches
+    for i, best in found.items():
+        assert best is not None
+        T = apply_roll(context.placed.rows([i]).Ts_base_target, np.array([best.roll]))
+        assert context.solver.chain.forward(best.q[None])[0] == pytest.approx(T[0], abs=1e-9)
+        seen = context.screen.clearances(best.q[None], context.deposits_before[[i]])
+        assert best.clearances.distance[0] == pytest.approx(seen.distance[0], abs=1e-6)
+        assert best.clearances.distance[0] < context.settings.clearance
+
+
+def test_a_layer_that_is_lost_leaves_the_others_as_they_are(monkeypatch, job_with, nothing_over):
+    job = job_with()
+    good, most = asked(monkeypatch, job)
+    t = job.targets
+    wrong = t.layer == int(t.layer.max()) // 2
+    bad, work = asked(monkeypatch, replace(job, targets=replace(t, normal=np.where(wrong[:, None], -1, 1) * t.normal)))
+    assert good.feasible
+    assert {i for i, row in enumerate(bad.rows) if row.reason is not None} <= set(np.flatnonzero(wrong).tolist())
+    assert all(row.looked_at and row.reason is None for row, lost in zip(bad.rows, wrong, strict=True) if not lost)
+    assert work <= 1.25 * most
+
+
+@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
+def test_rolls_that_a_quick_search_takes_for_lost_collide(job_with, fixture):
+    context = context_of(job_with(fixture))
+    firsts = np.flatnonzero(np.diff(job_with(fixture).targets.path, prepend=-1))
+    search = StationSearch(SearchedBead.of(context, int(firsts[-1]), len(context.laid)), np.deg2rad(10), Ends())
+    before = context.asked
+    assert search.way() is None
+    looks = context.asked - before
+    s, g, r = np.nonzero((search.known == HIT) & np.isfinite(search.cost))
+    assert len(s) > 2 * looks > 0  # most were not looked at
+    at = context.deposits_before[firsts[-1] + search.at[s]]
+    assert (context.screen.clearances(search.q[:, s, g, r].T, at).distance < context.settings.clearance).all()
+
+
 @pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
 def test_rolls_at_which_the_tool_is_held_hide_nothing(job_with, fixture):
     context = context_of(job_with(fixture))
     some = list(range(0, len(context.deposits_before), max(len(context.deposits_before) // 6, 1)))
     step = np.deg2rad(5.0)
     found, work = free_rolls(context, some, step), context.asked
-    everywhere = context_of(job_with(fixture))
-    everywhere.__dict__["tool_radius"] = np.full(len(everywhere.tool_radius), np.inf)  # holds nothing
+    everywhere = without_holding(context_of(job_with(fixture)))
     assert found == free_rolls(everywhere, some, step)
     assert work < everywhere.asked
+
+
+def test_help_and_formats_say_how_much_of_a_lost_part_is_looked_at() -> None:
+    small = f"({lost_part.FLOOR:,} for parts of up to {lost_part.SMALL} targets)"
+    most = f"{lost_part.LARGE_FLOOR:,} configurations {small}"
+    formats = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    assert f"{most} and {lost_part.PER_TARGET} more for each target" in " ".join(CHECK_TEXT.split())
+    assert f"{most} plus {lost_part.PER_TARGET} for each target" in " ".join(formats.split())

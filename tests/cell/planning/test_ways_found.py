@@ -21,6 +21,7 @@ from cell.motion.deposition_speed import STRETCH, HeldSpeed, note_stretches, ove
 from cell.motion.motion_file import read_motion, write_motion
 from cell.planning.edge_tracking import Ways, along
 from cell.planning.free_rolls import free_rolls, stabbing
+from cell.planning.lost_part import lost_alone
 from cell.planning.part_plan import plan_bead
 from cell.rigid import frames
 from cell.verdict.failure_words import failure_in_words
@@ -93,8 +94,8 @@ class Slit:
     def __getattr__(self, name):
         return getattr(self.real, name)
 
-    def clearances(self, q, stage):
-        found = self.real.clearances(q, stage)
+    def clearances(self, q, stage, met=None):
+        found = self.real.clearances(q, stage, met)
         T = self.setup.solver.chain.forward(q)
         p, reference = T[:, :3, 3], self.setup.placed.reference
         roll = roll_of(frames(p, -T[:, :3, 2], reference), T)
@@ -120,6 +121,13 @@ def test_a_free_stretch_of_the_roll_is_found_however_narrow_and_deep_what_is_bes
         for low, high in np.rad2deg(found):
             assert at_deg - half_deg - 1e-6 <= low <= high <= at_deg + half_deg + 1e-6
     assert free_rolls(with_slit(setup, 0.0, -0.01), [0, 1], np.deg2rad(5.0)) == {0: [], 1: []}
+
+
+def test_a_target_that_is_free_between_the_sampled_rolls_alone_is_not_lost(boss):
+    _, setup = boss
+    at, some = np.deg2rad(-7.4), [0, 1, 2]
+    assert lost_alone(with_slit(setup, at, np.deg2rad(0.5)), some) == {}
+    assert sorted(lost_alone(with_slit(setup, at, -0.01), some)) == some
 
 
 @pytest.mark.parametrize(("half_deg", "drift_deg", "step_deg"), [(1.0, 0.0, 15.0), (2.0, -2000.0, 15.0)])

@@ -156,6 +156,13 @@ def test_two_programs_differ_where_one_number_does() -> None:
         assert found[0] == 7
         assert name in found[1]
     assert difference_of(program, replace(program, events=program.events[:-2])) is not None
+    k = next(k for k, event in enumerate(program.events) if event.kind is Happens.ARC_ON)
+    for change in ({"before": program.events[k].before + 1}, {"kind": Happens.ARC_OFF}):
+        events = list(program.events)
+        events[k] = replace(events[k], **change)
+        found = difference_of(program, replace(program, events=tuple(events)))
+        assert found is not None
+        assert found[0] == program.events[k].before
 
 
 def test_the_limits_of_the_comparison_are_those_that_are_promised() -> None:

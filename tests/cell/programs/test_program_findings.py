@@ -9,6 +9,7 @@ import pytest
 from support.boss_program import boss_program
 
 from cell.programs.bead_match import on_beads
+from cell.programs.cell_frames import T_base_root
 from cell.programs.program import Event, Happens, MoveKind, Program
 from cell.programs.program_check import _program_findings, _warnings
 from cell.programs.running.simulate import run_program
@@ -74,6 +75,24 @@ def test_a_tool_may_be_turned_by_a_twentieth_of_a_degree(deg: float, bad: bool) 
 def test_corners_inside_beads_are_rounded_as_far_as_they_are_checked(blend_mm: float, bad: bool) -> None:
     k = welding()
     assert found(changed(blend=(k, blend_mm / 1e3))) == ({("blend", k)} if bad else set())
+
+
+@pytest.mark.parametrize(("off_mm", "bad"), [(0.0, False), (0.045, False), (0.055, True)])
+def test_the_root_of_a_coupled_base_may_be_a_twentieth_of_a_millimetre_off(off_mm: float, bad: bool) -> None:
+    boss = boss_program()
+    program, root = boss.made.written.program, T_base_root(boss.job).copy()
+    root[1, 3] += off_mm / 1e3
+    other = replace(program, bases=tuple(replace(base, root=root) for base in program.bases if base.coupled))
+    assert len(other.bases) == len(program.bases)
+    assert found(other) == ({("base", first_line())} if bad else set())
+
+
+@pytest.mark.parametrize("kind", [Happens.ARC_ON, Happens.ARC_OFF])
+def test_where_the_arc_goes_on_or_off_no_corner_is_rounded(kind: Happens) -> None:
+    program = boss_program().made.written.program
+    at = next(event.before for event in program.events if event.kind is kind) - 1
+    assert found(changed(blend=(at, 0.0))) == set()
+    assert ("blend", at) in found(changed(blend=(at, 0.5e-3)))
 
 
 def test_corners_outside_beads_are_rounded_as_the_program_says() -> None:

@@ -11,7 +11,7 @@ from support.indexed import three_case, with_table
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.job.table_groups import table_groups
-from cell.processes import working
+from cell.processes.crew import working
 from cell.verdict import group_verdicts
 from cell.verdict.as_asked import check_as_asked
 from cell.verdict.group_verdicts import GroupVerdicts, Trial, place_of

@@ -10,7 +10,7 @@ import pytest
 from cell.case.read import load_case
 from cell.job.job import Job, prepare
 from cell.motion.motion_file import ReadMotion
-from cell.processes import working
+from cell.processes.crew import working
 from cell.report.motion_report import motion_document
 from cell.shipped import DEFAULT_CASE
 from cell.verdict.check import check

@@ -17,7 +17,8 @@ import pytest
 from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
-from cell.processes import Crew, Tick, WorkerTraceback, _heard, cores, crew, processor_time, working
+from cell.processes.crew import Crew, WorkerTraceback, cores, crew, processor_time, working
+from cell.processes.worker import Tick, _heard
 from cell.shipped import DEFAULT_CASE
 from cell.termination import Terminated
 
@@ -129,7 +130,7 @@ def test_the_first_item_that_fails_is_told(two: Crew) -> None:
     cause = found.value.__cause__
     assert isinstance(cause, WorkerTraceback)
     assert "in fails" in str(cause)
-    assert cause.place.startswith("cell/test_processes.py:")
+    assert cause.place.startswith("processes/test_crew.py:")
     with pytest.raises(RuntimeError, match="Stubborn: 1 and 2"):
         two.run(fails_oddly, None, [0, 1])
     assert [value for _, value in two.run(powered, 2.0, [1, 2])] == [2.0, 4.0]  # the workers go on

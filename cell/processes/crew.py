@@ -10,32 +10,27 @@ nothing. Results come in the order of the items, and of several errors that of t
 
 from __future__ import annotations
 
-import atexit
-import gc
-import importlib
 import os
 import pickle
 import signal
-import threading
 import time
-import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
-from .errors import InputError
+from ..errors import InputError
+from .own_process import uninterrupted
+from .worker import Tick, packed, work
 
 S = TypeVar("S")
 I = TypeVar("I")  # noqa: E741
 R = TypeVar("R")
-Tick = Callable[[], None]
 
-GARBAGE = 20_000  # objects made, between two searches for circles of them: what is large is in none
 END_S = 5.0  # that a worker with nothing to do may take to end
 
 
@@ -123,7 +118,7 @@ class Crew:
         if count > 1:
             self._start(count)
             for worker in self._workers[before:]:
-                self._send(worker, _packed(("import", module)))
+                self._send(worker, packed(("import", module)))
 
     def get_ready(self, shared: object, count: int) -> None:
         """Have workers begin, and take what is shared, while there is something else to do here.
@@ -149,7 +144,7 @@ class Crew:
                 worker.process.terminate()
             else:
                 try:
-                    worker.pipe.send_bytes(_packed(None))
+                    worker.pipe.send_bytes(packed(None))
                 except OSError:
                     worker.process.terminate()
         for worker in self._workers:
@@ -164,7 +159,7 @@ class Crew:
     def send(self, worker: _Worker, index: int, function: Callable[..., Any], item: object) -> None:
         """Have a worker call a function; first what is shared, where it does not have it yet."""
         self._give(worker)
-        self._send(worker, _packed((index, function, item)))
+        self._send(worker, packed((index, function, item)))
 
     def _give(self, worker: _Worker) -> None:
         """What is shared, to a worker that does not have it."""
@@ -189,7 +184,7 @@ class Crew:
 
     def _share(self, shared: object) -> None:
         if self._packed is None or shared is not self._shared:
-            self._shared, self._packed = shared, _packed(("shared", shared))
+            self._shared, self._packed = shared, packed(("shared", shared))
             self._number += 1
 
     def _start(self, count: int) -> None:
@@ -197,7 +192,7 @@ class Crew:
         context = get_context("spawn")  # the same on every system, and no thread of the parent is copied half-way
         while len(self._workers) < count:
             here, there = context.Pipe()
-            process = context.Process(target=_work, args=(there,), daemon=True)
+            process = context.Process(target=work, args=(there,), daemon=True)
             with uninterrupted():
                 process.start()
             there.close()  # so that the pipe ends with the worker
@@ -269,15 +264,8 @@ def _gone(worker: _Worker) -> Exception:
     return RuntimeError(f"a worker process is gone (exit code {code})")
 
 
-def _packed(message: object) -> bytes:
-    return pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
-
-
 def _nothing() -> None:
     """Nobody wants to know."""
-
-
-# ---- who is at work
 
 
 @dataclass
@@ -332,113 +320,3 @@ def cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-# ---- in a worker
-
-
-def _work(pipe: Connection) -> None:
-    """Of a worker process: do what comes until nothing more does, or until the parent is gone."""
-    begin_worker()
-    shared: object = None
-
-    def tick() -> None:
-        pipe.send_bytes(_packed(("tick", None)))
-
-    while True:
-        message = pickle.loads(_heard(pipe))
-        if message is None:
-            return
-        if message[0] == "shared":
-            shared = message[1]
-            continue
-        if message[0] == "import":
-            importlib.import_module(message[1])
-            continue
-        _, function, item = message
-        del message
-        _Told.start = time.process_time() if _Told.start is None else 0.0
-        answer = _answer(function, shared, item, tick)
-        try:
-            pipe.send_bytes(answer)
-        except OSError:  # nobody listens any more
-            return
-
-
-def _heard(pipe: Connection) -> bytes:
-    """The next message; the end, once the parent is gone, be it in the middle of one (then the error is an OSError)."""
-    try:
-        return pipe.recv_bytes()
-    except (EOFError, OSError):
-        return _packed(None)
-
-
-class _Told:
-    """Processor time of this process that has been told of, s: its start, and what is sent to it and by it, count."""
-
-    seconds = 0.0
-    start: float | None = None  # what passed until the first call
-
-
-def _answer(function: Callable[..., Any], shared: object, item: object, tick: Tick) -> bytes:
-    """What a call gives, or what it raises, to be sent."""
-    try:
-        found = function(shared, item, tick)
-        spent, _Told.seconds = time.process_time() - _Told.seconds, time.process_time()
-        return _packed(("done", (found, spent, _Told.start or 0.0)))
-    except Exception as error:  # noqa: BLE001 (it is raised again where the work was asked for)
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        folder = os.path.basename(os.path.dirname(last.filename))
-        place = f"{folder}/{os.path.basename(last.filename)}:{last.lineno}"
-        return _packed(("failed", (_sendable(error), "".join(traceback.format_exception(error)), place)))
-
-
-def _sendable(error: Exception) -> Exception:
-    """An error as it can be sent; what cannot be is told in words."""
-    try:
-        pickle.loads(pickle.dumps(error))
-    except Exception:  # noqa: BLE001 (whatever an error's own code does)
-        return RuntimeError(f"{type(error).__name__}: {error}")
-    return error
-
-
-def begin_own_process(*, draws: bool = False) -> None:
-    """Of a process that is the program's own, before MuJoCo is imported: start and work with less ado.
-
-    Args:
-        draws: MuJoCo is to draw in it. Otherwise it need not look for a window system, which it would do in processes
-            of their own.
-    """
-    if not draws:
-        os.environ.setdefault("MUJOCO_GL", "disable")
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would look for some in all that is installed
-    gc.set_threshold(GARBAGE)
-    atexit.register(gc.freeze)  # and at the end all there is would be searched once more
-
-
-def begin_worker() -> None:
-    """Of a worker process: leave Ctrl-C to the parent, and do not outlive it."""
-    begin_own_process()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-    if parent is None:
-        return
-
-    def follow() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()
-
-
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back: processes started meanwhile never see it, for it is their parent that ends them."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

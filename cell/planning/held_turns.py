@@ -1,0 +1,65 @@
+"""Clearances, with how far the roll may turn without freeing what moves with the TCP.
+
+    seen, held = with_held_turns(context, axes, stage)     # clearances of m configurations
+    held.turn, held.room                                   # (m,) rad and (m,) m
+
+A turn of the roll moves the tool about the wire alone, alike in every branch of the arm: where something of it is
+nearer than the clearance, what that lacks over its distance from the wire is an angle by which no turn frees it. Depths
+are what the collision engine says. Metres and radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ..arrays import Ints
+from ..collision.clearances import Clearances
+from .context import Context
+
+
+@dataclass(frozen=True, eq=False)
+class HeldTurns:
+    """Of what moves with the TCP, in m configurations.
+
+    Attributes:
+        turn: of the roll to either side within which it does not keep the clearance, (m,), rad; 0 where it does.
+        room: its own least clearance less what is asked for, (m,), m, where that is negative; 0 elsewhere.
+    """
+
+    turn: Floats
+    room: Floats
+
+
+def with_held_turns(context: Context, axes: Floats, stage: Ints) -> tuple[Clearances, HeldTurns]:
+    """Look at configurations.
+
+    Args:
+        context: the cell and what is to be kept.
+        axes: of the arm, and of the table where it moves, (m, n), rad.
+        stage: deposits laid, (m,).
+
+    Returns:
+        The nearest pair of each, and what holds the tool.
+    """
+    screen, least = context.screen, context.settings.clearance
+    rows: list[Ints] = []
+    pairs: list[Ints] = []
+    rooms: list[Floats] = []
+
+    def met(row: int, pair: Ints, distance: Floats) -> None:
+        rows.append(np.full(len(distance), row))
+        pairs.append(pair.copy())
+        rooms.append(distance - least)
+
+    seen = screen.clearances(axes, stage, met)
+    held = HeldTurns(np.zeros(len(axes)), np.zeros(len(axes)))
+    if rows:
+        row, pair, room = np.concatenate(rows), np.concatenate(pairs), np.concatenate(rooms)
+        mine = np.flatnonzero((room < 0) & screen.of_tool(pair))
+        np.maximum.at(held.turn, row[mine], -room[mine] / context.tool_radius[pair[mine]].min(axis=1))
+        np.minimum.at(held.room, row[mine], room[mine])
+    return seen, held

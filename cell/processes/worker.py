@@ -1,0 +1,92 @@
+"""What a worker process does: calls, one after the other, with what is shared.
+
+    context.Process(target=work, args=(pipe,))        # until the pipe ends
+
+Every message is pickled: ``("shared", value)``, ``("import", module)``, ``(index, function, item)``, and None at the
+end. Answers are ``("tick", None)``, ``("done", ..)`` and ``("failed", ..)``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import pickle
+import time
+import traceback
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+from .own_process import begin_worker
+
+Tick = Callable[[], None]
+
+
+def packed(message: object) -> bytes:
+    """A message as it is sent."""
+    return pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+
+
+def work(pipe: Connection) -> None:
+    """Of a worker process: do what comes until nothing more does, or until the parent is gone."""
+    begin_worker()
+    shared: object = None
+
+    def tick() -> None:
+        pipe.send_bytes(packed(("tick", None)))
+
+    while True:
+        message = pickle.loads(_heard(pipe))
+        if message is None:
+            return
+        if message[0] == "shared":
+            shared = message[1]
+            continue
+        if message[0] == "import":
+            importlib.import_module(message[1])
+            continue
+        _, function, item = message
+        del message
+        _Told.start = time.process_time() if _Told.start is None else 0.0
+        answer = _answer(function, shared, item, tick)
+        try:
+            pipe.send_bytes(answer)
+        except OSError:  # nobody listens any more
+            return
+
+
+def _heard(pipe: Connection) -> bytes:
+    """The next message; the end, once the parent is gone, be it in the middle of one (then the error is an OSError)."""
+    try:
+        return pipe.recv_bytes()
+    except (EOFError, OSError):
+        return packed(None)
+
+
+class _Told:
+    """Processor time of this process that has been told of, s: its start, and what is sent to it and by it, count."""
+
+    seconds = 0.0
+    start: float | None = None  # what passed until the first call
+
+
+def _answer(function: Callable[..., Any], shared: object, item: object, tick: Tick) -> bytes:
+    """What a call gives, or what it raises, to be sent."""
+    try:
+        found = function(shared, item, tick)
+        spent, _Told.seconds = time.process_time() - _Told.seconds, time.process_time()
+        return packed(("done", (found, spent, _Told.start or 0.0)))
+    except Exception as error:  # noqa: BLE001 (it is raised again where the work was asked for)
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        folder = os.path.basename(os.path.dirname(last.filename))
+        place = f"{folder}/{os.path.basename(last.filename)}:{last.lineno}"
+        return packed(("failed", (_sendable(error), "".join(traceback.format_exception(error)), place)))
+
+
+def _sendable(error: Exception) -> Exception:
+    """An error as it can be sent; what cannot be is told in words."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:  # noqa: BLE001 (whatever an error's own code does)
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error
