@@ -160,7 +160,8 @@ ANY_VALUES = {
         cell/verification/bead_order cell/view/sweep_map_picture slicing/beads/overhang
         slicing/beads/thickness_policy slicing/document slicing/surfaces/surfaces slicing/warning""",
     "the variables of a KRL program": "cell/programs/krl/data cell/programs/krl/state cell/programs/krl/values",
-    "columns of a table, or keyword arguments": "cell/programs/program cell/scene/scene cell/scene/workpiece",
+    "columns of a table, or keyword arguments": """
+        cell/planning/densify cell/programs/program cell/scene/scene cell/scene/workpiece""",
     "annotations of a class": "slicing/annotations slicing/parameters",
 }
 
