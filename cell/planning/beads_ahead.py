@@ -22,7 +22,8 @@ from ik import closed_form
 from ik.chain import Floats
 from ik.roll import apply_roll
 
-from .bead_search import BeadPlan
+from .bead_search import BeadPlan, BeadSearch
+from .configurations import evaluate
 from .context import Context
 from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
 from .station_search import BESIDE, Ends, StationNodes, StationSearch, held_rolls_price
@@ -149,13 +150,14 @@ class BeadsAhead:
         for bead, known in searched:
             self._wasted += len(bead)  # until it is given out
             search = StationSearch(bead, step, Ends(come_from), nodes=known)
-            way = search.way()
+            found = search.way()
+            way = self._full_way(bead, q_before) if found is None else found[1:]
             if way is None:
                 if come_from is q_before:
                     self._vain = bead.first, q_before, search
                 break
-            ways.append((bead.first, q_before, *way[1:]))
-            first, q_before = self._stops[bead.first], way[2][-1]
+            ways.append((bead.first, q_before, *way))
+            first, q_before = self._stops[bead.first], way[1][-1]
             come_from = q_before
         if not ways:
             return
@@ -208,6 +210,15 @@ class BeadsAhead:
             beads.append(bead)
             first = self._stops[first]
         return beads
+
+    def _full_way(self, bead: SearchedBead, q_before: Floats | None) -> tuple[Floats, Floats] | None:
+        """Rolls and configurations on the way that the full search of a bead begins with, where that costs little."""
+        context = self._context
+        if not context.window.is_fixed:
+            return None
+        # of one roll alone the nodes are few
+        nodes = evaluate(context.solver, bead.placed, context.window, context.settings.roll_step, context.limits)
+        return BeadSearch(bead, nodes).way(q_before)
 
     def _checked(
         self, begun: int, stop: int, ways: list[tuple[int, Floats, Floats]]

@@ -10,11 +10,10 @@ Metres and radians.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ik.chain import Floats
 from ik.roll import apply_roll, roll_of, wrap
@@ -29,6 +28,9 @@ from ..rigid import frames, great_circle
 from .context import CLOSE, Closeness, Context
 from .edge_check import Stretch, between
 from .edge_tracking import off_bead
+
+# of a stretch, all that its rows have but for their clearances
+BY_ROW = ("edge", "fraction", "q", "position", "table", "low", "kept", "margin")
 
 
 def densified(
@@ -45,106 +47,32 @@ def densified(
         The beads with more samples, and targets on the way to which a new sample does not hold what the others do,
         with why.
     """
-    beads = [_Bead.of(stretch) for stretch in stretches]
-    for _ in range(close.halvings):
-        _look(context, beads, close)
-        _halve(context, [bead for bead in beads if len(bead.open)])
-    _look(context, beads, close)
-    failures: dict[int, Failure] = {}
-    for bead in beads:
-        # what is still off the bead after the last halving is not run along it
-        for edge in bead.stretch.edge[bead.open].tolist():
-            bead.failures[edge + 1] = Failure(Kind.JUMP, place=_on_edge(edge))
-        if bead.new.any():
-            bead.stretch, found = _checked(context, bead.stretch, bead.new)
-            bead.failures.update(found)
-        failures.update(bead.failures)
-    return [bead.stretch for bead in beads], failures
+    some = [k for k, stretch in enumerate(stretches) if len(stretch.q) > 1]
+    out = list(stretches)
+    if not some:
+        return out, {}
+    rows, of, failures = _densified(context, *_joined([stretches[k] for k in some]), close)
+    ends = np.searchsorted(of, np.arange(len(some) + 1))
+    for n, k in enumerate(some):
+        mine = _rows(rows, slice(ends[n], ends[n + 1]))
+        own = stretches[k]
+        out[k] = replace(mine, first=own.first, q_targets=own.q_targets, roll=own.roll)
+    return out, failures
 
 
-@dataclass
-class _Bead:
-    """A bead into which rows are put.
-
-    Attributes:
-        stretch: as it is by now.
-        new: rows that were put in, (m,).
-        open: steps to be looked at, or, once they have been, those whose middle is off the bead.
-        failures: targets on the way to which there is no new row, with why.
-    """
-
-    stretch: Stretch
-    new: NDArray[np.bool_]
-    open: Ints
-    failures: dict[int, Failure]
-
-    @classmethod
-    def of(cls, stretch: Stretch) -> _Bead:
-        """One into which none has been put."""
-        return cls(stretch, np.zeros(len(stretch.q), dtype=bool), np.arange(len(stretch.q) - 1), {})
-
-    def put(self, more: Stretch, found: NDArray[np.bool_]) -> None:
-        """Put rows into the middles of the open steps; those beside the new rows are to be looked at next.
-
-        Args:
-            more: the rows.
-            found: whether each holds what it is to hold.
-        """
-        lost = np.unique(more.edge[~found]).tolist()
-        self.failures.update({e + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(e)) for e in lost})
-        self.stretch = _merged(self.stretch, more, self.open)
-        self.new = np.insert(self.new, self.open + 1, True)
-        rows = self.open + 1 + np.arange(len(self.open))
-        self.open = np.union1d(rows - 1, rows) if not self.failures else rows[:0]
+def _joined(stretches: Sequence[Stretch]) -> tuple[Stretch, Ints]:
+    """Rows of stretches one after the other, as those of one, and which stretch each is of, (m,)."""
+    clearances = Clearances.joined([stretch.clearances for stretch in stretches])
+    each: dict[str, Any] = {name: np.concatenate([getattr(stretch, name) for stretch in stretches]) for name in BY_ROW}
+    of = np.repeat(np.arange(len(stretches)), [len(stretch.q) for stretch in stretches])
+    return replace(stretches[0], clearances=clearances, **each), of
 
 
-def _halve(context: Context, beads: Sequence[_Bead]) -> None:
-    """Put a row into the middle of every open step of beads, all together."""
-    if not beads:
-        return
-    ends = _joined([_rows(bead.stretch, np.stack([bead.open, bead.open + 1], axis=1).ravel()) for bead in beads])
-    more, found = _between(context, ends, 2 * np.arange(len(ends.q) // 2))
-    stop = 0
-    for bead in beads:
-        mine = np.arange(stop, stop + len(bead.open))
-        stop += len(bead.open)
-        bead.put(_rows(more, mine), found[mine])
-
-
-def _rows(stretch: Stretch, index: Ints) -> Stretch:
-    """Some samples of a bead."""
-    return replace(
-        stretch,
-        edge=stretch.edge[index],
-        fraction=stretch.fraction[index],
-        q=stretch.q[index],
-        position=stretch.position[index],
-        table=stretch.table[index],
-        clearances=stretch.clearances.rows(index),
-        low=stretch.low[index],
-        kept=stretch.kept[index],
-        margin=stretch.margin[index],
-    )
-
-
-def _joined(stretches: Sequence[Stretch]) -> Stretch:
-    """Samples of several beads one after the other; its targets are those of the first."""
-
-    def all_of(name: str) -> Any:
-        return np.concatenate([getattr(stretch, name) for stretch in stretches])
-
-    return replace(
-        stretches[0],
-        edge=all_of("edge"),
-        fraction=all_of("fraction"),
-        q=all_of("q"),
-        position=all_of("position"),
-        table=all_of("table"),
-        clearances=Clearances.joined([stretch.clearances for stretch in stretches]),
-        low=all_of("low"),
-        kept=all_of("kept"),
-        margin=all_of("margin"),
-    )
+def _rows(stretch: Stretch, mine: slice) -> Stretch:
+    """Some rows of a stretch."""
+    found = stretch.clearances
+    some: dict[str, Any] = {name: getattr(stretch, name)[mine] for name in BY_ROW}
+    return replace(stretch, clearances=Clearances(found.distance[mine], found.pair[mine], found.position[mine]), **some)
 
 
 def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Floats]:
@@ -163,33 +91,49 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
     return position, great_circle(n[edge], n[edge + 1], fraction)
 
 
+def _densified(
+    context: Context, stretch: Stretch, of: Ints, close: Closeness
+) -> tuple[Stretch, Ints, dict[int, Failure]]:
+    """Rows of several beads with those put in that they need, of which bead each is, and what is wrong with them."""
+    failures: dict[int, Failure] = {}
+    new, lost = np.zeros(len(stretch.q), dtype=bool), np.zeros(int(of[-1]) + 1, dtype=bool)
+    for _ in range(close.halvings):
+        step = _open(context, stretch, of, close)
+        step = step[~lost[of[step]]]  # a bead in which something is wrong is left as it is
+        if not len(step):
+            break
+        more, unreached = _between(context, stretch, step)
+        lost[of[step[np.isin(more.edge, unreached)]]] = True
+        failures.update({int(e) + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(int(e))) for e in unreached})
+        stretch = _merged(stretch, more, step)
+        new, of = np.insert(new, step + 1, True), np.insert(of, step + 1, of[step])
+    else:
+        # what is still off the bead after the last halving is not run along it
+        step = _open(context, stretch, of, close)
+        for k in step[~lost[of[step]]].tolist():
+            edge = int(stretch.edge[k])
+            failures[edge + 1] = Failure(Kind.JUMP, place=_on_edge(edge))
+    if new.any():
+        stretch, found = _checked(context, stretch, new)
+        failures.update(found)
+    return stretch, of, failures
+
+
 def _on_edge(edge: int) -> Place:
     """The way from a target to the next."""
     return Place(Where.BEAD, from_target=edge)
 
 
-def _look(context: Context, beads: Sequence[_Bead], close: Closeness) -> None:
-    """Look at the middles of the open steps of beads, all together; those stay open that are off the bead."""
-    some = [bead for bead in beads if len(bead.open)]
-    if not some:
-        return
-    q, table, edge = (np.concatenate(each) for each in zip(*(_middles(b.stretch, b.open) for b in some), strict=True))
+def _open(context: Context, stretch: Stretch, of: Ints, close: Closeness) -> Ints:
+    """Steps whose middle is off the bead; from one bead to the next there is none."""
+    edge, _, _ = _ends(stretch)
     placed = context.placed.bead
-    T = _seen(context, q, table)
+    T = _seen(context, (stretch.q[:-1] + stretch.q[1:]) / 2, (stretch.table[:-1] + stretch.table[1:]) / 2)
     a, b = placed.position[edge], placed.position[edge + 1]
     along = b - a
     s = np.clip(((T[:, :3, 3] - a) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
     position, normal = on_bead(context, edge, s)
-    off = off_bead(T, position, normal, close) > 1.0
-    ends = np.cumsum([len(bead.open) for bead in some])[:-1]
-    for bead, mine in zip(some, np.split(off, ends), strict=True):
-        bead.open = bead.open[mine]
-
-
-def _middles(stretch: Stretch, step: Ints) -> tuple[Floats, Floats, Ints]:
-    """Configurations half-way along steps of straight joint motion, the table's angles there, and their edges."""
-    q, table = stretch.q, stretch.table
-    return (q[step] + q[step + 1]) / 2, (table[step] + table[step + 1]) / 2, stretch.edge[step]
+    return np.flatnonzero((off_bead(T, position, normal, close) > 1.0) & (np.diff(of) == 0))
 
 
 def _seen(context: Context, q: Floats, table: Floats) -> Floats:
@@ -203,8 +147,8 @@ def _ends(stretch: Stretch) -> tuple[Ints, Floats, Floats]:
     return edge, stretch.fraction[:-1], stretch.fraction[1:] + (stretch.edge[1:] - edge)
 
 
-def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, NDArray[np.bool_]]:
-    """Samples half-way along steps, and whether the arm gets there."""
+def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, Ints]:
+    """MotionSamples half-way along steps, and the edges on which there is none."""
     chain, placed = context.solver.chain, context.placed
     edges, starts, ends = _ends(stretch)
     edge, start, end = edges[step], starts[step], ends[step]
@@ -233,7 +177,7 @@ def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, N
     # the way by the new sample is off the straight one by as much as the sample at most
     axes = stretch.axes
     off = joint_travel_bound(context.radius, (axes[step] + axes[step + 1]) / 2, more.axes)
-    return replace(more, low=more.low - off, kept=more.kept - off), ok
+    return replace(more, low=more.low - off, kept=more.kept - off), np.unique(edge[~ok])
 
 
 def _merged(stretch: Stretch, more: Stretch, step: Ints) -> Stretch:
