@@ -2,10 +2,11 @@
 
 The same part is checked with each number of processes. Told are wall time; processor time of all of them; that on the
 critical path, which is the first process' own and of each round of work that of the worker that had most to do, and so
-what the wall time would be on a machine with nothing else to do (the start of workers counts, but for what passes of it
-while the first process composes the cell, as it does in ``rbam check``); memory of the first process and of the largest
-worker; how long the motion takes; and a digest of verdict and motion, which has to be one and the same. ``one chunk``
-is the part planned bead after bead, as small ones are.
+what the wall time would be on a machine with nothing else to do; memory of the first process and of the largest worker;
+how long the motion takes; and a digest of verdict and motion, which has to be one and the same. Measured is the check
+of a part that is sliced and a cell that is composed. Workers start meanwhile, once the targets are known, as they do in
+``rbam check``: of their start counts what is not over by then. ``one chunk`` is the part planned bead after bead, as
+small ones are.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ import hashlib
 import resource
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -23,11 +23,9 @@ if __name__ == "__main__":  # a worker runs this file as well, and needs none of
     from bench_arguments import parsed
     from real_parts import FILLS, PARTS, ROLLS, job_of
 
-    from cell import Job
     from cell.part_chunks.chunking import USUAL, Chunking
-    from cell.planning.context import Context, Span
+    from cell.planning.context import Context
     from cell.processes.crew import processor_time, working
-    from cell.scene.compose import compose
     from cell.scene.scene import table_angles
     from cell.verdict.check import SpanVerdict, check_span, off_upright
 
@@ -45,12 +43,11 @@ def digest(found: SpanVerdict) -> str:
     return out.hexdigest()[:12]
 
 
-def measure(job: Job, jobs: int, chunking: Chunking, name: str) -> float:
-    """Check a part and print a line; processor time on the critical path, s."""
-    wall, every, here = time.perf_counter(), processor_time(), time.process_time()
+def measure(asked: tuple[str, int, str, str, bool], jobs: int, chunking: Chunking, name: str) -> float:
+    """Check a part (what ``job_of`` takes) and print a line; processor time on the critical path, s."""
     with working(jobs) as crew:
-        crew.begin(len(chunking.chunks(job.targets, Span.whole(job))), "cell.part_chunks.chunked_run")
-        job = replace(job, scene=compose(job.case, job.shape))
+        job = job_of(*asked)
+        wall, every, here = time.perf_counter(), processor_time(), time.process_time()
         context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
         gravity, chunks = off_upright(job, context.placed), len(chunking.chunks(job.targets, context.span))
         found = check_span(job, context, gravity, None, chunking)
@@ -84,10 +81,10 @@ def main() -> None:
         " first process, s | wall, s | memory, MB | motion | digest |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|"
     )
     for part in args.parts:
-        job = job_of(part, args.targets, args.fill, args.roll, feasible=not args.infeasible)
+        asked = part, args.targets, args.fill, args.roll, not args.infeasible
         if args.one_chunk:
-            measure(job, 1, Chunking(len(job.targets) + 1), f"{part}, one chunk")
-        critical = [measure(job, jobs, chunking, part) for jobs in args.jobs]
+            measure(asked, 1, Chunking(sys.maxsize), f"{part}, one chunk")
+        critical = [measure(asked, jobs, chunking, part) for jobs in args.jobs]
         words = (f"{critical[0] / c:.2f} with {jobs}" for c, jobs in zip(critical, args.jobs, strict=True))
         print(f"\n{part}: times as fast on the critical path: {', '.join(words)}\n", flush=True)
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.arms import kr70, welder
 
-from ik.bead_path import LARGEST_STEP, OTHERS, ROLL_COST, TOGETHER, best_runs
+from ik.bead_path import COSTLY, LARGEST_STEP, OTHERS, ROLL_COST, TOGETHER, Allowance, best_runs
 from ik.roll import RollWindow, apply_roll
 from ik.solver import Solver
 
@@ -146,6 +146,21 @@ def test_a_jump_or_a_slow_joint_cuts_the_bead():
     # a velocity alone would let it through
     q = line(0.0, np.pi)
     assert len(best_runs(q, np.zeros((2, 1, 1, 1)), np.array([1e9]), np.ones(1), circular=False)) == 2
+
+
+@pytest.mark.parametrize("dear_by", ["step", "time"])
+def test_a_dear_edge_is_taken_only_where_others_cost_more(dear_by):
+    # two groups: one moves by 0.5, the other by 0.1 but is worth avoiding
+    q = np.array([[0.0, 0.0], [0.5, 0.1]]).reshape(2, 1, 2, 1, 1)
+    step, time = (0.2, 9.0) if dear_by == "step" else (9.0, 0.2)
+    allowance = Allowance(np.array([step]), np.array([time]))
+    price = COSTLY + (COSTLY * (0.5 / 0.2 - 1.0) if dear_by == "time" else 0.0)
+    for extra, group in ((price - 1.0, 1), (price + 1.0, 0)):
+        cost = np.array([0.0, extra]).reshape(1, 1, 2, 1) * np.array([1.0, 0.0]).reshape(2, 1, 1, 1)
+        (run,) = runs_of(q, cost, allowance=allowance)
+        assert set(run.nodes[:, 1]) == {group}
+        moved = (1 + OTHERS) * (0.1 if group else 0.5)
+        assert run.cost == pytest.approx(moved + (extra if group else price))
 
 
 def test_targets_without_nodes_belong_to_no_run():

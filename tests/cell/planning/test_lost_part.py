@@ -170,16 +170,20 @@ def test_targets_judged_together_are_judged_as_one_by_one(job_with):
     assert not unreachable(context, some)
 
 
-def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with):
-    context = context_of(job_with(POST))
-    some = np.arange(0, len(context.deposits_before), max(len(context.deposits_before) // 4, 1))
+@pytest.mark.parametrize("away_mm", [9, 60])
+def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with, away_mm):
+    x, _, z = POST["position_mm"]
+    context = context_of(job_with(POST | {"position_mm": [x, away_mm, z]}))
+    some = np.arange(0, len(context.deposits_before), max(len(context.deposits_before) // 8, 1))
     rolls = np.deg2rad(np.arange(-180, 180, 20.0))
     target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
     looked = _looked_at(context, target, roll)
     held = np.flatnonzero(looked.held > 0)
     assert len(held) > 10
-    for side in (-1, 1):
-        turned = looked.roll[held] + side * 0.98 * np.minimum(looked.held[held], np.pi)
+    if away_mm >= 30:  # of these some are free at other rolls
+        assert np.isin(looked.target[held], looked.free_targets()).any()
+    for share in (-0.98, -0.5, 0.5, 0.98):
+        turned = looked.roll[held] + share * np.minimum(looked.held[held], np.pi)
         Ts = apply_roll(context.placed.rows(looked.target[held]).Ts_base_target, turned)
         q = context.solver.candidates(Ts).q
         row, g, k = np.nonzero(np.isfinite(q[..., 0]))
@@ -251,16 +255,26 @@ def test_targets_that_are_free_nowhere_are_those_without_a_free_roll(job_with, f
         assert best.clearances.distance[0] < context.settings.clearance
 
 
-def test_a_layer_that_is_lost_leaves_the_others_as_they_are(monkeypatch, job_with, nothing_over):
+@pytest.mark.parametrize("lost", [[1], [0, 2]], ids=["one", "every second"])
+def test_layers_that_are_lost_leave_the_others_as_they_are(monkeypatch, job_with, nothing_over, lost):
     job = job_with()
     good, most = asked(monkeypatch, job)
     t = job.targets
-    wrong = t.layer == int(t.layer.max()) // 2
+    wrong = np.isin(t.layer, lost)
+    assert 0 < wrong.sum() < len(wrong)
+    assert not wrong[-1]
     bad, work = asked(monkeypatch, replace(job, targets=replace(t, normal=np.where(wrong[:, None], -1, 1) * t.normal)))
     assert good.feasible
     assert {i for i, row in enumerate(bad.rows) if row.reason is not None} <= set(np.flatnonzero(wrong).tolist())
-    assert all(row.looked_at and row.reason is None for row, lost in zip(bad.rows, wrong, strict=True) if not lost)
+    assert all(row.looked_at and row.reason is None for row, off in zip(bad.rows, wrong, strict=True) if not off)
     assert work <= 1.25 * most
+
+
+def test_of_targets_that_are_free_a_few_rolls_are_looked_at(job_with):
+    context = context_of(job_with())
+    some, before = range(len(context.deposits_before)), context.asked
+    assert free_nowhere(context, some, np.deg2rad(5.0)) == {}
+    assert context.asked - before < 16 * len(some)
 
 
 @pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
