@@ -123,23 +123,30 @@ def cut_corners_of(
     Returns:
         For each path what :func:`cut_corners` gives.
     """
-    left = [_not_by_rows(checker, radius, path, rows) for path, rows in paths]
+    proofs = proofs_of(checker)
+    left = [_not_by_rows(checker, radius, *one, by_sheets=proofs is not None) for one in paths]
     asked = [
         RoundedSteps(path, rows, np.flatnonzero(open_ & (rows.kept > rows.least)))
         for (path, rows), open_ in zip(paths, left, strict=True)
     ]
-    proofs, some = proofs_of(checker), [i for i, one in enumerate(asked) if len(one.steps)]
+    some = [i for i, one in enumerate(asked) if len(one.steps)]
     if proofs is not None and some:
         for i, kept in zip(some, sheets_kept(proofs, radius, [asked[i] for i in some]), strict=True):
             left[i][asked[i].steps[kept]] = False
     return [_cut_where(checker, radius, *one, open_) for one, open_ in zip(paths, left, strict=True)]
 
 
-def _not_by_rows(checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows) -> NDArray[np.bool_]:
-    """Steps of which what is known of the rows does not prove that any rounding is free, (m - 1,)."""
+def _not_by_rows(
+    checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows, *, by_sheets: bool
+) -> NDArray[np.bool_]:
+    """Steps of which what is known of the rows does not prove that any rounding is free, (m - 1,).
+
+    What sheets can be made of is left to them, unless it takes next to nothing to prove.
+    """
     if len(path.s) < 3:
         return np.zeros(len(path.s) - 1, dtype=bool)
-    return rows.which & ~every_rounding_kept(checker, radius, path, rows)
+    closely = not by_sheets or not (rows.kept[rows.which] > rows.least).all()
+    return rows.which & ~every_rounding_kept(checker, radius, path, rows, closely=closely)
 
 
 def _cut_where(

@@ -93,7 +93,13 @@ class Corners:
 
 
 def every_rounding_kept(
-    checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows, which: NDArray[np.bool_] | None = None
+    checker: Sees,
+    radius: Floats,
+    path: BlendedPath,
+    known: KnownRows,
+    which: NDArray[np.bool_] | None = None,
+    *,
+    closely: bool = True,
 ) -> NDArray[np.bool_]:
     """Steps on which the clearance is kept however much the corners are rounded, up to the path's zone.
 
@@ -103,6 +109,7 @@ def every_rounding_kept(
         path: the rows.
         known: what is known of them.
         which: steps in question, (m - 1,); those of ``known`` where left out.
+        closely: whether what the joints' radii leave is held against where the arm's links are as well.
 
     Returns:
         (m - 1,) booleans: it is proved on these of the steps in question.
@@ -122,7 +129,7 @@ def every_rounding_kept(
     alike = left[known.stage[left] == known.stage[left + 1]]
     proved[alike] = _by_rows_near_corners(radius, path, corners, (off, low - least), alike)
     left, alike = left[~proved[left]], alike[~proved[alike]]
-    if not len(left):
+    if not len(left) or not closely:
         return proved
     way = checker.travel_bound(radius, path.q[alike], path.q[alike + 1])
     kept[alike] = np.maximum(kept[alike], (low[alike] + low[alike + 1] - way) / 2)

@@ -1,6 +1,6 @@
 """All roundings of many corners proved free together, by planes: what turns far on the spot but comes near nothing.
 
-    sheets_kept(proofs, radius, [(path, known, steps), ..])     # for each path: which of the steps are proved
+    sheets_kept(proofs, radius, [RoundedSteps(path, known, steps)])     # for each path: which of the steps are proved
 
 What a step may become when it is rounded, over any zone up to the path's, is a sheet of configurations, over the path's
 length u and the zone z: q(u, z) = (A(u + z) - A(u - z)) / 2z, A the integral of the rows. A rectangle of the sheet is
@@ -32,9 +32,9 @@ from .rounded_paths import BlendedPath
 from .rounding_proofs import KnownRows
 
 # m: most that a rectangle is off the mean of its corners; and travel between what is looked at, one after the other
-ROUNDS = ((4e-3, (0.08, 0.02, 0.01)), (1e-3, (0.02, 0.01, 0.005)))
-DIVIDED, MOST = 14, 30_000  # times that a rectangle is halved at most, and how many there may be of them
-SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)  # of a zone: the greatest of these at which the rows are enough
+ROUNDS = ((4e-3, (0.03, 0.01)), (1e-3, (0.01, 0.004)), (2.5e-4, (0.004, 0.001)))
+DIVIDED, MOST = 20, 30_000  # times that a rectangle is halved at most, and how many there may be of them
+SHARES = tuple(0.5**n for n in range(1, 12))  # of a zone: the greatest of these up to which the rows are enough
 
 
 class _Curves:

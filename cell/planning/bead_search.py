@@ -161,6 +161,24 @@ class BeadSearch:
             self.first, stop, tuple(self._stretch(run) for run in runs), self._edge_failures(runs), target_failures
         )
 
+    def way(self, q_before: Floats | None) -> tuple[Floats, Floats] | None:
+        """The way that :meth:`run` follows first, if it leads through the whole bead.
+
+        Args:
+            q_before: where the arm comes from, (j,), rad, or None.
+
+        Returns:
+            Rolls and configurations of its targets, (t,) and (t, j), rad, free at each; None where there is none.
+        """
+        for _ in range(self.rounds):
+            runs = self._runs(q_before)
+            if len(runs) != 1 or len(runs[0].nodes) != len(self.stage):
+                return None
+            if not self._block_colliding_nodes(runs):
+                nodes = runs[0].nodes
+                return self.nodes.rolls[nodes[:, 0]], self.nodes.q[(np.arange(len(nodes)), *nodes.T)]
+        return None
+
     def _runs(self, q_before: Floats | None) -> list[Run]:
         start = None
         if q_before is not None:

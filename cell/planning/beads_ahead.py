@@ -17,7 +17,8 @@ import numpy as np
 
 from ik.chain import Floats
 
-from .bead_search import BeadPlan
+from .bead_search import BeadPlan, BeadSearch
+from .configurations import evaluate
 from .context import Context
 from .edge_check import CheckedEdges, SearchedBead, check_edges
 from .station_search import Ends, StationSearch
@@ -98,12 +99,13 @@ class BeadsAhead:
                 break
             self._wasted += len(bead)  # until it is given out
             search = StationSearch(bead, context.settings.roll_step, Ends(q_before))
-            way = search.way()
+            found = search.way()
+            way = self._full_way(bead, q_before) if found is None else found[1:]
             if way is None:
                 self._vain = first, q_before, search
                 break
-            ways.append((first, q_before, *way[1:]))
-            first, q_before = self._stops[first], way[2][-1]
+            ways.append((first, q_before, *way))
+            first, q_before = self._stops[first], way[1][-1]
         if not ways:
             return
         checked, last = self._checked(begun, first, [(at, roll, q) for at, _, roll, q in ways])
@@ -111,6 +113,15 @@ class BeadsAhead:
             if all(cause is None for cause in checked.causes[a : b + 1]):
                 plan = BeadPlan(at, self._stops[at], (checked.run(a, b),), {}, {})
                 self._expected[at] = _Expected(before, plan)
+
+    def _full_way(self, bead: SearchedBead, q_before: Floats | None) -> tuple[Floats, Floats] | None:
+        """Rolls and configurations on the way that the full search of a bead begins with, where that costs little."""
+        context = self._context
+        if not context.window.is_fixed:
+            return None
+        # of one roll alone the nodes are few
+        nodes = evaluate(context.solver, bead.placed, context.window, context.settings.roll_step, context.limits)
+        return BeadSearch(bead, nodes).way(q_before)
 
     def _checked(
         self, begun: int, stop: int, ways: list[tuple[int, Floats, Floats]]

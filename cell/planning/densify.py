@@ -29,6 +29,9 @@ from .context import CLOSE, Closeness, Context
 from .edge_check import Stretch, between
 from .edge_tracking import off_bead
 
+# of a stretch, all that its rows have but for their clearances
+BY_ROW = ("edge", "fraction", "q", "position", "table", "low", "kept", "margin")
+
 
 def densified(
     context: Context, stretches: Sequence[Stretch], close: Closeness = CLOSE
@@ -44,13 +47,32 @@ def densified(
         The beads with more samples, and targets on the way to which a new sample does not hold what the others do,
         with why.
     """
-    out: list[Stretch] = []
-    failures: dict[int, Failure] = {}
-    for stretch in stretches:
-        dense, found = _densified(context, stretch, close)
-        out.append(dense)
-        failures.update(found)
+    some = [k for k, stretch in enumerate(stretches) if len(stretch.q) > 1]
+    out = list(stretches)
+    if not some:
+        return out, {}
+    rows, of, failures = _densified(context, *_joined([stretches[k] for k in some]), close)
+    ends = np.searchsorted(of, np.arange(len(some) + 1))
+    for n, k in enumerate(some):
+        mine = _rows(rows, slice(ends[n], ends[n + 1]))
+        own = stretches[k]
+        out[k] = replace(mine, first=own.first, q_targets=own.q_targets, roll=own.roll)
     return out, failures
+
+
+def _joined(stretches: Sequence[Stretch]) -> tuple[Stretch, Ints]:
+    """Rows of stretches one after the other, as those of one, and which stretch each is of, (m,)."""
+    clearances = Clearances.joined([stretch.clearances for stretch in stretches])
+    each: dict[str, Any] = {name: np.concatenate([getattr(stretch, name) for stretch in stretches]) for name in BY_ROW}
+    of = np.repeat(np.arange(len(stretches)), [len(stretch.q) for stretch in stretches])
+    return replace(stretches[0], clearances=clearances, **each), of
+
+
+def _rows(stretch: Stretch, mine: slice) -> Stretch:
+    """Some rows of a stretch."""
+    found = stretch.clearances
+    some: dict[str, Any] = {name: getattr(stretch, name)[mine] for name in BY_ROW}
+    return replace(stretch, clearances=Clearances(found.distance[mine], found.pair[mine], found.position[mine]), **some)
 
 
 def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Floats]:
@@ -69,28 +91,32 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
     return position, great_circle(n[edge], n[edge + 1], fraction)
 
 
-def _densified(context: Context, stretch: Stretch, close: Closeness) -> tuple[Stretch, dict[int, Failure]]:
+def _densified(
+    context: Context, stretch: Stretch, of: Ints, close: Closeness
+) -> tuple[Stretch, Ints, dict[int, Failure]]:
+    """Rows of several beads with those put in that they need, of which bead each is, and what is wrong with them."""
     failures: dict[int, Failure] = {}
-    new = np.zeros(len(stretch.q), dtype=bool)
+    new, lost = np.zeros(len(stretch.q), dtype=bool), np.zeros(int(of[-1]) + 1, dtype=bool)
     for _ in range(close.halvings):
-        step = _open(context, stretch, close) if len(stretch.q) > 1 else np.zeros(0, dtype=np.int64)
+        step = _open(context, stretch, of, close)
+        step = step[~lost[of[step]]]  # a bead in which something is wrong is left as it is
         if not len(step):
             break
-        more, lost = _between(context, stretch, step)
-        failures.update({int(e) + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(int(e))) for e in lost})
+        more, unreached = _between(context, stretch, step)
+        lost[of[step[np.isin(more.edge, unreached)]]] = True
+        failures.update({int(e) + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(int(e))) for e in unreached})
         stretch = _merged(stretch, more, step)
-        new = np.insert(new, step + 1, True)
-        if failures:
-            break
+        new, of = np.insert(new, step + 1, True), np.insert(of, step + 1, of[step])
     else:
         # what is still off the bead after the last halving is not run along it
-        for k in _open(context, stretch, close):
+        step = _open(context, stretch, of, close)
+        for k in step[~lost[of[step]]].tolist():
             edge = int(stretch.edge[k])
             failures[edge + 1] = Failure(Kind.JUMP, place=_on_edge(edge))
     if new.any():
         stretch, found = _checked(context, stretch, new)
         failures.update(found)
-    return stretch, failures
+    return stretch, of, failures
 
 
 def _on_edge(edge: int) -> Place:
@@ -98,8 +124,8 @@ def _on_edge(edge: int) -> Place:
     return Place(Where.BEAD, from_target=edge)
 
 
-def _open(context: Context, stretch: Stretch, close: Closeness) -> Ints:
-    """Steps whose middle is off the bead."""
+def _open(context: Context, stretch: Stretch, of: Ints, close: Closeness) -> Ints:
+    """Steps whose middle is off the bead; from one bead to the next there is none."""
     edge, _, _ = _ends(stretch)
     placed = context.placed.bead
     T = _seen(context, (stretch.q[:-1] + stretch.q[1:]) / 2, (stretch.table[:-1] + stretch.table[1:]) / 2)
@@ -107,7 +133,7 @@ def _open(context: Context, stretch: Stretch, close: Closeness) -> Ints:
     along = b - a
     s = np.clip(((T[:, :3, 3] - a) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
     position, normal = on_bead(context, edge, s)
-    return np.flatnonzero(off_bead(T, position, normal, close) > 1.0)
+    return np.flatnonzero((off_bead(T, position, normal, close) > 1.0) & (np.diff(of) == 0))
 
 
 def _seen(context: Context, q: Floats, table: Floats) -> Floats:

@@ -18,7 +18,7 @@ from cell.collision.proofs.reach_radii import radii
 from cell.collision.proofs.sheet_pieces import SheetPieces
 from cell.collision.rounded_paths import BlendedPath
 from cell.collision.rounding_proofs import Corners, KnownRows
-from cell.collision.rounding_sheets import RoundedSteps, _Curves, _Rectangles, sheets_kept
+from cell.collision.rounding_sheets import SHARES, RoundedSteps, _Curves, _Rectangles, sheets_kept
 from cell.job.job import prepare
 from cell.scene.placement import place
 from cell.timing.blending import blended, kept_zone
@@ -275,10 +275,10 @@ def test_of_rows_that_keep_no_more_than_they_have_to_the_small_roundings_are_not
     checker, radius = Checker(boss.scene, tuple(UP), 0.05), radii(boss.scene)
     path = round_a_corner(boss, rng)
     m, zone = len(path.s), kept_zone(path.zone, path.s[-1])
-    off = Corners.of(BlendedPath(path.q, path.s, zone / 32)).off(radius, path.s)
+    off = Corners.of(BlendedPath(path.q, path.s, SHARES[-1] * zone)).off(radius, path.s)
     off = np.maximum(off[:-1], off[1:])
     steps, every = np.arange(m - 1), np.ones(m - 1, dtype=bool)
-    for room in (1e-6, 1e-4):
+    for room in (1e-8, 0.5 * float(off.max())):
         known = KnownRows(np.zeros(m, dtype=np.int64), Clearances.none(m), 1e-3, every, np.full(m - 1, 1e-3 + room))
         ok = sheets_kept(PlaneProofs(checker), radius, [RoundedSteps(path, known, steps)])[0]
         assert (off > room).any()

@@ -7,9 +7,12 @@ import pytest
 from support.boss_motion import boss_case
 from support.searches import setup_of
 
+from cell import DEFAULT_CASE, load_case, prepare
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
+from cell.planning.edge_check import SearchedBead
 from cell.planning.part_plan import plan_bead
+from cell.planning.station_search import Ends, StationSearch
 
 
 @pytest.fixture(scope="module", params=["free", {"fixed_deg": 0.0}], ids=["free", "held"])
@@ -46,6 +49,26 @@ def test_they_are_what_each_is_by_itself(boss):
         assert (one.kept[:-1] >= context.settings.kept).all()
         q_before = one.q_targets[-1]
     assert context.asked > asked
+
+
+def test_beads_at_which_the_wrist_swings_are_found_ahead_too():
+    """The propeller at a pose where some beads pass close by the wrist's singularity: no quick way leads along them."""
+    job = prepare(load_case(DEFAULT_CASE))
+    context = Context.of(job, (np.deg2rad(-60.0), np.deg2rad(90.0)))
+    firsts, stops = beads_of(job)
+    ahead, q_before, swinging = BeadsAhead(context, firsts, stops[-1]), None, 0
+    for first, stop in zip(firsts[:8], stops, strict=False):
+        found = ahead.bead(first, q_before)
+        alone = plan_bead(context, first, stop, q_before)
+        assert alone.whole
+        assert found is not None
+        (one,), (other,) = found.stretches, alone.stretches
+        for name in ("q_targets", "roll", "q", "edge", "fraction", "position", "margin"):
+            assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-12), name
+        quick = StationSearch(SearchedBead.of(context, first, stop), context.settings.roll_step, Ends(q_before))
+        swinging += quick.way() is None
+        q_before = one.q_targets[-1]
+    assert 0 < swinging < 8
 
 
 def test_a_bead_that_is_come_to_from_elsewhere_is_left_to_a_search_of_its_own(boss):
