@@ -24,6 +24,7 @@ NEAR = "acceptance/test_near_misses.py"
 HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/proofs/test_coupled_bounds.py"
 LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/verification/test_accelerations.py"
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_deviation.py"
+STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_unsupported.py"
 
 
@@ -211,4 +212,19 @@ MUTANTS = (
     Mutant("cell/planning/lost_part.py", "rest = frozenset(range(first, stop)) - target_failures.keys()", "rest = frozenset[int]()", ("cell/planning/test_lost_part.py",)),
     Mutant("cell/planning/lockouts.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_lockouts.py",)),
     Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),
+    # what the README promises of rows, layers, programs, remedies and logs
+    Mutant("cell/planning/context.py", "position: float = 16e-3", "position: float = 60e-3", (STEPS,)),
+    Mutant("cell/planning/context.py", "angle: float = np.deg2rad(2.0)", "angle: float = np.deg2rad(9.0)", (STEPS,)),
+    Mutant("slicing/volume/layer_areas.py", "MOST_OFF = 0.02", "MOST_OFF = 0.2", ("slicing/volume/test_layer_areas.py",)),
+    Mutant("slicing/volume/borders.py", "LENGTH_SHARE, LENGTH_MM = 0.02, 0.5", "LENGTH_SHARE, LENGTH_MM = 0.2, 5.0", (BORDERS,)),
+    Mutant("slicing/volume/borders.py", "    if not as_many:\n", "    if False:\n", (BORDERS,)),
+    Mutant("slicing/volume/borders.py", "    if not long_enough:\n", "    if False:\n", (BORDERS,)),
+    Mutant("slicing/warning.py", "{Code.LAYER_AREA, Code.LAYER_LENGTH, Code.LAYER_LOOPS}", "{Code.LAYER_AREA, Code.LAYER_LENGTH}", (BORDERS,)),
+    Mutant("slicing/warning.py", "{Code.LAYER_AREA, Code.LAYER_LENGTH, Code.LAYER_LOOPS}", "{Code.LAYER_LENGTH, Code.LAYER_LOOPS}", (BORDERS,)),
+    Mutant("cell/job/job.py", "if line.code in WRONG_LAYER]", "if False]", (BORDERS,)),
+    Mutant("cell/programs/export.py", "    if other is not None:\n", "    if False:\n", ("cell/programs/test_export.py",)),
+    Mutant("cell/programs/export.py", "    if gap.share(written.thinning) > 1:\n", "    if False:\n", ("cell/programs/test_export.py",)),
+    Mutant("cell/programs/export.py", "    if result.findings:\n", "    if False:\n", ("cell/programs/test_export.py",)),
+    Mutant("cell/remedy_search/search.py", "found = check(*self.start.changed(change, size))", "found = check(*self.start.changed(change, 0.0))", ("cell/remedy_search/test_search.py",)),
+    Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),
 )  # fmt: skip

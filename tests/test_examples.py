@@ -8,6 +8,7 @@ import importlib
 import inspect
 import re
 from collections.abc import Iterator
+from functools import partial
 
 import pytest
 from support.paths import ROOT
@@ -23,35 +24,93 @@ MODULES = sorted(
 
 
 def example_of(module: str) -> str:
-    """The indented lines of a module's docstring."""
+    """The indented blocks of a module's docstring; what is indented below a line of text belongs to that."""
     lines = (inspect.getdoc(importlib.import_module(module)) or "").splitlines()
-    return "\n".join(line[4:] for line in lines if line.startswith("    "))
+    out, before = [], ""
+    for line in lines:
+        if line.startswith("    ") and (not before.strip() or (out and out[-1] == before[4:])):
+            out.append(line[4:])
+        elif not line.strip():
+            out.append("")
+        before = line
+    return "\n".join(out)
 
 
-def calls(example: str) -> Iterator[ast.Call]:
-    """Calls of an example; statements of several lines are read together, notes of what comes out are left out."""
+def statements(example: str) -> Iterator[tuple[str, ast.Module | None]]:
+    """Statements of an example, each with what is indented below it and without notes; None of what is no Python."""
     code: list[str] = []
-    for line in example.splitlines():
-        code.append(re.sub(r"\s+#.*$", "", line))
-        try:
-            tree = ast.parse("\n".join(code))
-        except SyntaxError:
-            try:
-                tree = ast.parse("\n".join([*code, "    pass"]))
-            except SyntaxError:
-                continue
-        yield from (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    lines = [re.sub(r"\s+#.*$", "", line) for line in example.splitlines()]
+    for k, line in enumerate(lines):
+        code.append(line)
+        after = lines[k + 1] if k + 1 < len(lines) else ""
+        if after.startswith((" ", "else:", "elif ", "except", "finally:")):
+            continue  # it belongs to the statement
+        text = "\n".join(code)
+        tree = parsed(text) or parsed(f"{text}\n    pass")
+        if tree is None and after.strip():
+            continue  # of several lines
+        if text.strip():
+            yield text, tree
         code = []
 
 
-def called(module: object, call: ast.Call) -> object:
+def parsed(text: str) -> ast.Module | None:
+    try:
+        return ast.parse(text)
+    except SyntaxError:
+        return None
+
+
+def calls(example: str) -> Iterator[ast.Call]:
+    """Calls of an example."""
+    for _, tree in statements(example):
+        yield from (node for node in ast.walk(tree or ast.Module([], [])) if isinstance(node, ast.Call))
+
+
+def made_of(module: object, example: str) -> dict[str, type]:
+    """Names of an example that stand for objects of the module's own classes."""
+    out = {}
+    for _, tree in statements(example):
+        for node in ast.walk(tree or ast.Module([], [])):
+            if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and len(node.targets) == 1:
+                target, what = node.targets[0], called(module, node.value, {})
+                if isinstance(target, ast.Name) and inspect.isclass(what):
+                    out[target.id] = what
+    return out
+
+
+def called(module: object, call: ast.Call, made: dict[str, type]) -> object:
     """What of the module a call means; None where it is something else."""
     if isinstance(call.func, ast.Name):
         return getattr(module, call.func.id, None)
     if isinstance(call.func, ast.Attribute) and isinstance(call.func.value, ast.Name):
-        owner = getattr(module, call.func.value.id, None)
+        name = call.func.value.id
+        if name in made:
+            what = inspect.getattr_static(made[name], call.func.attr, None)
+            return partial(what, None) if inspect.isfunction(what) else None
+        owner = getattr(module, name, None)
         return getattr(owner, call.func.attr, None) if inspect.isclass(owner) else None
     return None
+
+
+# examples that are formulas, or lines of a shell
+NO_PYTHON = {
+    "cell.cli.main",
+    "slicing.curves.ellipse_arcs",
+    "slicing.paper.adhesion",
+    "slicing.paper.scores",
+}
+
+
+def test_examples_are_python() -> None:
+    wrong = {
+        f"{name}: {text}"
+        for name in MODULES
+        if name not in NEEDS_EXTRAS | NO_PYTHON
+        for text, tree in statements(example_of(name))
+        if tree is None
+    }
+    assert not wrong
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -61,9 +120,11 @@ def test_examples_fit_the_signatures_they_show(package: str) -> None:
         if name.split(".")[0] != package or name in NEEDS_EXTRAS:
             continue
         module = importlib.import_module(name)
+        made = made_of(module, example_of(name))
         for call in calls(example_of(name)):
-            what = called(module, call)
-            if not callable(what) or not getattr(what, "__module__", "").startswith(PACKAGES):
+            what = called(module, call, made)
+            whose = what.func if isinstance(what, partial) else what
+            if not callable(what) or not getattr(whose, "__module__", "").startswith(PACKAGES):
                 continue
             if any(isinstance(a, ast.Starred) or (isinstance(a, ast.Constant) and a.value is ...) for a in call.args):
                 continue
@@ -97,7 +158,7 @@ def test_examples_call_what_there_is() -> None:
         module, text = importlib.import_module(name), example_of(name)
         made = set(re.findall(r"(?:^|[\s,(])(\w+)(?=[\w, ]* = )", text)) | set(re.findall(r" as (\w+)", text))
         for call in calls(text):
-            if isinstance(call.func, ast.Name) and called(module, call) is None:
+            if isinstance(call.func, ast.Name) and called(module, call, {}) is None:
                 known = call.func.id in there | made or hasattr(builtins, call.func.id)
                 gone += [] if known else [f"{name}: {ast.unparse(call)}"]
     assert not gone, "\n".join(gone)

@@ -31,7 +31,7 @@ EXAMPLES = """examples:
   rbam check                                     the shipped propeller, at its case's table angles
   rbam check my.case.yaml --e1 -45 --e2 0        another table pose
   rbam check my.case.yaml --table indexed        a table pose for each sub-volume, searched if none is given
-  rbam check --html report.html                  the same in 3D, with the joints over time
+  rbam check --html report.html                  the report as a page in 3D, with the joints over time
   rbam check --roll fixed:90 --json report.json  the wire's roll held at 90 deg; every target as data
   rbam check my.case.yaml --motion-in their.csv  does a motion from another planner hold in this cell?
   rbam check my.case.yaml --program their.src    does a robot program hold in this cell?
@@ -106,8 +106,8 @@ def _add_check(commands: Commands) -> None:
     check.add_argument(
         "--remedies",
         action=argparse.BooleanOptionalAction,
-        help="search a change that makes an infeasible case feasible (default: at most 10 s and two checks; "
-        "Ctrl-C ends it)",
+        help="search a change that makes an infeasible case feasible (default: at most 10 s of processor "
+        "time and that of two checks; Ctrl-C ends it)",
     )
     check.add_argument("--motion", metavar="F.csv|F.npz", help="write the checked motion (only of a feasible case)")
     check.add_argument(
@@ -230,20 +230,20 @@ that the case allows. Then follows the arm from home along each bead, from bead 
 joint limits, singularity margins and collisions. "feasible" means that one such motion was found and checked
 all along. Every infeasible target has a reason:
   unreachable   the wrist cannot get there            joint_limit   an axis would leave its range
-  singular      a margin is too small                 collision     something is nearer than the clearance
+  singular      the arm is too near a singularity     collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
-  speed         a joint is too slow for the deposition speed
+  speed         an axis is too slow: the deposition speed falls below process.least_speed_share of it
   gravity       the bead is laid too far off upright (if the case sets a limit)
   overhang      the layer overhangs too far (if the case sets a limit)
-The search in a part that cannot be built is limited: 1,000 configurations (20,000 for parts of up to 600 targets)
-and 1 more for each target, spread evenly over the part. Targets that were not looked at for this reason are
-counted as such. --all looks at every target.
+Once a part is known to be infeasible, the search for its lost targets is limited: 1,000 configurations (20,000 for
+parts of up to 600 targets) and 1 more for each target, spread evenly over the part. Targets that were not looked at
+for this reason are counted as such. --all looks at every target.
 
 For an infeasible case the smallest change that helps is searched and checked: the roll, E1, E2, the position of
 the positioner, the height of the support or the position of the part, the stick-out, the deposition speed,
 the rounding of corners, or the seams of closed beads.
 
-Parts of 1,500 targets and more are checked in chunks of whole layers, on all cores unless --jobs limits them. The
+Parts of 1,500 targets and more are checked in chunks of whole beads, on all cores unless --jobs limits them. The
 verdict and the motion do not depend on the number of processes. Each process needs about 350 MB.
 
 --motion writes rows of t_s, A1_deg .. A6_deg, E1_deg, E2_deg, arc, bead, layer, target.

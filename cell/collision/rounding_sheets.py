@@ -1,6 +1,6 @@
 """All roundings of many corners proved free together, by planes: what turns far on the spot but comes near nothing.
 
-    sheets_kept(proofs, radius, [(path, known, steps), ..])     # for each path: which of the steps are proved
+    sheets_kept(proofs, radius, [RoundedSteps(path, known, steps)])     # for each path: which of the steps are proved
 
 What a step may become when it is rounded, over any zone up to the path's, is a sheet of configurations, over the path's
 length u and the zone z: q(u, z) = (A(u + z) - A(u - z)) / 2z, A the integral of the rows. A rectangle of the sheet is

@@ -1,7 +1,7 @@
 """Where the table is at every target: the deposition direction near to up, the axes as slow as that allows.
 
     way = Schedule(freedom, upright, speed)
-    tables = way.along(normals, path, length, aim)        # (n, 2) rad
+    tables = way.along(normals, path, length, aim=aim).tables        # (n, 2) rad
 
 What is exactly upright is known in closed form: two solutions, and E2 undefined where a direction is along it. Taken is
 not that, but what comes with the least squares of the axes' speeds (each against what it can do) inside the cone about

@@ -5,7 +5,7 @@ Use:
     E1_deg, E2_deg = picked_pose(case, "map.json", "best")
     E1_deg, E2_deg = picked_pose(case, "sweep.jsonl", "7")     # the eighth pose of the file
 
-    A log may be that of a sweep that is still running.
+A log may be that of a sweep that is still running.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
     gap.position, gap.angle, gap.move                  # the greatest deviation, and on which move
     difference_of(written.program, again)              # what differs between two programs, or None
 
-Every row of the motion is held against the move that it lies on: on a line the TCP's place and orientation in the part
-and the table's axes, on a move of axes those and all axes. Metres and radians.
+Every row of the motion is held against the move that it lies on: the TCP's place and orientation in the part, and the
+table's axes. Metres and radians.
 """
 
 from __future__ import annotations
@@ -16,16 +16,19 @@ import numpy as np
 
 from ik.chain import Floats
 
+from ..arrays import Ints
 from ..job.job import Job
 from ..motion.motion import Motion
 from ..rigid import inverse
 from .cell_frames import T_table_part, tables_seen_from_base
 from .from_motion import PointThinning, ProgramOfMotion
-from .program import Happens, Program
+from .program import Happens, MoveKind, Program
 from .running.interpolation import angles_between
 from .running.simulate import SimulatedProgram
 
 OFF, TURNED = 0.05e-3, float(np.deg2rad(0.05))  # m and rad beyond what thinning was allowed
+LEVER = 0.1  # m: what a radian of an axis counts for where a row is looked for on a way
+CLOSER = 2  # times that a place on a chord is looked for again on the curve
 SAME_PLACE = 1e-6  # m and rad: digits that a text leaves out
 SAME_SPEED = 1e-5  # m/s and shares, likewise
 
@@ -68,15 +71,17 @@ def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: SimulatedP
     wanted, found = _Poses.of(job, motion), _Poses.of(job, run.motion)
     begins = np.concatenate([[0], written.row[:-1]])
     first = np.searchsorted(run.move, np.arange(len(written.row) + 1))
-    off, turned = np.zeros(len(motion.t_s)), np.zeros(len(motion.t_s))
+    # the step of the other motion that each row lies on, by its ends
+    steps, there = np.zeros((2, len(motion.t_s)), dtype=np.int64), np.ones(len(motion.t_s), dtype=bool)
     owner = np.searchsorted(written.row, np.arange(len(motion.t_s)))
     for k, (a, b) in enumerate(zip(begins.tolist(), written.row.tolist(), strict=True)):
         rows = np.arange(a + 1, b + 1) if k else np.array([b])
         way = np.arange(max(first[k] - 1, 0), first[k + 1])
-        if not len(way):
-            off[rows] = np.inf  # the arm does not get there
-            continue
-        off[rows], turned[rows] = wanted.against(rows, found, way)
+        there[rows] = len(way) > 0  # or the arm does not get there
+        if len(way):
+            steps[:, rows] = wanted.nearest_steps(rows, found, way)
+    off, turned = wanted.against(job, found, steps, written.program.moves.kind[owner.clip(max=len(written.row) - 1)])
+    off, turned = np.where(there, off, np.inf), np.where(there, turned, 0.0)
     worst = int(np.argmax(np.maximum(off / (OFF + written.thinning.chord), turned / (TURNED + written.thinning.angle))))
     longer = float(np.ptp(run.motion.t_s) - np.ptp(motion.t_s))
     return Gap(float(off.max()), float(turned.max()), int(min(owner[worst], len(written.row) - 1)), worst, longer)
@@ -84,7 +89,7 @@ def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: SimulatedP
 
 @dataclass(frozen=True, eq=False)
 class _Poses:
-    """A motion's rows, seen from the part.
+    """Where a motion's rows are, seen from the part.
 
     Attributes:
         p: the TCP, (m, 3), m.
@@ -98,35 +103,63 @@ class _Poses:
 
     @classmethod
     def of(cls, job: Job, motion: Motion) -> _Poses:
-        table = tables_seen_from_base(job.scene, motion.table) @ T_table_part(job.scene)
-        T = inverse(table) @ job.scene.chain.forward(motion.q)
-        return cls(T[:, :3, 3], T[:, :3, :3], np.concatenate([motion.q, motion.table], axis=1))
+        return cls.at(job, np.concatenate([motion.q, motion.table], axis=1))
 
-    def against(self, rows: Floats, other: _Poses, way: Floats) -> tuple[Floats, Floats]:
-        """Distances, m, and angles, rad, of some rows from another motion's rows that follow one another."""
-        p, a = other.p[way], other.axes[way]
+    @classmethod
+    def at(cls, job: Job, axes: Floats) -> _Poses:
+        table = tables_seen_from_base(job.scene, axes[:, -2:]) @ T_table_part(job.scene)
+        T = inverse(table) @ job.scene.chain.forward(axes[:, :-2])
+        return cls(T[:, :3, 3], T[:, :3, :3], axes)
+
+    @property
+    def place(self) -> Floats:
+        """Place and axes together, (m, j + 5): they say where on a way a row is, and either alone may stand still."""
+        return np.concatenate([self.p, LEVER * self.axes], axis=1)
+
+    def nearest_steps(self, rows: Ints, other: _Poses, way: Ints) -> Ints:
+        """Of another motion's rows that follow one another the two that each of some rows lies between, (2, k)."""
         if len(way) == 1:
-            share, k = np.zeros(len(rows)), np.zeros(len(rows), dtype=np.int64)
-            after = k
-        else:
-            # place and axes together say where on the way a row is: either alone may stand still
-            here = np.concatenate([self.p[rows], 0.1 * self.axes[rows]], axis=1)
-            there = np.concatenate([p, 0.1 * a], axis=1)
-            chord = np.diff(there, axis=0)
-            size = np.maximum((chord**2).sum(axis=1), 1e-30)
-            since = here[:, None] - there[:-1]
-            f = np.clip((since * chord).sum(axis=2) / size, 0.0, 1.0)
-            k = np.argmin(np.linalg.norm(since - f[:, :, None] * chord, axis=2), axis=1)
-            share, after = f[np.arange(len(rows)), k], k + 1
-        share_ = share[:, None]
-        place = p[k] + share_ * (p[after] - p[k])
-        off = np.linalg.norm(self.p[rows] - place, axis=1)
-        R = other.R[way]
-        near = np.where(share[:, None, None] < 0.5, R[k], R[after])
-        turned = angles_between(self.R[rows], near)
-        step = angles_between(R[k], R[after]) * np.minimum(share, 1 - share)
-        table = np.abs(self.axes[rows] - a[k] - share_ * (a[after] - a[k]))[:, -2:].max(axis=1)
-        return off, np.maximum(np.maximum(turned - step, 0.0), table)
+            return np.full((2, len(rows)), way[0])
+        here, there = self.place[rows], other.place[way]
+        chord = np.diff(there, axis=0)
+        since = here[:, None] - there[:-1]
+        f = _shares(since, chord)
+        k = np.argmin(np.linalg.norm(since - f[:, :, None] * chord, axis=2), axis=1)
+        return np.stack([way[k], way[k + 1]])
+
+    def against(self, job: Job, other: _Poses, steps: Ints, kind: Ints) -> tuple[Floats, Floats]:
+        """Distances and angles of all rows from steps of another motion.
+
+        Between its rows that motion has its axes on straight lines. On a move of axes the TCP goes on a curve then;
+        where a row is on it is found on the chord first. On a line the TCP is on the chord.
+
+        Args:
+            job: both are of.
+            other: the other motion.
+            steps: the rows of it that each row lies between, (2, m).
+            kind: of the moves that they are on, (m,).
+
+        Returns:
+            (m,), m, and (m,), rad.
+        """
+        a, b = other.axes[steps[0]], other.axes[steps[1]]
+        start, chord = other.place[steps[0]], other.place[steps[1]] - other.place[steps[0]]
+        share = on_chord = _shares(self.place - start, chord)
+        at = _Poses.at(job, a + share[:, None] * (b - a))
+        for _ in range(CLOSER):
+            share = np.clip(share + _shares(self.place - at.place, chord, low=-1.0), 0.0, 1.0)
+            at = _Poses.at(job, a + share[:, None] * (b - a))
+        line = other.p[steps[0]] + on_chord[:, None] * chord[:, :3]
+        p = np.where((kind == MoveKind.AXES)[:, None], at.p, line)
+        table = np.abs(self.axes - at.axes)[:, -2:].max(axis=1)
+        return np.linalg.norm(self.p - p, axis=1), np.maximum(angles_between(self.R, at.R), table)
+
+
+def _shares(since: Floats, chord: Floats, low: float = 0.0) -> Floats:
+    """How far along chords places are that are given from where these begin, as a share of them, (..)."""
+    size = np.maximum((chord**2).sum(axis=-1), 1e-30)
+    out: Floats = np.clip((since * chord).sum(axis=-1) / size, low, 1.0)
+    return out
 
 
 def difference_of(one: Program, other: Program) -> tuple[int, str] | None:

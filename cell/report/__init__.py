@@ -1,5 +1,6 @@
 """Results in the JSON documents of the contracts and as text on a terminal.
 
-Modules: ``check_document`` and ``check_report``, ``motion_report``, ``remedy_lines``, ``slice_lines``,
-``comparison_lines``, ``sweep_lines``, ``scene_contents`` (what is in a cell), ``facts`` (names and values).
+Modules: ``check_document`` and ``check_report``, ``motion_report``, ``program_document``, ``remedy_lines``,
+``slice_lines``, ``comparison_lines``, ``sweep_lines``, ``scene_contents`` (what is in a cell), ``facts`` (names and
+values).
 """

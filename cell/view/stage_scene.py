@@ -1,8 +1,9 @@
 """What is to be seen at a moment, drawn into MuJoCo's scene: shared by pictures and replay.
 
     staged = StagedScene(result)
-    staged.pose(Frame(q, table, target=12, done=12.0))
-    staged.draw(scn)                          # beads laid so far, marks, the target's normal
+    frame = Frame(q, table, target=12, done=12.0)
+    staged.pose(frame)
+    staged.draw(scn, frame)                   # beads laid so far, marks, the target's normal
 
 It has its own copy of the model, so that tinting and translucency never reach a check. World frame, metres.
 """

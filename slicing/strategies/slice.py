@@ -132,7 +132,9 @@ def _layers(
     if parameters.strategy == "nonuniform":
         assert isinstance(body, Body)  # by require_fit
         return nonuniform_layers(mesh, body, parameters, root)
-    return cylindrical_layers(mesh, body, parameters, root)
+    if parameters.strategy in ("cylindrical", "conical", "revolved"):
+        return cylindrical_layers(mesh, body, parameters, root)  # offsets of the body, whatever its kind
+    raise NotImplementedError(f"no layers are made for strategy {parameters.strategy}")
 
 
 def footprint(mesh: Mesh, body: RoundBody, tolerance_mm: float) -> tuple[list[Curve], list[str]]:

@@ -1,5 +1,5 @@
 """What layers lie on: planes, cylinders, cones and surfaces of revolution, and maps of them into the plane.
 
 Modules: ``surfaces``, ``bodies`` (round bodies), ``profile`` (turned profiles), ``rays`` (from points back to them),
-``charts`` (maps into the plane).
+``offset_families`` (offsets of one surface together), ``charts`` (maps into the plane).
 """

@@ -2,7 +2,7 @@
 
 Modules: ``reach_radii`` and ``motion_bounds`` (how far a step can carry any point of the arm), ``open_steps`` (steps
 not settled yet), ``between_samples`` (steps proved by what there is at their ends against travel), ``convex_shapes``,
-``link_poses`` (shapes in many configurations), ``proof_cells`` (steps that are near to one another), ``plane_proofs``
-and ``carried_planes`` (planes that two shapes lie on either side of), ``kept_along`` (a whole motion, looked at no more
-than that takes).
+``link_poses`` (shapes in many configurations), ``proof_cells`` (steps that are near to one another), ``sheet_pieces``
+(pieces of motions known at their corners), ``plane_proofs`` and ``carried_planes`` (planes that two shapes lie on
+either side of), ``kept_along`` (the clearance that a whole motion keeps).
 """

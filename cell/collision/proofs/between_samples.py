@@ -2,7 +2,7 @@
 
     radius = radii(scene)                                               # (n,) m
     open_at = unproven_steps(checker, radius, q, stage, found, least=0.005)   # steps of q on which it is not proved
-    kept at, nearest = least_on_the_way(checker, radius, q, stage, found)    # how near it comes
+    row, nearest = least_on_the_way(checker, radius, q, stage, found)         # how near it comes
 
 A step keeps a clearance if what the clearances at its ends are beyond it adds up to more than the longest way any point
 of the arm can travel on it; otherwise it is halved, and its middle looked at. What is still open after the last halving

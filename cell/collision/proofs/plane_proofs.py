@@ -1,7 +1,7 @@
 """A clearance proved along a motion from a few configurations, by planes that two shapes lie on either side of.
 
     proofs = proofs_of(checker)                      # None where the table moves as well
-    proved = proofs.along(q, step, laid, wanted)     # steps of q (m, n) rad, wanted m
+    proved = proofs.along(q, step, laid, wanted, bend)    # steps of q (m, n) rad, wanted and bend m
     proved.kept, proved.seen                         # what is kept on each, and what was seen where it was looked
 
 What is apart in one configuration is told apart by a plane across the way between its nearest points. The plane stays

@@ -1,8 +1,8 @@
 """How far straight moves of the arm are free, and what they meet: what the planner of travels asks.
 
-    edges = Edges(context, stage, step)
-    edges(a, b)                     # (e,) share of each move from a to b, both (e, n), that can be gone
-    edges.met()                     # the pair met most often, None: none was
+    moves = FreeMoves(context, stage, step)
+    moves(a, b)                     # (e,) share of each move from a to b, both (e, n), that can be gone
+    moves.met()                     # a Failure with the pair met most often; None where none was
 
 Looked at are samples, at the clearance to be kept; what a travel is made of in the end is checked as everything is.
 Radians and metres.
@@ -88,7 +88,7 @@ class FreeMoves:
             self._example.setdefault(pair, found.rows(np.array([k])))
 
     def met(self) -> Failure | None:
-        """The pair met most often; None where nothing was met."""
+        """A failure with the pair that was met most often; None where nothing was met."""
         if not self._count:
             return None
         pair, _ = self._count.most_common(1)[0]

@@ -4,7 +4,7 @@ Use:
 
     state = ControllerState(controller)
     state.tool, state.base                    # frames that hold now
-    state.add(MoveKind.LINEAR, where, pose=..)
+    state.add(MoveKind.LINEAR, to, frozenset(), [0.0, 0.0], (0, 12))   # to a Destination, of file 0, line 12
     state.moves()                             # Moves
 
 Metres and radians. Speeds are NaN until the program sets them.

@@ -8,6 +8,7 @@ import sys
 import types
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -177,6 +178,36 @@ def test_the_limits_of_the_comparison_are_those_that_are_promised() -> None:
         run = run_program(replace(program, moves=replace(program.moves, pose=pose)), boss.job)
         gap = compared(boss.job, boss.motion, boss.made.written, run)
         assert (gap.share(boss.made.written.thinning) <= 1) == allowed
+
+
+def test_between_two_rows_of_a_program_the_tcp_goes_on_a_curve() -> None:
+    boss = boss_program()
+    # all axes turn a degree from row to row; the motion's own rows stand half-way between them
+    turn = np.array([1.0, -0.4, 0.9, 1.0, -0.8, 1.0, 0.5, 1.0])
+    start = np.concatenate([boss.motion.q[0], boss.motion.table[0]])
+    of_run, own = (start + np.deg2rad(t)[:, None] * turn for t in (np.arange(21.0), np.arange(-0.5, 20.0)[1:]))
+    own = np.concatenate([start[None], own, of_run[-1:]])
+
+    def motion(axes: Any) -> Any:
+        return replace(boss.motion, t_s=np.arange(float(len(axes))), q=axes[:, :-2], table=axes[:, -2:])
+
+    program = SimpleNamespace(moves=SimpleNamespace(kind=np.full(2, MoveKind.AXES)))
+    written: Any = SimpleNamespace(
+        row=np.array([0, len(own) - 1]), thinning=boss.made.written.thinning, program=program
+    )
+    run: Any = SimpleNamespace(motion=motion(of_run), move=np.minimum(np.arange(21), 1))
+    p = boss.job.scene.chain.forward(of_run[:, :-2])[:, :3, 3]
+    middle = boss.job.scene.chain.forward((of_run[1:] + of_run[:-1])[:, :-2] / 2)[:, :3, 3]
+    # the chord alone would be called another motion
+    assert np.linalg.norm(middle - (p[1:] + p[:-1]) / 2, axis=1).max() > OFF
+    gap = compared(boss.job, motion(own), written, run)
+    assert gap.position < 1e-8
+    assert gap.angle < 1e-8
+    # a torch that is turned between the rows is found to be, by as much
+    tilted = own.copy()
+    tilted[1:-1, 5] += np.deg2rad(0.3)
+    gap = compared(boss.job, motion(tilted), written, run)
+    assert gap.angle == pytest.approx(np.deg2rad(0.3), rel=0.05)
 
 
 def test_every_point_is_handed_over_in_the_base_and_in_the_part() -> None:

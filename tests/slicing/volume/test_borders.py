@@ -135,14 +135,49 @@ def test_a_bridge_of_no_width_and_a_loop_of_little_area_are_seen(strategy):
     assert found - {(Code.LAYER_SEAM, at)} == {(Code.LAYER_LENGTH, at), (Code.LAYER_LOOPS, at)}
 
 
-def test_a_wrong_layer_gets_no_verdict(make_case, monkeypatch, capsys):
+@pytest.mark.parametrize(("more", "wrong"), [(1.01, False), (1.05, True)])
+def test_how_much_longer_a_border_may_be_than_the_solids_section(more, wrong):
+    """A zigzag of no area along one side: 2 % and half a millimetre count as rounding."""
+    sliced = slice_sub_volume(from_manifold(box_solid((10, -20, -10), (60, 20, 10))), BODY, SlicingParameters("planar"))
+    at = 10
+    (curve,) = sliced.layers[at].curves
+    a, b = curve.points[0], curve.points[1]
+    there = a + min(0.5 * (more - 1.0) * curve.length_mm / np.linalg.norm(b - a), 1.0) * (b - a)
+    longer = replace(curve, points=np.concatenate([[a, there], curve.points]))
+    assert longer.length_mm == pytest.approx(more * curve.length_mm, rel=1e-3)
+    assert ((Code.LAYER_LENGTH, at) in codes(spoilt(sliced, at, [longer]))) == wrong
+
+
+def with_less_area(layer):
+    return replace(layer, area_mm2=0.9 * layer.area_mm2)
+
+
+def with_a_loop_more(layer):
+    points = layer.curves[0].points
+    inside = points.mean(axis=0)
+    small = inside + 0.19 / np.linalg.norm(points - inside, axis=1).max() * (points - inside)  # mm
+    return replace(layer, curves=(*layer.curves, Curve(small, True, False, 0.0)))
+
+
+def with_a_longer_border(layer):
+    (curve,) = layer.curves
+    a, b = curve.points[:2]
+    there = a + 0.05 * curve.length_mm / np.linalg.norm(b - a) * (b - a)
+    return replace(layer, curves=(replace(curve, points=np.concatenate([[a, there], curve.points])),))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "code"),
+    [(with_less_area, "layer_area"), (with_a_loop_more, "layer_loops"), (with_a_longer_border, "layer_length")],
+)
+def test_a_wrong_layer_gets_no_verdict(spoil, code, make_case, monkeypatch, capsys):
     from slicing.strategies import slice as slicer
 
     right = slicer._layers
 
     def wrong(*args):
         layers = right(*args)
-        layers[1] = replace(layers[1], area_mm2=0.9 * layers[1].area_mm2)
+        layers[1] = spoil(layers[1])
         return layers
 
     case = str(make_case())
@@ -151,8 +186,8 @@ def test_a_wrong_layer_gets_no_verdict(make_case, monkeypatch, capsys):
         assert main(command) == 2
         out, err = capsys.readouterr()
         assert "feasible" not in out
-        assert "layer 1: its curves enclose" in err
-        assert "[layer_area]" in err
+        assert "layer 1: " in err
+        assert f"[{code}]" in err
     assert main(["slice", case]) == 0
 
 
