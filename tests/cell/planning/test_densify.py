@@ -66,6 +66,29 @@ def test_rows_are_put_where_straight_joint_motion_leaves_the_bead(context: Conte
     assert len(again[0].q) == len(dense.q)
 
 
+def test_of_several_beads_each_gets_the_rows_that_it_gets_by_itself(context: Context, bead: Stretch) -> None:
+    """Two parts of a bead, as if they were beads that follow one another."""
+
+    def part(a: int, b: int) -> Stretch:
+        rows = slice(*np.searchsorted(bead.edge, [a, b]))
+        names = ("edge", "fraction", "q", "position", "table", "low", "kept", "margin")
+        own = {name: getattr(bead, name)[rows] for name in names}
+        found = bead.clearances.rows(np.arange(len(bead.edge))[rows])
+        return replace(bead, first=a, q_targets=bead.q_targets[a:b], roll=bead.roll[a:b], clearances=found, **own)
+
+    some = [part(0, 4), part(4, 7)]
+    together, failures = densified(context, some)
+    assert failures == {}
+    assert [one.first for one in together] == [0, 4]
+    for one, stretch in zip(together, some, strict=True):
+        (alone,), _ = densified(context, [stretch])
+        assert len(alone.q) > len(stretch.q)
+        assert one.q == pytest.approx(alone.q, abs=1e-12)
+        assert (one.edge == alone.edge).all()
+        assert one.fraction == pytest.approx(alone.fraction, abs=1e-12)
+        assert (one.q_targets == stretch.q_targets).all()
+
+
 def test_a_new_row_that_is_too_near_to_something_is_refused(context: Context, bead: Stretch) -> None:
     strict = replace(context, settings=replace(context.settings, clearance=0.049))
     _, failures = densified(strict, [bead])
