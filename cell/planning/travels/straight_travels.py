@@ -1,6 +1,6 @@
 """Straight travels between many beads, looked at together: one look at all of them costs less than one at each.
 
-    ways = straight_travels(context, [BeadGap(end, start, stage), ..])     # None: it takes ``travel``
+    ways = straight_travels(context, [BeadGap(end, start, stage)])     # None: it takes ``travel``
 
 Each is the way that ``travel`` tries first: out along the normal as far as the case asks for, straight across, and in
 again. It counts where all of it is free with room, as there. Metres, radians.
