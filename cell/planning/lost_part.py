@@ -33,12 +33,12 @@ from .free_rolls import Best, free_nowhere, free_rolls
 from .station_search import HIT, Ends, StationSearch
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
-LARGE_FLOOR = 1_000  # of all others
+LARGE_FLOOR = 500  # of all others
 PER_TARGET = 1  # and for each of its targets
 BRANCHES = 8  # configurations of a target at a roll
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
 TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
-FEW, TOGETHER = 4, 16  # targets judged in one go, at least and at most
+FEW, TOGETHER = 4, 48  # targets judged in one go, at least and at most
 BLOCK = 256  # targets evaluated together
 
 
@@ -58,7 +58,8 @@ class LossJudge:
         self.first = first
         self.spent = 0.0
         self.lost = False
-        self._judged_alone, self._work_alone = 1, float(TARGET_WORK)  # targets, and what they cost
+        self._judged_alone = 1  # targets, and what they cost
+        self._work_alone = float(BRANCHES if context.window.is_fixed else TARGET_WORK)
         self._suspect: int | None = None  # a target that was found lost: others near it are looked at first
 
     def left(self, target: int) -> float:
