@@ -132,7 +132,7 @@ MUTANTS = (
     Mutant("cell/collision/model_copies.py", "mine = copy.copy(model)", "mine = model", ("cell/collision/test_model_copies.py", "cell/collision/test_shared_scene.py")),
     Mutant("cell/collision/model_copies.py", "mine = spare.pop()", "mine = spare[-1]", ("cell/collision/test_model_copies.py", "cell/collision/test_shared_scene.py")),
     Mutant("cell/collision/broad_phase.py", "self.radius + reach", "self.radius", ("cell/collision/test_clearances.py",)),
-    Mutant("cell/collision/model_copies.py", "mine.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE", "pass", ("acceptance/test_rewritten_models.py",)),
+    Mutant("cell/collision/model_copies.py", "mine.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE", "pass", ("cell/collision/test_model_copies.py",)),
     Mutant("cell/mjcf/convex_pieces.py", "yield (thin[:, None] + 4 * slack * CORNERS).reshape(-1, 3)", "pass", ("cell/mjcf/test_convex_pieces.py",)),
     Mutant("cell/mjcf/convex_pieces.py", "return parts if all(part.volume() > 0 for part in parts) else [solid]", "return parts", ("cell/mjcf/test_convex_pieces.py",)),
     Mutant("cell/mjcf/asset_files.py", "if nested or not at.is_file():", "if not at.is_file():", ("cell/mjcf/test_asset_files.py",)),

@@ -6,11 +6,12 @@ import gc
 
 import mujoco
 import numpy as np
+import pytest
 from support.cases import little_case
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker
-from cell.collision.model_copies import MOST_SPARE, borrowed
+from cell.collision.model_copies import AWAY, MOST_SPARE, borrowed
 from cell.collision.pair_groups import PairGroup, pair_groups
 from cell.collision.table import TableChecker
 from cell.collision.wire import wire_checker
@@ -122,3 +123,17 @@ def test_a_copy_is_nobody_elses_as_long_as_one_of_those_that_share_it_is_there(t
     again = still.clearances(q, stage)
     assert np.array_equal(again.distance, found.distance)
     assert np.array_equal(again.pair, found.pair)
+
+
+@pytest.mark.parametrize("pos", ["0 0 0", "0.1 0 0"], ids=["in its body's own frame", "beside it"])
+def test_a_shape_that_is_moved_away_is_away(pos: str) -> None:
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody><body pos="1 0 0"><geom name="there" size="0.1" pos="{pos}"/></body>'
+        '<geom name="other" size="0.1"/></worldbody></mujoco>'
+    )
+    user = Borrower()
+    mine = borrowed(model, user, (model.geom("there").id,))
+    data = mujoco.MjData(mine)
+    mujoco.mj_forward(mine, data)
+    assert data.geom("there").xpos[2] >= AWAY
+    assert data.geom("other").xpos == pytest.approx([0, 0, 0])
