@@ -39,7 +39,7 @@ class Steps:
 
     Attributes:
         position: along a bead, m.
-        angle: along a bead, rad, of the wire's direction, of the roll and of every joint.
+        angle: along a bead, rad, of the wire's direction and the roll, and of every joint by its angles at the targets.
         travel_angle: between beads, rad, of every joint.
     """
 
