@@ -19,6 +19,7 @@ from cell.errors import InputError
 from cell.failure import Contact, Effort, Failure, Kind, Place, Seen, Where
 from cell.motion.deposition_speed import STRETCH, HeldSpeed, note_stretches, over_stretches, too_slow
 from cell.motion.motion_file import read_motion, write_motion
+from cell.planning.configurations import evaluate
 from cell.planning.edge_tracking import Ways, along
 from cell.planning.free_rolls import free_rolls, stabbing
 from cell.planning.lost_part import lost_alone
@@ -26,8 +27,9 @@ from cell.planning.part_plan import plan_bead
 from cell.rigid import frames
 from cell.verdict.failure_words import failure_in_words
 from cell.verification.motion_check import check_motion
-from ik.roll import roll_of, wrap
+from ik.roll import apply_roll, roll_of, wrap
 from ik.singularity import sides
+from ik.solver import Solver
 from slicing.warning import Code, typed
 
 
@@ -128,6 +130,26 @@ def test_a_target_that_is_free_between_the_sampled_rolls_alone_is_not_lost(boss)
     at, some = np.deg2rad(-7.4), [0, 1, 2]
     assert lost_alone(with_slit(setup, at, np.deg2rad(0.5)), some) == {}
     assert sorted(lost_alone(with_slit(setup, at, -0.01), some)) == some
+
+
+@pytest.mark.parametrize("branch", [0, 3])
+def test_a_target_that_joint_limits_leave_between_the_sampled_rolls_alone_is_not_lost(boss, branch):
+    _, setup = boss
+    T = apply_roll(setup.placed.rows([0]).Ts_base_target, np.deg2rad([2.4]))
+    found = setup.solver.candidates(T).q[0].reshape(-1, 6)
+    q = found[np.isfinite(found[:, 0])][branch]
+    chain = replace(setup.solver.chain, lower=q - 5e-3, upper=q + 5e-3)  # a few tenths of a degree of roll
+    narrow = replace(setup, solver=Solver.for_chain(chain))
+    assert not stands_at_a_sample(narrow)
+    assert lost_alone(narrow, [0]) == {}
+
+
+def stands_at_a_sample(context):
+    """Whether target 0 has a configuration at a sampled roll."""
+    nodes = evaluate(
+        context.solver, context.placed.rows([0]), context.window, context.settings.roll_step, context.limits
+    )
+    return bool(np.isfinite(nodes.cost).any())
 
 
 @pytest.mark.parametrize(("half_deg", "drift_deg", "step_deg"), [(1.0, 0.0, 15.0), (2.0, -2000.0, 15.0)])
