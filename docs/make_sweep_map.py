@@ -1,4 +1,4 @@
-"""Make the map of docs/sweep_map.md, and measure poses in and just outside its islands.
+"""Make the map of docs/sweep_map.md, and measure poses in and just outside two of its areas.
 
     python docs/make_sweep_map.py --log map.jsonl     # some minutes; goes on from the log
 
@@ -22,7 +22,7 @@ START, END = "<!-- measured -->", "<!-- end -->"
 E1, E2 = "-135:135:7.5", "-180:135:7.5"
 PAGE = Path(__file__).with_name("sweep_map.md")
 PICTURE = PAGE.parent / "pictures" / "sweep_map_propeller.png"
-ISLANDS = {  # inside first, then over its edges
+AREAS = {  # inside first, then over its edges
     "of pose A": {"inside": (105, -180), "right of it": (105, -150), "above it": (120, -180)},
     "at -97.5 / 75": {"inside": (-97.5, 75), "left of it": (-97.5, 60), "right of it": (-97.5, 90)},
 }
@@ -47,9 +47,9 @@ def words(result: Result) -> str:
 
 
 def table(job: Job) -> str:
-    """What is measured in and around the islands."""
-    lines = ["| island | | E1 | E2 | what `rbam check` says |", "| --- | --- | --: | --: | --- |"]
-    for name, poses in ISLANDS.items():
+    """What is measured where two areas of feasible poses end."""
+    lines = ["| area | | E1 | E2 | what `rbam check` says |", "| --- | --- | --: | --: | --- |"]
+    for name, poses in AREAS.items():
         for where, (tilt, turn) in poses.items():
             lines.append(f"| {name} | {where} | {tilt:g} | {turn:g} | {words(check(job, tilt, turn))} |")
     return "\n".join(lines)
