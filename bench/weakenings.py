@@ -109,7 +109,6 @@ MUTANTS = (
     Mutant("cell/collision/rounding_sheets.py", "du**2 / 2 * by_length", "du**2 / 4 * by_length", (SHEETS,)),
     Mutant("cell/collision/rounding_sheets.py", "dz**2 / 2 * by_zone]", "dz**2 / 6 * by_zone]", (SHEETS,)),
     Mutant("cell/collision/rounding_sheets.py", "        speed_z += dz * by_zone + du * most\n", "", (SHEETS,)),
-    Mutant("cell/collision/rounding_sheets.py", "return out / (4 * zone)", "return out / (8 * zone)", (SHEETS,)),
     Mutant("cell/collision/rounding_sheets.py", "off <= room[left]", "off <= np.inf", (SHEETS,)),
     Mutant("cell/collision/rounding_sheets.py", "| (np.diff(laid) != 0)", "", (SHEETS,)),
     Mutant("cell/collision/rounding_sheets.py", "            proved &= (s[one.steps + 1] <= u) | (s[one.steps] >= v)\n", "            pass\n", (SHEETS,)),

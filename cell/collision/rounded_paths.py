@@ -9,9 +9,12 @@ length may be in either.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 
@@ -123,3 +126,36 @@ def _slope_at(slope: Floats, s: Floats, at: Floats) -> Floats:
     inside = np.where(at < 0, -at, np.where(at > s[-1], 2 * s[-1] - at, at))
     out: Floats = slope[np.clip(np.searchsorted(s, inside) - 1, 0, len(slope) - 1)]
     return out
+
+
+@dataclass(frozen=True, eq=False)
+class Rectangles:
+    """What steps may become when they are rounded, in rectangles over the path's length and the zone.
+
+    Attributes:
+        u: path length where each begins, (k,).
+        v: where it ends, (k,).
+        narrow: its smallest zone, (k,); 0: the rows themselves.
+        wide: its largest zone, (k,).
+    """
+
+    u: Floats
+    v: Floats
+    narrow: Floats
+    wide: Floats
+
+    def rows(self, index: NDArray[np.bool_]) -> Self:
+        """Some of them."""
+        return type(self)(*(getattr(self, one.name)[index] for one in fields(self)))
+
+    def halves(self, along: NDArray[np.bool_]) -> Self:
+        """Both halves of each, of those ``along`` by length, of the others by zone."""
+        m, zone = (self.u + self.v) / 2, (self.narrow + self.wide) / 2
+        first = replace(self, v=np.where(along, m, self.v), wide=np.where(along, self.wide, zone))
+        second = replace(self, u=np.where(along, m, self.u), narrow=np.where(along, self.narrow, zone))
+        return self.joined([first, second])
+
+    @classmethod
+    def joined(cls, some: Sequence[Self]) -> Self:
+        """Those of several, one after the other."""
+        return cls(*(np.concatenate([getattr(x, one.name) for x in some]) for one in fields(cls)))

@@ -13,7 +13,7 @@ metres; a path's length may be in either.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from ..arrays import Ints
 from ..timing.blending import kept_zone
 from .clearances import Clearances, Sees
 from .pair_groups import groups_of
-from .rounded_paths import BlendedPath, Roundings, on_rows
+from .rounded_paths import BlendedPath, Rectangles, Roundings, on_rows
 from .rounding_proofs import Corners, KnownRows, every_rounding_kept
 
 NEARLY_ALL = 2.5e-4  # m: between roundings that are looked at no other is nearer than the clearance less this
@@ -49,42 +49,16 @@ class Hits:
 
 
 @dataclass(frozen=True, eq=False)
-class _Sheets:
+class _Sheets(Rectangles):
     """Rectangles of the sheets of steps.
 
     Attributes:
         step: of the path, (k,).
-        u: path length where each begins, (k,).
-        v: where it ends, (k,).
-        narrow: its smallest zone, (k,); 0: the rows themselves.
-        wide: its largest zone, (k,).
         room: what was seen beyond the clearance where it was looked at last, (k,), m; infinite where that was nowhere.
     """
 
     step: Ints
-    u: Floats
-    v: Floats
-    narrow: Floats
-    wide: Floats
     room: Floats
-
-    def rows(self, index: NDArray[np.bool_]) -> _Sheets:
-        """Some of them."""
-        return _Sheets(*(getattr(self, one.name)[index] for one in fields(self)))
-
-    def halves(self, along: NDArray[np.bool_]) -> _Sheets:
-        """Both halves of each, of those ``along`` by length, of the others by zone."""
-        m, zone = (self.u + self.v) / 2, (self.narrow + self.wide) / 2
-        ends = (np.where(along, m, self.v), np.where(along, self.wide, zone))
-        begins = (np.where(along, m, self.u), np.where(along, self.narrow, zone))
-        return _Sheets(
-            np.concatenate([self.step, self.step]),
-            np.concatenate([self.u, begins[0]]),
-            np.concatenate([ends[0], self.v]),
-            np.concatenate([self.narrow, begins[1]]),
-            np.concatenate([ends[1], self.wide]),
-            np.concatenate([self.room, self.room]),
-        )
 
 
 def looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Hits:
@@ -117,7 +91,7 @@ def _looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRow
     steps = steps[~every_rounding_kept(checker, radius, path, known, _only(steps, path))[steps]]
     sheet = _Sheet(checker, radius, path)
     ends, narrow = (s[steps], s[steps + 1]), _proved_zone(checker, radius, path, known, steps)
-    open_ = _Sheets(steps, *ends, narrow, np.full(len(steps), path.zone), np.full(len(steps), np.inf))
+    open_ = _Sheets(*ends, narrow, np.full(len(steps), path.zone), steps, np.full(len(steps), np.inf))
     step, zone, what, looks = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], [Clearances.none(0)], 0
     while len(open_.step):
         middle, far, along = sheet.extent(open_)

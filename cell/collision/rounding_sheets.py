@@ -16,7 +16,7 @@ Radians and metres.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,8 @@ from ..timing.blending import kept_zone, mirrored
 from .proofs.motion_bounds import curvature
 from .proofs.plane_proofs import PlaneProofs
 from .proofs.sheet_pieces import SheetPieces
-from .rounded_paths import BlendedPath
-from .rounding_proofs import KnownRows
+from .rounded_paths import BlendedPath, Rectangles
+from .rounding_proofs import Corners, KnownRows
 
 # m: most that a rectangle is off the mean of its corners; and travel between what is looked at, one after the other
 ROUNDS = ((4e-3, (0.03, 0.01)), (1e-3, (0.01, 0.004)), (2.5e-4, (0.004, 0.001)))
@@ -47,7 +47,6 @@ class _Curves:
         self.zone = np.array([kept_zone(path.zone, path.s[-1] - path.s[0]) for path in paths])
         # paths are laid end to end, so far apart that no window reaches from one into the next
         ends, apart = np.array([(t[0], t[-1]) for t, _ in far]), float(self.zone.max())
-        self.ends = (ends[:, 1] - ends[:, 0]) / 3
         self.shift = np.cumsum(ends[:, 1] - ends[:, 0] + apart) - ends[:, 1]
         self._t = np.concatenate([t + by for (t, _), by in zip(far, self.shift, strict=True)])
         self._q = np.concatenate([q for _, q in far])
@@ -63,7 +62,6 @@ class _Curves:
         bend[~(between[:-1] & between[1:])] = 0.0
         self._corner, at = self._t[1:-1], self._local[1:-1, None]
         self._sums = tuple(_summed(bend * at**power) for power in range(3))
-        self._weights = tuple(total @ radius for total in self._sums)
 
     def at(self, u: Floats) -> tuple[Floats, Floats, Floats]:
         """Integral, place and slope of the rows at lengths, (k, j) each."""
@@ -80,18 +78,6 @@ class _Curves:
     def _between(self, low: Floats, high: Floats) -> tuple[Ints, Ints]:
         """The corners between lengths, both ends among them."""
         return np.searchsorted(self._corner, low), np.searchsorted(self._corner, high, side="right")
-
-    def off(self, path: Ints, u: Floats, zone: Floats) -> Floats:
-        """How far anything is off where the rows have it, however much they are rounded up to a zone, (k,), m."""
-        out = np.zeros(len(u))
-        (zero, one, two), local = self._weights, u - self.shift[path]
-        first, middle = self._between(u - zone, u)
-        last = self._between(u, u + zone)[1]
-        for a, b, sign in ((first, middle, 1.0), (middle, last, -1.0)):
-            # (z - |u_i - u|)^2 = (e + u_i)^2, before u with e = z - u, after it (e - u_i)^2 with e = z + u
-            e = zone - sign * local
-            out += e**2 * (zero[b] - zero[a]) + sign * 2 * e * (one[b] - one[a]) + two[b] - two[a]
-        return out / (4 * zone)
 
     def bends(self, some: _Rectangles) -> tuple[Floats, Floats]:
         """What rectangles are off the mean of their corners by.
@@ -138,43 +124,16 @@ def _summed(x: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rectangles:
-    """Rectangles of sheets.
+class _Rectangles(Rectangles):
+    """Rectangles of the sheets of several paths, whose lengths are laid end to end.
 
     Attributes:
         path: whose, (k,).
         laid: deposits laid there, (k,).
-        u: length where each begins, (k,), along the paths laid end to end.
-        v: where it ends.
-        narrow: its smallest zone.
-        wide: its largest zone.
     """
 
     path: Ints
     laid: Ints
-    u: Floats
-    v: Floats
-    narrow: Floats
-    wide: Floats
-
-    def rows(self, index: NDArray[np.bool_]) -> _Rectangles:
-        """Some of them."""
-        return _Rectangles(*(getattr(self, one.name)[index] for one in fields(self)))
-
-    def halves(self, along: NDArray[np.bool_]) -> _Rectangles:
-        """Both halves of each, of those ``along`` by length, of the others by zone."""
-        m, zone = (
-            np.where(along, (self.u + self.v) / 2, self.v),
-            np.where(along, self.wide, (self.narrow + self.wide) / 2),
-        )
-        u, narrow = np.where(along, m, self.u), np.where(along, self.narrow, zone)
-        first = _Rectangles(self.path, self.laid, self.u, m, self.narrow, zone)
-        return joined([first, _Rectangles(self.path, self.laid, u, self.v, narrow, self.wide)])
-
-
-def joined(some: Sequence[_Rectangles]) -> _Rectangles:
-    """Rectangles of several, one after the other."""
-    return _Rectangles(*(np.concatenate([getattr(x, one.name) for x in some]) for one in fields(_Rectangles)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,13 +192,13 @@ def _whole(curves: _Curves, asked: Sequence[RoundedSteps]) -> tuple[_Rectangles,
     found, there = [], []
     for i, one in enumerate(asked):
         k, zone = one.steps, curves.zone[i]
-        s = one.path.s - one.path.s[0] + curves.shift[i]
+        alone = one.path.s - one.path.s[0]
+        s, corners = alone + curves.shift[i], Corners.of(BlendedPath(one.path.q, alone, float(zone)))
         room, share = one.known.kept[k] - one.known.least, np.zeros(len(k))
         for some in SHARES:
             left = np.flatnonzero(share == 0)
-            over = np.full(len(left), some * zone)
-            of = np.full(len(left), i)
-            off = np.maximum(curves.off(of, s[k[left]], over), curves.off(of, s[k[left] + 1], over))
+            ends = (replace(corners, zone=some * zone).off(curves.radius, alone[k[left] + n]) for n in (0, 1))
+            off = np.maximum(*ends)
             share[left[off <= room[left]]] = some
         there.append(share > 0)
         laid = np.maximum(one.known.stage[k], one.known.stage[k + 1])
@@ -247,8 +206,8 @@ def _whole(curves: _Curves, asked: Sequence[RoundedSteps]) -> tuple[_Rectangles,
         for run in np.split(np.arange(len(k)), np.flatnonzero(apart) + 1):
             if len(run) and share[run[0]] > 0:
                 found.append((i, laid[run[0]], s[k[run[0]]], s[k[run[-1]] + 1], share[run[0]] * zone, zone))
-    columns = np.array(found).reshape(-1, 6).T
-    return _Rectangles(columns[0].astype(np.int64), columns[1].astype(np.int64), *columns[2:]), there
+    path, laid_there, u, v, narrow, wide = np.array(found).reshape(-1, 6).T
+    return _Rectangles(u, v, narrow, wide, path.astype(np.int64), laid_there.astype(np.int64)), there
 
 
 def _divided(curves: _Curves, some: _Rectangles, most: float) -> tuple[_Rectangles, Floats, Floats]:
@@ -264,7 +223,7 @@ def _divided(curves: _Curves, some: _Rectangles, most: float) -> tuple[_Rectangl
         done.append((some.rows(enough), bend.sum(axis=0)[enough], turn[:, enough]))
         some = some.rows(~enough).halves((by_side[0] > by_side[1])[~enough])
     rectangles, bends, turns = zip(*done, strict=True)
-    return joined(rectangles), np.concatenate(bends), np.concatenate(turns, axis=1)
+    return _Rectangles.joined(rectangles), np.concatenate(bends), np.concatenate(turns, axis=1)
 
 
 def _corners(some: _Rectangles) -> tuple[Floats, Ints]:

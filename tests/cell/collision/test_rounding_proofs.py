@@ -311,7 +311,7 @@ def test_no_configuration_of_a_rectangle_is_further_from_its_middle_than_is_said
         k = int(rng.integers(len(path.s) - 1))
         ends, wide = path.s[k : k + 2], rng.uniform(0.3, 1.0) * path.zone
         for narrow in (0.0, rng.uniform(0.3, 0.99) * wide):
-            some = _Sheets(np.array([k]), *(np.array([x]) for x in (*ends, narrow, wide, np.inf)))
+            some = _Sheets(*(np.array([x]) for x in (*ends, narrow, wide)), np.array([k]), np.array([np.inf]))
             middle, far, _ = _Sheet(Point([[9.0, 9.0]], 0.0), np.ones(2), path).extent(some)
             at, zones = np.linspace(*ends, 15), np.linspace(max(narrow, 1e-6), wide, 8)
             sheet = np.concatenate([blended(path.q, path.s, zone, at) for zone in zones.tolist()])
