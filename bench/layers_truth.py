@@ -36,7 +36,7 @@ from support.cad_parts import cad_part
 from support.independent_sections import section, solid_of_mesh
 from support.random_solids import random_solid, unrolled_section
 
-from slicing import WRONG_LAYER, Body, Mesh, PartError, SlicedSubVolume, SlicingParameters, slice_sub_volume
+from slicing import WRONG_LAYER, CylindricalBody, Mesh, PartError, SlicedSubVolume, SlicingParameters, slice_sub_volume
 from slicing.curves.intersect import intersect
 from slicing.decomposition.decompose import Decomposition, decompose
 from slicing.layers.body_ends import body_ends
@@ -92,7 +92,7 @@ def strategies(mesh: Mesh, solid: manifold3d.Manifold) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for strategy in ("planar", "cylindrical", "nonuniform"):
         try:
-            sliced = slice_sub_volume(mesh, Body(RADIUS), SlicingParameters(strategy))
+            sliced = slice_sub_volume(mesh, CylindricalBody(RADIUS), SlicingParameters(strategy))
         except PartError as error:
             found[strategy] = [f"refused: {error}"]
             continue

@@ -40,7 +40,7 @@ import trimesh
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from bench_arguments import parsed
 
-from slicing import Body, Mesh, SlicingParameters, slice_sub_volume
+from slicing import CylindricalBody, Mesh, SlicingParameters, slice_sub_volume
 from slicing.curves.intersect import intersect_offsets
 from slicing.mesh.solid import Floats, Ints, mesh_from_arrays
 from slicing.surfaces.surfaces import Plane
@@ -157,7 +157,7 @@ def planar_table(repeat: int, *, coarse: bool) -> str:
 
 def boss_table(repeat: int, *, coarse: bool) -> str:
     vertices, faces = boss(8.0 if coarse else 0.575)
-    mesh, body = prepared(vertices, faces), Body(BODY_MM)
+    mesh, body = prepared(vertices, faces), CylindricalBody(BODY_MM)
     heights = BODY_MM + 0.5 + STEP_MM * np.arange(50)
 
     def ours(strategy: str) -> Row:

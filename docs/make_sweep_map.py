@@ -59,10 +59,10 @@ def main() -> None:
     """Sweep, draw, measure."""
     parser = argparse.ArgumentParser(description="Make the map of docs/sweep_map.md.")
     parser.add_argument("--log", help="keep finished poses here, and go on from it")
-    parser.add_argument("--workers", type=int)
+    parser.add_argument("--jobs", type=int)
     args = parser.parse_args()
     case = load_case(DEFAULT_CASE)
-    rows = sweep(case, grid(case, E1, E2), workers=args.workers, log=args.log, progress=Bars(sys.stderr))
+    rows = sweep(case, grid(case, E1, E2), jobs=args.jobs, log=args.log, progress=Bars(sys.stderr))
     write_bytes(PICTURE, sweep_picture(sweep_document(case, rows)))
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
     text = f"{before}{START}\n{table(prepare(case))}\n{END}{rest.partition(END)[2]}"

@@ -46,8 +46,8 @@ from .strategies.slice import slice_sub_volume as slice_sub_volume
 from .surfaces.bodies import STRATEGIES as STRATEGIES
 from .surfaces.bodies import Body as Body
 from .surfaces.bodies import ConicalBody as ConicalBody
+from .surfaces.bodies import CylindricalBody as CylindricalBody
 from .surfaces.bodies import RevolvedBody as RevolvedBody
-from .surfaces.bodies import RoundBody as RoundBody
 from .surfaces.bodies import fits as fits
 from .targets.speeds import BeadSpeed as BeadSpeed
 from .targets.targets import Targets as Targets
@@ -82,6 +82,7 @@ __all__ = [
     "Cone",
     "ConicalBody",
     "Cylinder",
+    "CylindricalBody",
     "Evidence",
     "Indices",
     "LaidSubVolume",
@@ -91,7 +92,6 @@ __all__ = [
     "PartError",
     "PartShape",
     "RevolvedBody",
-    "RoundBody",
     "Scores",
     "SeamPlace",
     "SlicedSubVolume",

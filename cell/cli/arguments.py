@@ -196,7 +196,7 @@ def _add_sweep(commands: Commands) -> None:
     sweep.add_argument(
         "--height", metavar="LO:HI:STEP", help="heights of the support (without one, of the part), mm: a map for each"
     )
-    sweep.add_argument("--workers", type=int, metavar="N", help="number of processes (default: one for each core)")
+    sweep.add_argument("--jobs", type=int, metavar="N", help="number of processes (default: one for each core)")
     sweep.add_argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster, such as tcp://HOST:8786")
     sweep.add_argument("--out", metavar="F.jsonl", help="log of finished poses; an interrupted sweep goes on from it")
     sweep.add_argument("--json", metavar="F", help="write the map, rbam-sweep/1 (- for stdout)")

@@ -40,12 +40,12 @@ def run(args: argparse.Namespace) -> int:
         case = with_changes(case, roll=parse_roll(rolls.pop()))
         case = with_changes(case, sweep=case.sweep.model_copy(update={"roll": []}))
     poses = grid(case, args.e1, args.e2, rolls=rolls, placements=args.positioner or (), height=args.height)
-    if args.workers is not None and args.workers < 1:
-        raise InputError(f"--workers: {args.workers} is not a number of processes; 1 or more is needed")
-    if args.dask is not None and args.workers is not None:
-        raise InputError("--workers: the Dask cluster has workers of its own; give either --workers or --dask")
+    if args.jobs is not None and args.jobs < 1:
+        raise InputError(f"--jobs: {args.jobs} is not a number of processes; 1 or more is needed")
+    if args.dask is not None and args.jobs is not None:
+        raise InputError("--jobs: the Dask cluster has workers of its own; give either --jobs or --dask")
     with _executor(args.dask) as executor:
-        found = sweep(case, poses, workers=args.workers, log=args.out, progress=Bars(sys.stderr), executor=executor)
+        found = sweep(case, poses, jobs=args.jobs, log=args.out, progress=Bars(sys.stderr), executor=executor)
     document = sweep_document(case, found)
     _put_sweep(args, case, document)
     say(sweep_lines(document), sys.stderr if args.json == STDOUT else sys.stdout)

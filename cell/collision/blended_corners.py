@@ -4,7 +4,7 @@
 
 A controller may round less than it is told to. Most corners are proved free however much they are rounded
 (``rounding_proofs``, ``rounding_sheets``), and only steps that this leaves are looked at: the path that is rounded
-most, which ``cell.timing.time_law`` times, and all that round less (``rounding_looks``). A rounded path is made of
+most, which ``cell.timing.time_law`` times, and all that round less (``rounding_bisection``). A rounded path is made of
 parabolas (``rounded_paths``), of which it is known exactly how far they are off the rows and how far off their own
 chords.
 
@@ -23,12 +23,12 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..timing.blending import blended, kept_zone, mirrored
-from .clearances import Clearances, Sees
+from .clearances import Clearances, SeesClearances
 from .proofs.between_samples import unproven_steps
 from .proofs.motion_bounds import curvature, joint_travel_bound
 from .proofs.plane_proofs import proofs_of
 from .rounded_paths import NOTHING, BlendedPath, Parabolas, Roundings, on_rows, pieces
-from .rounding_looks import looked_at
+from .rounding_bisection import looked_at
 from .rounding_proofs import KnownRows, every_rounding_kept
 from .rounding_sheets import RoundedSteps, sheets_kept
 
@@ -38,7 +38,7 @@ HALVED = 6  # times that a step is halved before it is looked at by chords
 CLOSELY, PLACES = 100, 12  # of what is too near so many steps are looked at again, in so many places
 
 
-def _off_rows(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas, most: Floats) -> Floats:
+def _off_rows(checker: SeesClearances, radius: Floats, path: BlendedPath, p: Parabolas, most: Floats) -> Floats:
     """How far anything is off where the rows have it on each step, at most, (m - 1,), m.
 
     Args:
@@ -56,7 +56,7 @@ def _off_rows(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas, mo
     return off
 
 
-def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas, steps: Ints) -> Floats:
+def _off_closely(checker: SeesClearances, radius: Floats, path: BlendedPath, p: Parabolas, steps: Ints) -> Floats:
     """How far anything is off where the rows have it on some steps, by where the arm's links are, (k,), m.
 
     Where the parabolas end that is measured; between, the difference of both ways bends by so much at most: by the
@@ -80,7 +80,7 @@ def _off_closely(checker: Sees, radius: Floats, path: BlendedPath, p: Parabolas,
 
 
 def cut_corners(
-    checker: Sees,
+    checker: SeesClearances,
     radius: Floats,
     path: BlendedPath,
     stage: Ints,
@@ -111,7 +111,7 @@ def cut_corners(
 
 
 def cut_corners_of(
-    checker: Sees, radius: Floats, paths: Sequence[tuple[BlendedPath, KnownRows]]
+    checker: SeesClearances, radius: Floats, paths: Sequence[tuple[BlendedPath, KnownRows]]
 ) -> list[tuple[Ints, Clearances]]:
     """As :func:`cut_corners`, of several paths with one clearance to be kept: one proof costs less than many.
 
@@ -137,7 +137,7 @@ def cut_corners_of(
 
 
 def _not_by_rows(
-    checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows, *, by_sheets: bool
+    checker: SeesClearances, radius: Floats, path: BlendedPath, rows: KnownRows, *, by_sheets: bool
 ) -> NDArray[np.bool_]:
     """Steps of which what is known of the rows does not prove that any rounding is free, (m - 1,).
 
@@ -150,7 +150,7 @@ def _not_by_rows(
 
 
 def _cut_where(
-    checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows, left: NDArray[np.bool_]
+    checker: SeesClearances, radius: Floats, path: BlendedPath, rows: KnownRows, left: NDArray[np.bool_]
 ) -> tuple[Ints, Clearances]:
     """As :func:`cut_corners`, of steps of which nothing is proved yet."""
     if not left.any():
@@ -167,7 +167,7 @@ def _cut_where(
 
 
 def _look_closely(
-    checker: Sees, path: BlendedPath, zone: Floats, steps: Ints, stage: Ints, nearest: Clearances
+    checker: SeesClearances, path: BlendedPath, zone: Floats, steps: Ints, stage: Ints, nearest: Clearances
 ) -> None:
     """Note what is nearer on steps that are too near, rounded over so much, than what they were found by.
 
@@ -188,7 +188,7 @@ def _look_closely(
                 at, over = places, np.full(PLACES, over[best])
 
 
-def _cut_on(checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:
+def _cut_on(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:
     """As :func:`_cut`, of the part of a path on which there are steps to be looked at: the rest is not taken apart.
 
     Rows further than the zone from a step say nothing of how it is rounded.
@@ -209,7 +209,7 @@ def _cut_on(checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows) -
     return step + low, nearest
 
 
-def _cut(checker: Sees, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:
+def _cut(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:
     """As :func:`cut_corners`, of one rounded path."""
     p, stage, found, least = pieces(path, radius), rows.stage, rows.found, rows.least
     bend = np.zeros(len(path.s) - 1)
@@ -249,7 +249,7 @@ def _ends(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 class _Nearer:
     """Collision detection that takes everything for nearer than it is."""
 
-    def __init__(self, checker: Sees, by: float) -> None:
+    def __init__(self, checker: SeesClearances, by: float) -> None:
         self.checker, self.by, self.reach = checker, by, checker.reach - by
 
     def travel_bound(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
@@ -285,7 +285,7 @@ class _BlendedSteps:
     stage: Ints
 
 
-def _left_by_halving(checker: Sees, radius: Floats, run: _BlendedSteps, steps: Ints, least: float) -> Ints:
+def _left_by_halving(checker: SeesClearances, radius: Floats, run: _BlendedSteps, steps: Ints, least: float) -> Ints:
     """Steps whose rounded path is not proved to keep a clearance by a few halvings of it.
 
     Between two of its points the rounded path is off their chord by an eighth of the square of the path's length times
@@ -336,7 +336,7 @@ def _most_bend(p: Parabolas, low: Floats, high: Floats) -> Floats:
 
 
 def _not_proved(
-    checker: Sees, radius: Floats, run: _BlendedSteps, steps: Ints, least: float
+    checker: SeesClearances, radius: Floats, run: _BlendedSteps, steps: Ints, least: float
 ) -> tuple[Ints, Clearances]:
     """Steps whose rounded path cannot be proved to keep a clearance: by chords of it, the arm taken for thicker.
 
@@ -363,7 +363,7 @@ def _not_proved(
 
 
 def _by_chords(
-    checker: Sees, radius: Floats, run: _BlendedSteps, steps: Ints, least: float, off: float
+    checker: SeesClearances, radius: Floats, run: _BlendedSteps, steps: Ints, least: float, off: float
 ) -> tuple[Ints, Clearances]:
     """As :func:`_not_proved`, by chords that no point of the arm is further off than so much, m."""
     path, p, sagitta, low, stage = run.path, run.pieces, run.sagitta, run.low, run.stage

@@ -2,7 +2,7 @@
 
 Use:
 
-    nearest = checker.clearances(q, stage)    # checker: Sees; q (m, n) rad
+    nearest = checker.clearances(q, stage)    # checker: SeesClearances; q (m, n) rad
     nearest.distance, nearest.pair            # (m,) m and (m, 2) ids of geoms
 """
 
@@ -19,7 +19,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 
 
-class Sees(Protocol):
+class SeesClearances(Protocol):
     """Collision detection, of the arm or of the table."""
 
     reach: float

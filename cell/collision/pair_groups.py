@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .checker import Checker
-from .clearances import Sees
+from .clearances import SeesClearances
 
 REACH_ITSELF = 0.1  # m
 
@@ -75,7 +75,7 @@ def pair_groups(checker: Checker) -> tuple[PairGroup, PairGroup]:
     return _made[checker]
 
 
-def groups_of(checker: Sees) -> Sequence[Sees]:
+def groups_of(checker: SeesClearances) -> Sequence[SeesClearances]:
     """Checkers whose pairs are together those of one: its two groups; itself where the table moves as well."""
     if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
         return (checker,)

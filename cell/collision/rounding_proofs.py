@@ -26,7 +26,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints, counted
 from ..timing.blending import kept_zone, mirrored
-from .clearances import Clearances, Sees
+from .clearances import Clearances, SeesClearances
 from .proofs.motion_bounds import joint_travel_bound
 from .rounded_paths import NOTHING, BlendedPath
 
@@ -93,7 +93,7 @@ class Corners:
 
 
 def every_rounding_kept(
-    checker: Sees,
+    checker: SeesClearances,
     radius: Floats,
     path: BlendedPath,
     known: KnownRows,
@@ -159,7 +159,7 @@ def _by_rows_near_corners(
     return out
 
 
-def _off_by_links(checker: Sees, radius: Floats, path: BlendedPath, corners: Corners, steps: Ints) -> Floats:
+def _off_by_links(checker: SeesClearances, radius: Floats, path: BlendedPath, corners: Corners, steps: Ints) -> Floats:
     """How far anything is off where the rows have it, at most, by where the links are, whatever the rounding, (k,), m.
 
     On either side of a step the sums over its nearest corners lie along the sum over all of them, but for what is
@@ -192,7 +192,7 @@ def _off_by_links(checker: Sees, radius: Floats, path: BlendedPath, corners: Cor
     return out
 
 
-def _otherwise(checker: Sees, radius: Floats, a: Floats, b: Floats) -> Floats:
+def _otherwise(checker: SeesClearances, radius: Floats, a: Floats, b: Floats) -> Floats:
     """By how much a motion b moves anything otherwise once the joints have turned by a, (k,), m."""
     both, one, other = (checker.bend_bound(radius, turn) for turn in (a + b, a, b))
     return both - one - other

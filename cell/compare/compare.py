@@ -28,10 +28,10 @@ from slicing import (
     ZERO_RAD,
     BeadParameters,
     Body,
+    CylindricalBody,
     Indices,
     Mesh,
     PartError,
-    RoundBody,
     Scores,
     SlicingParameters,
     Strategy,
@@ -111,7 +111,7 @@ class Comparison:
 
 def compare_mesh(
     mesh: Mesh,
-    bodies: Mapping[str, RoundBody],
+    bodies: Mapping[str, Body],
     parameters: SlicingParameters,
     sampling: Sampling | None = None,
     beads: BeadParameters | None = None,
@@ -152,7 +152,7 @@ def compare_mesh(
 
 def _row(
     mesh: Mesh,
-    body: RoundBody,
+    body: Body,
     parameters: SlicingParameters,
     sampling: Sampling,
     beads: BeadParameters,
@@ -223,7 +223,7 @@ def compare_paper(parts: Sequence[str] | None = None, tables: Path = PAPER_TABLE
             meshes = [load_mesh(tables.parent / f, "mm", f"{part}/{sv}") for sv, f in shipped["meshes"].items()]
         except PartError as error:
             raise InputError(str(error)) from None
-        bodies: dict[str, RoundBody] = dict.fromkeys(STRATEGIES, Body(shipped["body_radius_mm"]))
+        bodies: dict[str, Body] = dict.fromkeys(STRATEGIES, CylindricalBody(shipped["body_radius_mm"]))
         for ours in (compare_mesh(mesh, bodies, parameters, sampling) for mesh in meshes):
             row = data["rows"][ours.name]
             printed = None if row["F"] is None else tuple(float(v) for v in row["F"])

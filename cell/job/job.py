@@ -24,11 +24,11 @@ from slicing import (
     NO_ENDS,
     WRONG_LAYER,
     BeadSpeed,
+    Body,
     Code,
     LaidSubVolume,
     PartError,
     PartShape,
-    RoundBody,
     SlicedSubVolume,
     Targets,
     Toolpath,
@@ -248,7 +248,7 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
         raise InputError(f"{error}{hints}") from None
 
 
-def ends_of(part: PartInput, body: RoundBody) -> tuple[float, float]:
+def ends_of(part: PartInput, body: Body) -> tuple[float, float]:
     """Where the body that is there ends along the part's axis, as a sub-volume sees it.
 
     Args:

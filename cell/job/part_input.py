@@ -21,10 +21,10 @@ from slicing import (
     Body,
     Code,
     ConicalBody,
+    CylindricalBody,
     Mesh,
     PartError,
     RevolvedBody,
-    RoundBody,
     Warning,
     fits,
     load_mesh,
@@ -64,16 +64,16 @@ class PartInput:
     """
 
     meshes: tuple[Mesh, ...]
-    bodies: tuple[RoundBody, ...]
+    bodies: tuple[Body, ...]
     body_mesh: Mesh | None
     profile: tuple[tuple[float, float], ...] | None
     warnings: tuple[str, ...] = ()
-    others: dict[str, tuple[RoundBody, ...]] = field(default_factory=dict)
+    others: dict[str, tuple[Body, ...]] = field(default_factory=dict)
     body_solid: Mesh | None = None
     T_part_input: Floats = field(default_factory=lambda: np.eye(4))
     evidence: Evidence | None = None
-    round_body: RoundBody | None = None
-    built: tuple[tuple[Mesh, RoundBody], ...] = ()
+    round_body: Body | None = None
+    built: tuple[tuple[Mesh, Body], ...] = ()
 
 
 def found_lines(T_part_input: Floats, evidence: Evidence | None) -> tuple[str, ...]:
@@ -162,7 +162,7 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
     for i, name in enumerate(part.sub_volumes):
         loaded.append(load_mesh(case.path_of(name), part.units, f"SV{i + 1}"))
     body = _told(part.body)
-    bodies: tuple[RoundBody, ...] = (body,) * len(loaded)
+    bodies: tuple[Body, ...] = (body,) * len(loaded)
     others = {strategy: bodies for strategy in STRATEGIES if fits(strategy, body)}
     if part.body.mesh is not None:
         own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
@@ -173,18 +173,16 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
     return PartInput(tuple(loaded), bodies, None, profile, others=others, round_body=body)
 
 
-def _told(body: BodySection) -> RoundBody:
+def _told(body: BodySection) -> Body:
     """The body a case tells of; keys that end in _mm are mm, whatever units the meshes are in."""
     if body.profile_mm is not None:
         return RevolvedBody(tuple(body.profile_mm), body.axis_xy_mm)
     if body.half_angle_deg is not None:
         return ConicalBody(body.radius_mm or 0.0, body.half_angle_deg, body.axis_xy_mm)
-    return Body(body.radius_mm or 0.0, body.axis_xy_mm)
+    return CylindricalBody(body.radius_mm or 0.0, body.axis_xy_mm)
 
 
-def _profile(
-    body: RoundBody, z_mm: tuple[float, float] | None, meshes: Sequence[Mesh]
-) -> tuple[tuple[float, float], ...]:
+def _profile(body: Body, z_mm: tuple[float, float] | None, meshes: Sequence[Mesh]) -> tuple[tuple[float, float], ...]:
     """A body's (r, z) points; its ends are the sub-volumes' where the case does not say."""
     if isinstance(body, RevolvedBody):
         points = body.profile_mm

@@ -23,11 +23,11 @@ from ik.roll import wrap
 from ..arrays import Ints
 from ..collision.clearances import Clearances
 from ..failure import Effort, Failure, Kind, Place, Where
+from .blocked_rolls import with_blocked_rolls
+from .collision_free_rolls import standing_between
 from .configurations import Nodes, near_cost
 from .edge_check import SearchedBead, Stretch, check_edges
-from .free_rolls import standing_between
-from .held_turns import with_held_turns
-from .leaving import true_edges, why_none_leads_on
+from .next_target import true_edges, why_none_leads_on
 
 MOST_SEARCHES = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 MAX_TRIES = 3  # ways that are free, but near something, before one is taken
@@ -233,7 +233,7 @@ class BeadSearch:
         )
         some = index[first]
         axes = self.placed.axes(self.nodes.q[tuple(some.T)], some[:, 0])
-        seen, tools = with_held_turns(self.context, axes, self.stage[some[:, 0]])
+        seen, tools = with_blocked_rolls(self.context, axes, self.stage[some[:, 0]])
         found, of_tool = seen.rows(same.reshape(-1)), (tools.turn > 0)[same.reshape(-1)]
         hit = found.distance < self.context.settings.clearance
         self._free[tuple(index[~hit].T)] = True

@@ -21,8 +21,8 @@ from ik.singularity import margins
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..collision.proofs.kept_along import MotionSamples, kept_along
 from ..collision.proofs.motion_bounds import joint_travel_bound
+from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
 from ..failure import Failure, Kind, Place, Where
 from ..rigid import frames, great_circle
 from .context import CLOSE, Closeness, Context
@@ -224,7 +224,7 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> tuple[Stret
     rows = np.flatnonzero(np.append(wanted, False) | np.insert(wanted, 0, False))
     part = np.cumsum((np.diff(rows, prepend=-2) > 1) | ~wanted[rows - 1])
     samples = MotionSamples(stretch.axes[rows], context.deposits_before[stretch.edge[rows]], part, part)
-    found = kept_along(context.checker, context.radius, samples, context.settings.kept)
+    found = clearance_along(context.checker, context.radius, samples, context.settings.kept)
     for i in np.flatnonzero(found.seen.distance < context.settings.clearance).tolist():
         blame(int(stretch.edge[rows[i]]), context.describe(found.seen, i))
     for n, at in enumerate(rows[found.open].tolist()):

@@ -19,7 +19,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..collision.proofs.kept_along import MotionSamples, kept_along
+from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
 from ..failure import ON_BEAD, Failure, Seen
 from ..motion.deposition_speed import STRETCH
 from ..scene.placement import Placed
@@ -224,7 +224,7 @@ def check_edges(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> Che
     apart = np.cumsum(np.diff(track.edge, prepend=-1).astype(bool) & ~again)[rows]
     # a step belongs to the edge on which it ends
     samples = MotionSamples(axes[rows], laid[rows], apart, track.edge[rows])
-    found = kept_along(context.checker, context.radius, samples, context.settings.kept)
+    found = clearance_along(context.checker, context.radius, samples, context.settings.kept)
     unsafe = dict(zip(track.edge[rows[found.open + 1]].tolist(), range(len(found.open)), strict=True))
     of = np.cumsum(~again) - 1
     clear, nearest = found.seen.rows(of), found.nearest

@@ -22,7 +22,7 @@ from .bead_search import BeadPlan, BeadSearch
 from .configurations import evaluate
 from .context import Context
 from .edge_check import SearchedBead
-from .lost_part import full_work
+from .infeasible_part import full_work
 from .part_plan import PartPlan, plan_bead
 from .travels.travel import travel
 

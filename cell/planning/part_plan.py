@@ -25,11 +25,11 @@ from ..failure import Failure, Place, Where
 from ..progress import Progress, counted
 from .bead_search import MOST_SEARCHES, BeadPlan, BeadSearch
 from .beads_ahead import BeadsAhead
+from .collision_free_rolls import Stretches, collision_free_rolls, stabbing
 from .configurations import evaluate
 from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead, Stretch
-from .free_rolls import Stretches, free_rolls, stabbing
-from .lost_part import LossJudge
+from .infeasible_part import InfeasiblePartJudge
 from .station_search import ELSEWHERE, Ends, StationSearch
 from .travels.travel import Way, can_leave, travel, turned
 
@@ -126,7 +126,7 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
     last: Stretch | None = None
     way: Way | Failure
     reduced = reduced_budget(context)
-    judge, ahead = LossJudge(context, run.firsts[0], run.share), BeadsAhead(context, run.firsts, run.stop)
+    judge, ahead = InfeasiblePartJudge(context, run.firsts[0], run.share), BeadsAhead(context, run.firsts, run.stop)
     for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
         if run.known is not None and run.known.bead.first == first:
             bead = run.known.bead
@@ -178,7 +178,7 @@ def known_bead(context: Context, first: int, stop: int, q_before: Floats | None,
     Returns:
         The bead.
     """
-    judge = LossJudge(context, first, share)
+    judge = InfeasiblePartJudge(context, first, share)
     bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
     return KnownBead(bead, judge.spent)
 
@@ -289,7 +289,7 @@ def _free_between(
     some = [i for i, lost in plan.target_failures.items() if not lost.failure.proved and i not in (known or {})]
     between = {i: plan.target_failures[i].failure.between for i in some}
     alone = {i: float(np.deg2rad(b.roll_deg)) for i, b in between.items() if b is not None and b.collision is None}
-    return free_rolls(context, some, step, alone)
+    return collision_free_rolls(context, some, step, alone)
 
 
 def _all(found: Mapping[int, Stretches]) -> Floats:

@@ -29,10 +29,10 @@ from ik.singularity import margins
 from ..arrays import Ints
 from ..failure import Kind
 from ..scene.placement import Placed
+from .blocked_rolls import with_blocked_rolls
 from .configurations import NEAR_COST, near_cost, standing_cost
 from .context import Context
 from .edge_check import SearchedBead, Stretch, check_edges
-from .held_turns import with_held_turns
 
 LEAST_STATIONS = 4
 ROUNDS, LOOKS = 8, 24  # ways followed, and ways through the stations before each, until it is left to the full search
@@ -278,7 +278,7 @@ class StationSearch:
         """Check nodes of stations; which collide."""
         least = self.context.settings.clearance
         axes = self.bead.placed.axes(self.q[:, s, g, r].T, self.at[s])
-        found, tools = with_held_turns(self.context, axes, self.bead.deposits_before[self.at[s]])
+        found, tools = with_blocked_rolls(self.context, axes, self.bead.deposits_before[self.at[s]])
         hit = found.distance < least
         self.known[s, g, r] = np.where(hit, HIT, FREE)
         self.expected_cost[s, g, r] = near_cost(found.distance, least)

@@ -1,7 +1,7 @@
 """Which table angles work: the verdict at every pose of a grid, on all cores, resumable.
 
     poses = grid(case, "-90:90:15")
-    found = sweep(case, poses, workers=2, log="sweep.jsonl", progress=sys.stderr)
+    found = sweep(case, poses, jobs=2, log="sweep.jsonl", progress=sys.stderr)
     found = sweep(case, poses, executor=ThreadPoolExecutor(2))       # or any other of concurrent.futures
     document = sweep_document(case, found)                           # "rbam-sweep/1"
 
@@ -248,7 +248,7 @@ def sweep(
     case: Case,
     poses: Sequence[Pose | tuple[float, float]],
     *,
-    workers: int | None = None,
+    jobs: int | None = None,
     log: str | None = None,
     progress: Progress | None = None,
     executor: Executor | None = None,
@@ -258,7 +258,7 @@ def sweep(
     Args:
         case: the case.
         poses: from ``cell.pose_sweep.grid.grid``, or E1, E2 pairs, deg.
-        workers: number of processes; default: one for each core.
+        jobs: number of processes; default: one for each core.
         log: file of finished poses, one JSON a line; poses that it holds already are not computed again.
         progress: told how far it is.
         executor: used instead of processes of the sweep's own; it is left running.
@@ -280,7 +280,7 @@ def sweep(
         work = Work(mark, case, tuple(todo))
         with counted(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
             try:
-                with closing(_outcomes(work, workers, executor)) as rows:
+                with closing(_outcomes(work, jobs, executor)) as rows:
                     for row in rows:
                         book.add(row)
                         count()
@@ -342,13 +342,13 @@ class Work:
             yield from rows
 
 
-def _outcomes(work: Work, workers: int | None, executor: Executor | None) -> Rows:
+def _outcomes(work: Work, jobs: int | None, executor: Executor | None) -> Rows:
     if executor is not None:
         yield from work.rows(partial(completed, executor))
         return
-    workers = min(workers or os.cpu_count() or 1, len(work.poses))
-    if workers <= 1:
+    jobs = min(jobs or os.cpu_count() or 1, len(work.poses))
+    if jobs <= 1:
         yield from work.rows(lambda units: (unit() for unit in units))
         return
-    with processes(workers) as pool:
+    with processes(jobs) as pool:
         yield from work.rows(partial(completed, pool))

@@ -20,7 +20,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ..collision.checker import NEVER, Checker
-from ..collision.clearances import CLEARANCE_REACH, Clearances, Sees
+from ..collision.clearances import CLEARANCE_REACH, Clearances, SeesClearances
 from ..collision.proofs.between_samples import unproven_steps
 from ..collision.proofs.reach_radii import all_radii, table_radii
 from ..collision.table import TableChecker, with_table_axes
@@ -150,7 +150,7 @@ class TurnSearch:
         return found
 
     def _met(
-        self, checker: Sees, radius: Floats, rows: Floats, stage: int, least: float, kept: float | None = None
+        self, checker: SeesClearances, radius: Floats, rows: Floats, stage: int, least: float, kept: float | None = None
     ) -> Clearances | Failure:
         """Clearances of samples that keep one, between them as well; or what they meet."""
         laid = np.full(len(rows), stage)

@@ -3,8 +3,8 @@
     result = check(prepare(case), E1_deg, E2_deg)
     result.feasible, result.reasons, result.failures
 
-Of a large part that is lost not every target is looked at (``cell.planning.lost_part``): those are neither feasible nor
-infeasible, and their number is ``result.not_looked_at``.
+Of a large part that is lost not every target is looked at (``cell.planning.infeasible_part``): those are neither
+feasible nor infeasible, and their number is ``result.not_looked_at``.
 
 "Feasible" is said of a motion that was followed and checked between the targets as well; a target that is not feasible
 carries the reason of its best candidate, and ``proved`` where every configuration it could have has been looked at.

@@ -33,7 +33,7 @@ import numpy as np
 
 from ..mesh.face_measures import face_normals
 from ..mesh.solid import Floats, Ints, Mesh, PartError, mesh_from_arrays
-from ..surfaces.bodies import Body, ConicalBody, RevolvedBody, RoundBody
+from ..surfaces.bodies import Body, ConicalBody, CylindricalBody, RevolvedBody
 from ..warning import Code, Warning
 from .axis import Axis, parallel_axis
 from .body_hint import LEAST_SIDES, BodyHint, hinted_axis, part_frame
@@ -84,8 +84,8 @@ class Decomposition:
         evidence: what the body was known by.
     """
 
-    body: Body
-    bodies: tuple[Body, ...]
+    body: CylindricalBody
+    bodies: tuple[CylindricalBody, ...]
     cones: tuple[ConicalBody | None, ...]
     body_mesh: Mesh
     sub_volumes: tuple[Mesh, ...]
@@ -94,7 +94,7 @@ class Decomposition:
     warnings: tuple[str, ...] = ()
     evidence: Evidence | None = None
 
-    def bodies_for(self, strategy: str) -> tuple[RoundBody, ...]:
+    def bodies_for(self, strategy: str) -> tuple[Body, ...]:
         """What each sub-volume stands on, seen as a slicing strategy needs it.
 
         Args:
@@ -176,8 +176,8 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     ]
     shift = np.array([*axis_xy, up])
     return Decomposition(
-        Body(radius, axis_xy),
-        tuple(Body(root.radius, axis_xy, root.off_mm) for root in roots),
+        CylindricalBody(radius, axis_xy),
+        tuple(CylindricalBody(root.radius, axis_xy, root.off_mm) for root in roots),
         tuple(None if root.cone is None else ConicalBody(*conical(root.cone), axis_xy) for root in roots),
         _mesh(f"{mesh.name} body", cut.body, shift, mesh),
         tuple(_mesh(f"SV{k + 1}", piece, shift, mesh) for k, piece in enumerate(pieces)),

@@ -1,8 +1,8 @@
 """Where a body ends along its axis, and what of a sub-volume lies over its ends.
 
-    z_mm = body_ends(((20.0, 0.0), (20.0, 40.0)), Body(20.0))    # (0.0, 40.0)
+    z_mm = body_ends(((20.0, 0.0), (20.0, 40.0)), CylindricalBody(20.0))    # (0.0, 40.0)
     root = between(mesh, z_mm)                                   # the part of a sub-volume that has the body below it
-    over_ends_mm3(mesh, Body(20.0), z_mm)                        # what lies within the radius beyond the ends
+    over_ends_mm3(mesh, CylindricalBody(20.0), z_mm)             # what lies within the radius beyond the ends
 
 The rule: layer 0 lies on the body that is there, so it ends where the body ends. Offsets of a cylinder or a cone go on
 beyond its ends, where what they begin with has nothing below (`slicing.beads.overhang` tells of it). What lies within
@@ -18,7 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..mesh.solid import Mesh
-from ..surfaces.bodies import Body, RevolvedBody, RoundBody
+from ..surfaces.bodies import Body, CylindricalBody, RevolvedBody
 from ..surfaces.surfaces import Revolved
 
 NO_ENDS = (-math.inf, math.inf)
@@ -29,7 +29,7 @@ ON_AXIS_MM = 1e-6
 BODY_SIDES = 512  # sides of the body that is taken off
 
 
-def body_ends(profile: Sequence[tuple[float, float]], body: RoundBody) -> tuple[float, float]:
+def body_ends(profile: Sequence[tuple[float, float]], body: Body) -> tuple[float, float]:
     """Where the body that is there has the surface that a sub-volume is sliced from.
 
     Args:
@@ -48,7 +48,7 @@ def body_ends(profile: Sequence[tuple[float, float]], body: RoundBody) -> tuple[
     r, z = (np.interp(fine, at, points[:, k]) for k in range(2))
     x, y = body.axis_xy_mm
     below = -body.surface.distance(np.stack([x + r, np.full(len(r), y), z], axis=1))
-    there = below <= np.maximum(max(GAP_MM, body.off_mm if isinstance(body, Body) else 0.0), GAP_SHARE * r)
+    there = below <= np.maximum(max(GAP_MM, body.off_mm if isinstance(body, CylindricalBody) else 0.0), GAP_SHARE * r)
     if not there.any():
         return NO_ENDS
     low, high = float(z[there].min()), float(z[there].max())
@@ -81,7 +81,7 @@ def between(mesh: Mesh, z_mm: tuple[float, float]) -> Mesh:
     return _mesh(mesh, solid)
 
 
-def over_ends_mm3(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> float:
+def over_ends_mm3(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> float:
     """Volume of what a sub-volume has within the body's surface beyond its ends, mm³.
 
     Args:
@@ -98,7 +98,7 @@ def over_ends_mm3(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> flo
     return total
 
 
-def without_body(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> Mesh:
+def without_body(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> Mesh:
     """What a sub-volume has outside the body that is there.
 
     Args:
@@ -127,7 +127,7 @@ def closed_over(mesh: Mesh, body: RevolvedBody, z_mm: tuple[float, float]) -> Re
     return RevolvedBody(points, body.axis_xy_mm)
 
 
-def _turned(body: RoundBody, low: float, high: float):  # type: ignore[no-untyped-def]
+def _turned(body: Body, low: float, high: float):  # type: ignore[no-untyped-def]
     """The body between two heights, as a solid."""
     import manifold3d
 

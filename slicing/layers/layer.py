@@ -1,6 +1,6 @@
 """What slicing gives: layers of curves on surfaces.
 
-    body = Body(radius_mm=20.0)
+    body = CylindricalBody(radius_mm=20.0)
 
 A layer is numbered from 0 at the body. Its curves are the borders of its region on its surface.
 """
@@ -15,7 +15,7 @@ import numpy as np
 from ..curves.intersect import Curve
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
-from ..surfaces.bodies import STRATEGIES, Body, ConicalBody, RevolvedBody, RoundBody
+from ..surfaces.bodies import STRATEGIES, Body, ConicalBody, CylindricalBody, RevolvedBody
 from ..surfaces.surfaces import Plane, Surface
 from .thickness import bead_thickness, thickness_range
 
@@ -23,9 +23,9 @@ __all__ = [
     "STRATEGIES",
     "Body",
     "ConicalBody",
+    "CylindricalBody",
     "Layer",
     "RevolvedBody",
-    "RoundBody",
     "SlicedSubVolume",
     "SlicingParameters",
     "make_layer",
@@ -85,7 +85,7 @@ class SlicedSubVolume:
     name: str
     strategy: str
     mesh: Mesh
-    body: RoundBody
+    body: Body
     layers: tuple[Layer, ...]
     warnings: tuple[str, ...] = ()
     parameters: SlicingParameters = field(default_factory=SlicingParameters)
@@ -148,7 +148,7 @@ def without_slivers(curves: list[Curve]) -> list[Curve]:
 
 
 def make_layer(
-    index: int, surface: Surface, curves: list[Curve], below: Surface | None, body: RoundBody, h_layer_mm: float
+    index: int, surface: Surface, curves: list[Curve], below: Surface | None, body: Body, h_layer_mm: float
 ) -> Layer:
     """A layer with its area and the range of its thickness.
 

@@ -20,7 +20,7 @@ import numpy as np
 from ..curves.loops import Curve
 from ..curves.slabs import Bands
 from ..mesh.solid import Floats
-from ..surfaces.bodies import RoundBody
+from ..surfaces.bodies import Body
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 
 LEAST_AREA_MM2 = 1e-6  # what is left of a region that only touches the body's side
@@ -29,7 +29,7 @@ LEAST_AREA_MM2 = 1e-6  # what is left of a region that only touches the body's s
 def outside_body(
     curves: list[Curve],
     plane: Plane,
-    body: RoundBody,
+    body: Body,
     tolerance_mm: float = 0.01,
     z_mm: tuple[float, float] = (-math.inf, math.inf),
 ) -> list[Curve]:

@@ -18,13 +18,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.solid import Floats
-from ..surfaces.bodies import RoundBody
+from ..surfaces.bodies import Body
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Surface
 
 
-def bead_thickness(
-    points: Floats, surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: float
-) -> Floats:
+def bead_thickness(points: Floats, surface: Surface, below: Surface | None, body: Body, h_layer_mm: float) -> Floats:
     """Thickness of the bead at points of a layer.
 
     Args:
@@ -53,7 +51,7 @@ def bead_thickness(
     return np.maximum(np.minimum(to_below, to_body), 0.0)
 
 
-def _even(surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: float) -> bool:
+def _even(surface: Surface, below: Surface | None, body: Body, h_layer_mm: float) -> bool:
     """Whether a layer is known to be as thick everywhere.
 
     Cylinders about the body's axis are, and planes one above the other that pass the body by.
@@ -75,7 +73,7 @@ def _even(surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: 
 
 
 def thickness_range(
-    loops: list[Floats], surface: Surface, below: Surface | None, body: RoundBody, h_layer_mm: float
+    loops: list[Floats], surface: Surface, below: Surface | None, body: Body, h_layer_mm: float
 ) -> tuple[float, float]:
     """Least and greatest thickness anywhere along closed curves, between their points too.
 

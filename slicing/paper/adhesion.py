@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from ..layers.layer import Body, ConicalBody, Layer, RevolvedBody, RoundBody
+from ..layers.layer import Body, ConicalBody, CylindricalBody, Layer, RevolvedBody
 from ..layers.outside_body import body_section, region_of
 from ..mesh.solid import Floats
 from ..surfaces.surfaces import Cylinder, Plane
@@ -28,7 +28,7 @@ SLACK_MM = 1e-4  # layer 0 is cut a nudge outside the body
 
 
 def area_near_body(
-    layer: Layer, body: RoundBody, within_mm: float, z_mm: tuple[float, float] = (-math.inf, math.inf)
+    layer: Layer, body: Body, within_mm: float, z_mm: tuple[float, float] = (-math.inf, math.inf)
 ) -> float:
     """Area of a layer's region whose distance to the body is at most within_mm.
 
@@ -45,7 +45,7 @@ def area_near_body(
         heights = np.concatenate([curve.points[:, 2] for curve in layer.curves])
         if heights.min() < z_mm[0] - SLACK_MM or heights.max() > z_mm[1] + SLACK_MM:
             return _near_between(layer, body, within_mm, z_mm)
-    if not isinstance(body, Body):
+    if not isinstance(body, CylindricalBody):
         return _near_revolved(layer, body, within_mm)
     assert isinstance(layer.surface, Cylinder | Plane)
     least, most = math.inf, -math.inf
@@ -63,7 +63,7 @@ def area_near_body(
     return max(sum(_area_in_bands(layer, k, bands) for k in range(len(layer.curves))), 0.0)
 
 
-def _near_between(layer: Layer, body: RoundBody, within_mm: float, z_mm: tuple[float, float]) -> float:
+def _near_between(layer: Layer, body: Body, within_mm: float, z_mm: tuple[float, float]) -> float:
     """The same on a plane that reaches beyond the body's ends."""
     import shapely
 
@@ -74,7 +74,7 @@ def _near_between(layer: Layer, body: RoundBody, within_mm: float, z_mm: tuple[f
     low_v, high_v = (float(np.clip(z - layer.surface.point[2], low_v, high_v)) for z in z_mm)
     if high_v <= low_v:
         return 0.0
-    if isinstance(body, Body):
+    if isinstance(body, CylindricalBody):
         bands = _bands(layer.surface, body, within_mm)
         near = shapely.union_all([shapely.box(a, low_v, b, high_v) for a, b in bands])
     else:
@@ -95,7 +95,7 @@ def _near_revolved(layer: Layer, body: ConicalBody | RevolvedBody, within_mm: fl
     return layer.area_mm2 if abs(away) <= within_mm + SLACK_MM else 0.0
 
 
-def _foot_distance(surface: Cylinder | Plane, body: Body) -> float:
+def _foot_distance(surface: Cylinder | Plane, body: CylindricalBody) -> float:
     """Least distance of a whole surface from the body's, 0 where they cut."""
     axis = np.append(body.surface.axis_point, 0.0)
     if isinstance(surface, Plane):
@@ -104,7 +104,7 @@ def _foot_distance(surface: Cylinder | Plane, body: Body) -> float:
     return max(abs(surface.radius - apart) - body.radius_mm, 0.0)
 
 
-def _bands(surface: Cylinder | Plane, body: Body, within_mm: float) -> list[tuple[float, float]]:
+def _bands(surface: Cylinder | Plane, body: CylindricalBody, within_mm: float) -> list[tuple[float, float]]:
     """Intervals of the surface's first unrolled coordinate that lie within a distance of the body."""
     near, far = max(body.radius_mm - within_mm, 0.0), body.radius_mm + within_mm
     if isinstance(surface, Plane):

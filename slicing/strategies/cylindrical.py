@@ -17,14 +17,14 @@ import math
 import numpy as np
 
 from ..curves.intersect import Curve, intersect_offsets
-from ..layers.layer import Layer, RoundBody, make_layer, without_slivers
+from ..layers.layer import Body, Layer, make_layer, without_slivers
 from ..mesh.solid import Floats, Mesh
 from ..parameters import SlicingParameters
 
 SAME_GAP_RAD = 1e-5  # gaps between footprints that differ by less are one
 
 
-def cylindrical_layers(mesh: Mesh, body: RoundBody, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
+def cylindrical_layers(mesh: Mesh, body: Body, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
     """Slice by offsets of the body's surface.
 
     Args:

@@ -41,7 +41,7 @@ import numpy as np
 
 from ..curves.face_intervals import FaceIntervals
 from ..curves.intersect import Curve, intersect
-from ..layers.layer import Body, Layer, make_layer, without_slivers
+from ..layers.layer import CylindricalBody, Layer, make_layer, without_slivers
 from ..mesh.solid import Floats, Mesh
 from ..parameters import SlicingParameters
 from ..surfaces.surfaces import Cylinder, Plane
@@ -54,7 +54,9 @@ SAME_MM = 1e-9
 BISECTIONS = 20
 
 
-def nonuniform_layers(mesh: Mesh, body: Body, parameters: SlicingParameters, root: list[Curve]) -> list[Layer]:
+def nonuniform_layers(
+    mesh: Mesh, body: CylindricalBody, parameters: SlicingParameters, root: list[Curve]
+) -> list[Layer]:
     """Slice by cylinders that flatten from layer to layer, then by planes.
 
     Args:
@@ -188,7 +190,7 @@ def flattened(previous: Cylinder, h_layer_mm: float, middle: float, half: float,
 
 
 def _flattest(
-    cut: _Cutter, body: Body, parameters: SlicingParameters, below: Layer, middle: float, half: float
+    cut: _Cutter, body: CylindricalBody, parameters: SlicingParameters, below: Layer, middle: float, half: float
 ) -> Layer | None:
     """The flattest layer that keeps the thickness within h_min in the middle and h_max anywhere.
 
@@ -216,7 +218,7 @@ def _flattest(
 
 def _at_height(
     cut: _Cutter,
-    body: Body,
+    body: CylindricalBody,
     parameters: SlicingParameters,
     below: Layer,
     middle: float,

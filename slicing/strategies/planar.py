@@ -17,7 +17,7 @@ import numpy as np
 
 from ..curves.intersect import Curve, intersect_offsets
 from ..layers.body_ends import NO_ENDS
-from ..layers.layer import Layer, RoundBody, make_layer, without_slivers
+from ..layers.layer import Body, Layer, make_layer, without_slivers
 from ..layers.outside_body import outside_body
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
@@ -27,7 +27,7 @@ from .cylindrical import heights_below, span
 RING_RAD = 2 * np.pi - 1e-9
 
 
-def build_direction(root: list[Curve], body: RoundBody, name: str = "sub-volume") -> Floats:
+def build_direction(root: list[Curve], body: Body, name: str = "sub-volume") -> Floats:
     """The radial direction through the middle of a footprint.
 
     Args:
@@ -51,7 +51,7 @@ def build_direction(root: list[Curve], body: RoundBody, name: str = "sub-volume"
 
 def planar_layers(
     mesh: Mesh,
-    body: RoundBody,
+    body: Body,
     parameters: SlicingParameters,
     root: list[Curve],
     body_z_mm: tuple[float, float] = NO_ENDS,
@@ -82,7 +82,7 @@ def planar_layers(
 
 def planes_from(
     mesh: Mesh,
-    body: RoundBody,
+    body: Body,
     parameters: SlicingParameters,
     base: Plane,
     layers: list[Layer],

@@ -1,7 +1,7 @@
 """The central body itself, printed: planar layers along its axis, from its lower end up.
 
     solid = turned_solid(((20.0, 0.0), (20.0, 40.0)), (0.0, 0.0), tolerance_mm=0.01)
-    sliced = slice_body(solid, Body(20.0), SlicingParameters(h_layer_mm=1.73))
+    sliced = slice_body(solid, CylindricalBody(20.0), SlicingParameters(h_layer_mm=1.73))
     sliced.name, len(sliced.layers)           # ("BODY", 24)
 
 As layer 0 of a sub-volume lies on the body, layer 0 here lies on what the body stands on, the plate or the support:
@@ -22,7 +22,7 @@ from ..curves.intersect import intersect_offsets
 from ..layers.layer import Layer, SlicedSubVolume, require_layers
 from ..mesh.solid import Floats, Mesh, PartError, mesh_from_arrays
 from ..parameters import SlicingParameters
-from ..surfaces.bodies import RoundBody
+from ..surfaces.bodies import Body
 from ..surfaces.surfaces import Plane
 from ..volume.layer_areas import MOST_OFF
 
@@ -31,7 +31,7 @@ ON_AXIS_MM = 1e-9
 CORNERS = (48, 4096)  # of a circle, at least and at most
 
 
-def slice_body(mesh: Mesh, body: RoundBody, parameters: SlicingParameters) -> SlicedSubVolume:
+def slice_body(mesh: Mesh, body: Body, parameters: SlicingParameters) -> SlicedSubVolume:
     """Slice the body across its axis.
 
     Args:

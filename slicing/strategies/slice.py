@@ -1,6 +1,6 @@
 """Slice one sub-volume: check that it stands on the body, find its footprint, build its layers.
 
-sliced = slice_sub_volume(mesh, Body(20.0), SlicingParameters("nonuniform"))
+sliced = slice_sub_volume(mesh, CylindricalBody(20.0), SlicingParameters("nonuniform"))
 [layer.area_mm2 for layer in sliced.layers], sliced.warnings
 
 What becomes of shapes that the paper does not speak of, in every strategy:
@@ -25,7 +25,7 @@ import numpy as np
 
 from ..curves.intersect import NUDGE_MM, Curve, intersect
 from ..layers.body_ends import NO_ENDS, between, closed_over, over_ends_mm3, reach_beyond, without_body
-from ..layers.layer import Body, Layer, RevolvedBody, RoundBody, SlicedSubVolume, require_layers
+from ..layers.layer import Body, CylindricalBody, Layer, RevolvedBody, SlicedSubVolume, require_layers
 from ..layers.thickness import resampled
 from ..mesh.closest_point import least_over_triangles
 from ..mesh.solid import Floats, Mesh, PartError
@@ -47,7 +47,7 @@ PROFILE_LIFT = (
 
 
 def slice_sub_volume(
-    mesh: Mesh, body: RoundBody, parameters: SlicingParameters, body_z_mm: tuple[float, float] = NO_ENDS
+    mesh: Mesh, body: Body, parameters: SlicingParameters, body_z_mm: tuple[float, float] = NO_ENDS
 ) -> SlicedSubVolume:
     """Slice a sub-volume that stands on a round body.
 
@@ -95,7 +95,7 @@ def slice_sub_volume(
     )
 
 
-def _on_body(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> Mesh:
+def _on_body(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> Mesh:
     """The part of a sub-volume that has the body below it."""
     part = between(mesh, z_mm)
     if len(part.faces) == 0:
@@ -109,7 +109,7 @@ def _rounded(z_mm: tuple[float, float]) -> str:
     return " .. ".join(f"{round(z, 4) + 0.0:g}" for z in z_mm)
 
 
-def _over_ends(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> list[str]:
+def _over_ends(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> list[str]:
     """A line about what lies within the body's surface beyond its ends."""
     over, whole = over_ends_mm3(mesh, body, z_mm), without_body(mesh, body, z_mm).volume
     what = f"{over:.1f} mm³ of it ({100 * over / whole:.1f} %) lie over the ends, within the body's radius"
@@ -122,7 +122,7 @@ def _over_ends(mesh: Mesh, body: RoundBody, z_mm: tuple[float, float]) -> list[s
 
 def _layers(
     mesh: Mesh,
-    body: RoundBody,
+    body: Body,
     parameters: SlicingParameters,
     root: list[Curve],
     body_z_mm: tuple[float, float],
@@ -130,14 +130,14 @@ def _layers(
     if parameters.strategy == "planar":
         return planar_layers(mesh, body, parameters, root, body_z_mm)
     if parameters.strategy == "nonuniform":
-        assert isinstance(body, Body)  # by require_fit
+        assert isinstance(body, CylindricalBody)  # by require_fit
         return nonuniform_layers(mesh, body, parameters, root)
     if parameters.strategy in ("cylindrical", "conical", "revolved"):
         return cylindrical_layers(mesh, body, parameters, root)  # offsets of the body, whatever its kind
     raise NotImplementedError(f"no layers are made for strategy {parameters.strategy}")
 
 
-def footprint(mesh: Mesh, body: RoundBody, tolerance_mm: float) -> tuple[list[Curve], list[str]]:
+def footprint(mesh: Mesh, body: Body, tolerance_mm: float) -> tuple[list[Curve], list[str]]:
     """Layer 0's curves: where the sub-volume meets the body.
 
     Args:
@@ -176,12 +176,12 @@ def footprint(mesh: Mesh, body: RoundBody, tolerance_mm: float) -> tuple[list[Cu
     return curves, []
 
 
-def _greatest_gap(body: RoundBody) -> float:
+def _greatest_gap(body: Body) -> float:
     """How far off the body's surface a root may lie, mm: as far as the surface that is there."""
-    return max(GREATEST_GAP_MM, body.off_mm if isinstance(body, Body) else 0.0)
+    return max(GREATEST_GAP_MM, body.off_mm if isinstance(body, CylindricalBody) else 0.0)
 
 
-def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
+def _root_lift(mesh: Mesh, body: Body, heights: Floats) -> float:
     """How far off the body to take the footprint so that the root cap lies below it.
 
     A root cut by a body that was itself a mesh has corners up to a facet's sagitta off the cylinder. Faces
@@ -200,7 +200,7 @@ def _root_lift(mesh: Mesh, body: RoundBody, heights: Floats) -> float:
     return NUDGE_MM + float(heights[corners[:, cap]].max(initial=0.0))
 
 
-def least_distance(mesh: Mesh, body: RoundBody) -> float:
+def least_distance(mesh: Mesh, body: Body) -> float:
     """Least distance of a mesh's surface from the body's, mm; 0 where it reaches inside.
 
     Args:
@@ -210,7 +210,7 @@ def least_distance(mesh: Mesh, body: RoundBody) -> float:
     Returns:
         The gap, mm, never negative.
     """
-    if not isinstance(body, Body):
+    if not isinstance(body, CylindricalBody):
         return least_over_triangles(mesh.vertices[mesh.faces], body.surface.distance)
     xy = mesh.vertices[mesh.faces, :2] - body.surface.axis_point
     start, along = xy, np.roll(xy, -1, axis=1) - xy

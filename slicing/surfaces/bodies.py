@@ -1,6 +1,6 @@
 """The central body that sub-volumes stand on: a cylinder, a cone or another body of revolution, axis along z.
 
-    body = Body(20.0)                                              # a cylinder of radius 20 mm
+    body = CylindricalBody(20.0)                                              # a cylinder of radius 20 mm
     body = ConicalBody(20.0, half_angle_deg=15.0)                  # 20 mm at z = 0, growing upwards
     body = RevolvedBody(((20.0, 0.0), (20.0, 30.0), (28.0, 50.0)))   # (r, z) points of its profile
     body.surface                                                   # what layer 0 lies on
@@ -37,7 +37,7 @@ def _require_axis(axis_xy_mm: tuple[float, float]) -> None:
 
 
 @dataclass(frozen=True)
-class Body:
+class CylindricalBody:
     """A cylinder about an axis parallel to z.
 
     Attributes:
@@ -130,12 +130,12 @@ class RevolvedBody:
         return f"revolved profile of {len(self.profile_mm)} points"
 
 
-RoundBody = Body | ConicalBody | RevolvedBody
+Body = CylindricalBody | ConicalBody | RevolvedBody
 BODY_NEEDED = {"cylindrical": "cylinder", "nonuniform": "cylinder", "conical": "cone", "revolved": "revolved"}
 BODY_NAMES = {"cylinder": "a cylinder", "cone": "a cone", "revolved": "a revolved profile"}
 
 
-def fits(strategy: str, body: RoundBody) -> bool:
+def fits(strategy: str, body: Body) -> bool:
     """Whether a strategy is made for a kind of body; planar is for all.
 
     Args:
@@ -145,7 +145,7 @@ def fits(strategy: str, body: RoundBody) -> bool:
     return BODY_NEEDED.get(strategy, body.kind) == body.kind
 
 
-def require_fit(strategy: str, body: RoundBody) -> None:
+def require_fit(strategy: str, body: Body) -> None:
     """Refuse a strategy that is not made for the body.
 
     Args:

@@ -19,16 +19,16 @@ from ..mesh.load import load_mesh
 from ..mesh.solid import Mesh
 from ..parameters import BeadParameters, SlicingParameters, Strategy
 from ..strategies.slice import slice_sub_volume
-from ..surfaces.bodies import Body, ConicalBody, RoundBody
+from ..surfaces.bodies import Body, ConicalBody, CylindricalBody
 from ..targets.speeds import BeadSpeed
 from ..targets.targets import sample_beads
 from .toolpath import Toolpath
 
 load = load_mesh
-Cylinder, Cone = Body, ConicalBody  # short names of the bodies that have them
+Cylinder, Cone = CylindricalBody, ConicalBody  # short names of the bodies that have them
 
 
-def slice(mesh: Mesh, body: RoundBody, strategy: Strategy = "nonuniform", **parameters: Any) -> SlicedSubVolume:
+def slice(mesh: Mesh, body: Body, strategy: Strategy = "nonuniform", **parameters: Any) -> SlicedSubVolume:
     """Slice a sub-volume.
 
     Args:

@@ -38,7 +38,7 @@ from ..layers.outside_body import region_of
 from ..layers.poles import poles
 from ..layers.thickness import bead_thickness
 from ..mesh.solid import Floats, Mesh
-from ..surfaces.bodies import RoundBody
+from ..surfaces.bodies import Body
 from ..surfaces.surfaces import Cylinder, Plane, Revolved, Surface
 from ..warning import WRONG_LAYER, Code, Warning
 from .borders import hold_borders, reaches
@@ -178,7 +178,7 @@ def _with_volume_line(held: HeldVolume, sliced: SlicedSubVolume) -> HeldVolume:
     return HeldVolume(held.volume_mm3, held.laid_mm3, held.end_mm3, held.end_mm, held.area_mm2, (*held.lines, line))
 
 
-def _outside(mesh: Mesh, body: RoundBody) -> Mesh:
+def _outside(mesh: Mesh, body: Body) -> Mesh:
     """What a mesh has outside the body."""
     import manifold3d
 
@@ -247,7 +247,7 @@ def _odd(flux: SolidFlux, layers: Sequence[Layer], by_solid: Floats, finer: floa
     return found
 
 
-def laid_volume(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float:
+def laid_volume(layer: Layer, below: Surface | None, body: Body, h_layer_mm: float) -> float:
     """The integral of a bead's thickness over its layer's region.
 
     Args:
@@ -269,7 +269,7 @@ def laid_volume(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm
     return layer.area_mm2 * _mean_thickness(layer, below, body, h_layer_mm)
 
 
-def _laid_along(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float:
+def _laid_along(layer: Layer, below: Surface | None, body: Body, h_layer_mm: float) -> float:
     """Where thickness depends on the way across the axis alone: a boundary integral of its integral."""
     flat = [layer.surface.unrolled(curve.points) for curve in layer.curves]
     along = np.concatenate([loop[:, 0] for loop in flat])
@@ -288,7 +288,7 @@ def _laid_along(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm
     return laid / plain * layer.area_mm2 if plain > 0 else 0.0
 
 
-def _mean_thickness(layer: Layer, below: Surface | None, body: RoundBody, h_layer_mm: float) -> float:
+def _mean_thickness(layer: Layer, below: Surface | None, body: Body, h_layer_mm: float) -> float:
     """Mean thickness over a region, on a grid."""
     import shapely
 

@@ -100,7 +100,7 @@ def test_every_document_of_every_command(
     table = ["--e1", "90", "--e2", "180"]
     files = ["--out", "l.jsonl", "--csv", "p.csv", "--picture", "p.png", "--html", "p.html"]
     files = [name if name.startswith("-") else str(out / name) for name in files]
-    run("sweep", case, *table, "--workers", "1", *files)
+    run("sweep", case, *table, "--jobs", "1", *files)
     assert all(path.stat().st_size > 100 for path in out.iterdir())
     program = [str(out / "krl"), "--csv", str(out / "points.csv"), "--robodk", str(out / "station.py")]
     assert run("export", case, "--krl", *program) == 0

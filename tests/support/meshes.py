@@ -5,13 +5,13 @@ from __future__ import annotations
 import manifold3d
 import numpy as np
 
-from slicing.layers.layer import Body
+from slicing.layers.layer import CylindricalBody
 from slicing.mesh.solid import Mesh, mesh_from_arrays
 
 R = 20.0  # radius of the body under most of the bosses
 
 
-BODY = Body(R)
+BODY = CylindricalBody(R)
 
 
 def from_manifold(solid: manifold3d.Manifold, name: str = "SV") -> Mesh:

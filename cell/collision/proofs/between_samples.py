@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ...arrays import Ints
-from ..clearances import Clearances, Sees
+from ..clearances import Clearances, SeesClearances
 from .motion_bounds import joint_travel_bound
 from .open_steps import OpenSteps
 from .plane_proofs import proofs_of
@@ -36,7 +36,7 @@ CLOSER = 20  # halvings about the nearest sample found
 
 
 def unproven_steps(
-    checker: Sees,
+    checker: SeesClearances,
     radius: Floats,
     q: Floats,
     stage: Ints,
@@ -73,7 +73,7 @@ def unproven_steps(
 
 
 def halved(
-    checker: Sees, radius: Floats, steps: OpenSteps, motion: Ints, least: float
+    checker: SeesClearances, radius: Floats, steps: OpenSteps, motion: Ints, least: float
 ) -> tuple[Ints, Ints, Clearances]:
     """Halve steps until each keeps a clearance or does not.
 
@@ -108,7 +108,7 @@ def halved(
 
 
 def least_on_the_way(
-    checker: Sees,
+    checker: SeesClearances,
     radius: Floats,
     q: Floats,
     stage: Ints,
@@ -186,7 +186,9 @@ class _Nearest:
     most: float
 
     @classmethod
-    def of(cls, checker: Sees, q: Floats, stage: Ints, found: Clearances, step: Ints, known: float) -> _Nearest:
+    def of(
+        cls, checker: SeesClearances, q: Floats, stage: Ints, found: Clearances, step: Ints, known: float
+    ) -> _Nearest:
         """Of the samples."""
         out = cls(Clearances.none(1), 0, int(stage[0]), (q[0], q[0], q[0]), min(known, checker.reach))
         out.sees(found, q, stage, step)
@@ -210,7 +212,7 @@ class _Nearest:
         return max(NEAREST, NEAREST_SHARE * min(float(self.best.distance[0]), self.most))
 
 
-def _halve(checker: Sees, radius: Floats, steps: OpenSteps, nearest: _Nearest) -> None:
+def _halve(checker: SeesClearances, radius: Floats, steps: OpenSteps, nearest: _Nearest) -> None:
     """Look at the middles of steps for what is nearer, until no step can hold anything."""
     for _ in range(HALVINGS):
         if not len(steps.step):
@@ -226,7 +228,7 @@ def _halve(checker: Sees, radius: Floats, steps: OpenSteps, nearest: _Nearest) -
         steps = steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit)))
 
 
-def _closest(checker: Sees, about: tuple[Floats, Floats, Floats], laid: int, best: Clearances) -> Clearances:
+def _closest(checker: SeesClearances, about: tuple[Floats, Floats, Floats], laid: int, best: Clearances) -> Clearances:
     """The nearest pair about a sample, between those before and after it."""
     low, middle, high = about
     if not np.isfinite(best.distance[0]):
@@ -249,7 +251,7 @@ def steps_between(q: Floats, apart: Ints | None) -> Ints:
     return step if apart is None else step[apart[:-1] == apart[1:]]
 
 
-def _open(checker: Sees, radius: Floats, a: Floats, b: Floats, room: Floats) -> NDArray[np.bool_]:
+def _open(checker: SeesClearances, radius: Floats, a: Floats, b: Floats, room: Floats) -> NDArray[np.bool_]:
     """Steps whose clearances at both ends together do not prove them free; most are settled by the cheaper bound."""
     open_: NDArray[np.bool_] = room <= joint_travel_bound(radius, a, b)
     k = np.flatnonzero(open_)

@@ -71,7 +71,7 @@ BAD = [
     (["slice", "missing.stl"], "missing.stl"),
     (["sweep", "CASE", "--e1", "10:0:5"], "--e1"),
     (["sweep", "CASE", "--e1", "-400:0:5"], "outside the positioner's range"),
-    (["sweep", "CASE", "--workers", "0"], "--workers"),
+    (["sweep", "CASE", "--jobs", "0"], "--jobs"),
     (["replay", "CASE", "--speed", "0"], "--speed"),
 ]
 

@@ -17,7 +17,7 @@ from cell.collision.clearances import Clearances
 from cell.collision.pair_groups import PairGroup, groups_of
 from cell.collision.proofs.reach_radii import radii
 from cell.collision.rounded_paths import BlendedPath, Roundings
-from cell.collision.rounding_looks import NEARLY_ALL, _Sheet, _Sheets, looked_at
+from cell.collision.rounding_bisection import NEARLY_ALL, _Sheet, _Sheets, looked_at
 from cell.collision.rounding_proofs import Corners, KnownRows, _off_by_links, _otherwise, every_rounding_kept
 from cell.job.job import prepare
 from cell.timing.blending import blended, kept_zone

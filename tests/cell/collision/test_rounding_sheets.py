@@ -12,7 +12,7 @@ from cell.case.read import load_case
 from cell.collision.blended_corners import cut_corners, cut_corners_of
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
-from cell.collision.proofs.kept_along import MotionSamples, kept_along
+from cell.collision.proofs.motion_clearance import MotionSamples, clearance_along
 from cell.collision.proofs.plane_proofs import PlaneProofs
 from cell.collision.proofs.reach_radii import radii
 from cell.collision.proofs.sheet_pieces import SheetPieces
@@ -179,7 +179,7 @@ def known_rows(checker, path, laid):
     """What is known of rows, of which a millimetre less is to be kept than they keep."""
     m = len(path.s)
     stage, none = np.full(m, laid), np.zeros(m, dtype=np.int64)
-    keep = kept_along(checker, radii(checker.scene), MotionSamples(path.q, stage, none, np.arange(m)), 1e-3)
+    keep = clearance_along(checker, radii(checker.scene), MotionSamples(path.q, stage, none, np.arange(m)), 1e-3)
     least = max(keep.kept[:-1].min() - 3e-4, 0.0)
     low = Clearances(keep.low, keep.seen.pair, keep.seen.position)
     return KnownRows(stage, low, least, keep.kept[:-1] > least, keep.kept[:-1])
@@ -295,7 +295,7 @@ def test_few_looks_prove_what_turns_far_on_the_spot(scenes):
         q[:, 5] += np.deg2rad(30) * np.cos(np.linspace(0, np.pi, 81))
         path = BlendedPath(q, np.arange(81) * 0.05e-3, 1e-3)
         stage, none = np.zeros(81, dtype=np.int64), np.zeros(81, dtype=np.int64)
-        kept = kept_along(checker, radii(scene), MotionSamples(q, stage, none, np.arange(81)), 0.005).kept[:-1]
+        kept = clearance_along(checker, radii(scene), MotionSamples(q, stage, none, np.arange(81)), 0.005).kept[:-1]
         known = KnownRows(stage, Clearances.none(81), 0.005, kept >= 0.005, kept)
         steps = np.flatnonzero(known.which)
         before = checker.asked.count

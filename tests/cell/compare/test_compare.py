@@ -21,7 +21,7 @@ from cell.compare.compare import (
 )
 from cell.errors import InputError
 from cell.report.comparison_lines import compare_lines
-from slicing.layers.layer import Body
+from slicing.layers.layer import CylindricalBody
 from slicing.mesh.solid import mesh_from_arrays
 from slicing.parameters import SlicingParameters
 
@@ -137,7 +137,7 @@ def ring():
 
 
 def test_a_strategy_that_cannot_slice_says_why_and_is_left_out():
-    found = [compare_mesh(ring(), dict.fromkeys(STRATEGIES, Body(10.0)), SlicingParameters())]
+    found = [compare_mesh(ring(), dict.fromkeys(STRATEGIES, CylindricalBody(10.0)), SlicingParameters())]
     (planar, *others) = found[0].rows
     assert planar.indices is None
     assert "right round" in planar.problem
@@ -154,7 +154,7 @@ def test_a_strategy_that_cannot_slice_says_why_and_is_left_out():
 
 def test_a_sub_volume_that_none_can_slice_is_an_error():
     with pytest.raises(InputError, match="does not touch the body"):
-        compare_mesh(ring(), dict.fromkeys(STRATEGIES, Body(5.0)), SlicingParameters())
+        compare_mesh(ring(), dict.fromkeys(STRATEGIES, CylindricalBody(5.0)), SlicingParameters())
 
 
 @pytest.mark.slow

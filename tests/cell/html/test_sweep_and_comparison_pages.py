@@ -171,7 +171,7 @@ def test_the_comparison_shows_every_figure_with_the_papers_beside() -> None:
 
 def test_the_commands_write_pages(make_case: Any, tmp_path: Path) -> None:
     page, picture = tmp_path / "m.html", tmp_path / "m.png"
-    argv = ["--e1", "0", "--e2", "0", "--workers", "1", "--html", str(page), "--picture", str(picture)]
+    argv = ["--e1", "0", "--e2", "0", "--jobs", "1", "--html", str(page), "--picture", str(picture)]
     assert main(["sweep", str(make_case()), *argv]) in (0, 1)
     assert page.read_text(encoding="utf-8").rstrip().endswith("</html>")
     assert picture.read_bytes().startswith(b"\x89PNG")

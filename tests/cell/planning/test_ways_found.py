@@ -19,10 +19,10 @@ from cell.errors import InputError
 from cell.failure import Contact, Effort, Failure, Kind, Place, Seen, Where
 from cell.motion.deposition_speed import STRETCH, HeldSpeed, note_stretches, over_stretches, too_slow
 from cell.motion.motion_file import read_motion, write_motion
+from cell.planning.collision_free_rolls import collision_free_rolls, stabbing
 from cell.planning.configurations import evaluate
 from cell.planning.edge_tracking import Ways, along
-from cell.planning.free_rolls import free_rolls, stabbing
-from cell.planning.lost_part import lost_alone
+from cell.planning.infeasible_part import lost_alone
 from cell.planning.part_plan import plan_bead
 from cell.rigid import frames
 from cell.verdict.failure_words import failure_in_words
@@ -118,11 +118,12 @@ def with_slit(setup, *slit):
 def test_a_free_stretch_of_the_roll_is_found_however_narrow_and_deep_what_is_beside_it(boss, half_deg):
     _, setup = boss
     for at_deg in (-61.3, 2.4):
-        found = free_rolls(with_slit(setup, np.deg2rad(at_deg), np.deg2rad(half_deg)), [0], np.deg2rad(5.0))[0]
+        slit = with_slit(setup, np.deg2rad(at_deg), np.deg2rad(half_deg))
+        found = collision_free_rolls(slit, [0], np.deg2rad(5.0))[0]
         assert found
         for low, high in np.rad2deg(found):
             assert at_deg - half_deg - 1e-6 <= low <= high <= at_deg + half_deg + 1e-6
-    assert free_rolls(with_slit(setup, 0.0, -0.01), [0, 1], np.deg2rad(5.0)) == {0: [], 1: []}
+    assert collision_free_rolls(with_slit(setup, 0.0, -0.01), [0, 1], np.deg2rad(5.0)) == {0: [], 1: []}
 
 
 def test_a_target_that_is_free_between_the_sampled_rolls_alone_is_not_lost(boss):

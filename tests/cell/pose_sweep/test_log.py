@@ -80,7 +80,7 @@ def test_damaged_poses_are_told_and_computed_again(
         "0",
         "--e2",
         "0:90:90",
-        "--workers",
+        "--jobs",
         "1",
         "--out",
         str(log),

@@ -13,7 +13,7 @@ from cell.cli.main import main
 from cell.html.check_page import html_report
 from cell.html.words import Words
 from cell.job.job import prepare
-from cell.planning import lost_part
+from cell.planning import infeasible_part
 from cell.remedy_search.search import remedies
 from cell.verdict.check import check
 from cell.verdict.result import NOT_LOOKED_AT
@@ -25,7 +25,7 @@ LID = {"name": "lid", "box": {"size_mm": [10, 300, 300]}, "position_mm": [-78, 0
 
 @pytest.fixture
 def case(make_case, monkeypatch):
-    monkeypatch.setattr(lost_part, "FLOOR", 0)
+    monkeypatch.setattr(infeasible_part, "FLOOR", 0)
     return make_case(fixtures=[LID])
 
 

@@ -17,7 +17,7 @@ from cell.view.print_raster import Raster
 from slicing.mesh.load import load_mesh
 from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
-from slicing.surfaces.bodies import Body
+from slicing.surfaces.bodies import CylindricalBody
 
 GREY, RED, BLUE = (0.9, 0.9, 0.9), np.array([[0.9, 0.1, 0.1]]), np.array([[0.1, 0.1, 0.9]])
 
@@ -98,7 +98,7 @@ def boss(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def drawn(boss: Path, strategy: str, **more: object) -> np.ndarray:
     from PIL import Image
 
-    sliced = slice_sub_volume(load_mesh(boss, "mm", "SV1"), Body(20.0), SlicingParameters(strategy))
+    sliced = slice_sub_volume(load_mesh(boss, "mm", "SV1"), CylindricalBody(20.0), SlicingParameters(strategy))
     png = slice_picture([sliced], None, title="boss", width=420, height=300, **more)
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
 

@@ -17,7 +17,7 @@ from slicing.curves.intersect import Curve
 from slicing.layers.layer import Layer, SlicedSubVolume
 from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
-from slicing.surfaces.bodies import Body
+from slicing.surfaces.bodies import CylindricalBody
 from slicing.surfaces.surfaces import Cylinder, Plane
 from slicing.targets.speeds import BeadSpeed
 from slicing.targets.targets import sample_beads, sample_targets
@@ -37,7 +37,7 @@ def sliced_of(surface, loops, points) -> SlicedSubVolume:
     """One layer with the regions between loops of a flat chart, put onto its surface."""
     curves = tuple(Curve(points(loop), True, area_of(loop) < 0, area_of(loop)) for loop in loops)
     layer = Layer(0, surface, curves, sum(area_of(loop) for loop in loops), (H, H))
-    return SlicedSubVolume("SV1", "planar", box(), Body(20.0), (layer,), (), SlicingParameters("planar"))
+    return SlicedSubVolume("SV1", "planar", box(), CylindricalBody(20.0), (layer,), (), SlicingParameters("planar"))
 
 
 def wall(shape: str, wide: float) -> tuple[SlicedSubVolume, float]:
@@ -143,7 +143,7 @@ def test_a_thin_blade_has_its_borders_where_the_case_asks_for_them():
 def test_rings_narrower_than_a_bead_alternate_their_way_round_and_spread_their_seams():
     rings = [wall("round", 4.0)[0].layers[0]] * 8
     stack = tuple(Layer(k, one.surface.offset(k * H), one.curves, one.area_mm2, (H, H)) for k, one in enumerate(rings))
-    sliced = SlicedSubVolume("SV1", "planar", box(), Body(20.0), stack, (), SlicingParameters("planar"))
+    sliced = SlicedSubVolume("SV1", "planar", box(), CylindricalBody(20.0), stack, (), SlicingParameters("planar"))
     (laid,) = lay_beads([sliced], BeadParameters("contour_parallel", width_mm=W, seam="spread", alternate=True))
     angles = [np.unwrap(np.arctan2(b.points[:, 2], b.points[:, 1])) for b in laid.beads]
     ways = [bool(a[-1] > a[0]) for a in angles]
@@ -153,7 +153,7 @@ def test_rings_narrower_than_a_bead_alternate_their_way_round_and_spread_their_s
 
 
 def test_metal_of_a_sliced_boss_is_area_times_thickness():
-    sliced = slice_sub_volume(box(), Body(20.0), SlicingParameters("cylindrical"))
+    sliced = slice_sub_volume(box(), CylindricalBody(20.0), SlicingParameters("cylindrical"))
     (laid,) = lay_beads([sliced], BeadParameters("zigzag"))
     for layer, metal in zip(sliced.layers, laid.metal, strict=True):
         assert metal.wanted_mm3 == pytest.approx(1.73 * layer.area_mm2, rel=1e-6)
@@ -167,7 +167,7 @@ def test_middle_lines_that_do_not_go_right_round_are_laid_once(pattern: str) -> 
     """A ring that leans about a body beside its axis: the last layers are sickles, thin at their ends."""
     section = CrossSection([[(19, 0), (27, 0), (25, 12), (19, 12)]])
     ring = from_manifold(Manifold.revolve(section, 160))
-    sliced = slice_sub_volume(ring, Body(20.0, (0.3, -0.2)), SlicingParameters("cylindrical"))
+    sliced = slice_sub_volume(ring, CylindricalBody(20.0, (0.3, -0.2)), SlicingParameters("cylindrical"))
     targets = sample_targets([sliced], beads=BeadParameters(pattern=pattern))
     open_ = [targets.position[targets.path == k] for k in np.flatnonzero(~targets.closed)]
     assert open_
@@ -192,7 +192,7 @@ def test_lines_to_and_fro_are_spread_so_that_joints_and_rounds_are_no_surplus(sh
 @pytest.mark.parametrize(("radius", "high"), [(20.0, 18.0), (20.0, 25.0), (10.0, 30.0)])
 def test_lines_about_a_body_lay_what_a_ring_takes(radius: float, high: float) -> None:
     tube = Manifold.cylinder(high, radius + 5, radius + 5, 256) - Manifold.cylinder(3 * high, radius - 1, -1, 256, True)
-    sliced = slice_sub_volume(from_manifold(tube), Body(radius), SlicingParameters("cylindrical"))
+    sliced = slice_sub_volume(from_manifold(tube), CylindricalBody(radius), SlicingParameters("cylindrical"))
     for angle_deg in (45.0, 90.0, 67.0):
         (laid,) = lay_beads([sliced], BeadParameters("zigzag", width_mm=W, angle_deg=angle_deg, angle_step_deg=0.0))
         assert [metal.share for metal in laid.metal] == pytest.approx([1.0] * len(sliced.layers), abs=0.05)

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from support.meshes import from_manifold, grid_block, prism, subdivided
 
 from slicing.curves.intersect import intersect
-from slicing.layers.layer import Body
+from slicing.layers.layer import CylindricalBody
 from slicing.mesh.solid import mesh_from_arrays
 from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
@@ -90,7 +90,7 @@ def test_a_boss_of_12_triangles_and_of_100000_has_the_same_layers(strategy):
     coarse, fine = (grid_block(where, n, n, n, "box") for n in (1, 92))
     assert len(coarse.faces) == 12
     assert len(fine.faces) > 100_000
-    a, b = (slice_sub_volume(mesh, Body(20.0), SlicingParameters(strategy)) for mesh in (coarse, fine))
+    a, b = (slice_sub_volume(mesh, CylindricalBody(20.0), SlicingParameters(strategy)) for mesh in (coarse, fine))
     assert [layer.surface.kind for layer in a.layers] == [layer.surface.kind for layer in b.layers]
     for p, q in zip(a.layers, b.layers, strict=True):
         assert len(p.curves) == len(q.curves)

@@ -20,7 +20,7 @@ from slicing.mesh.load import load_mesh
 from slicing.mesh.solid import PartError, mesh_from_arrays
 from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
-from slicing.surfaces.bodies import Body
+from slicing.surfaces.bodies import CylindricalBody
 
 PARTS = ROOT / "models" / "parts"
 ROUND = SlicingParameters("cylindrical")
@@ -118,9 +118,9 @@ def of_the_paper(part):
 
 
 def test_propeller_has_five_blades_on_its_hub(propeller):
-    assert propeller.body == Body(9.7)
+    assert propeller.body == CylindricalBody(9.7)
     assert [mesh.name for mesh in propeller.sub_volumes] == ["SV1", "SV2", "SV3", "SV4", "SV5"]
-    assert propeller.bodies == (Body(9.7),) * 5
+    assert propeller.bodies == (CylindricalBody(9.7),) * 5
     assert (propeller.T_part_input == np.eye(4)).all()
     assert propeller.warnings == ()
     assert volumes(propeller) == pytest.approx([load_mesh(PARTS / "propeller_blade.stl").volume] * 5, rel=5e-4)
@@ -134,9 +134,9 @@ def test_propeller_has_five_blades_on_its_hub(propeller):
 def test_a_found_blade_is_sliced_as_the_blade_itself(propeller, blade, strategy):
     parameters = SlicingParameters(strategy)
     found = slice_sub_volume(propeller.sub_volumes[3], propeller.bodies[3], parameters)
-    alone = slice_sub_volume(blade, Body(9.7), parameters)
+    alone = slice_sub_volume(blade, CylindricalBody(9.7), parameters)
     assert [la.area_mm2 for la in found.layers] == pytest.approx([la.area_mm2 for la in alone.layers], rel=1e-4)
-    given_blade = slice_sub_volume(load_mesh(PARTS / "propeller_blade.stl"), Body(9.7), parameters)
+    given_blade = slice_sub_volume(load_mesh(PARTS / "propeller_blade.stl"), CylindricalBody(9.7), parameters)
     assert len(found.layers) == len(given_blade.layers)
     # that one is built of other rings from root to tip: its areas differ by up to 1.2 %
     areas = [la.area_mm2 for la in given_blade.layers]
@@ -161,7 +161,7 @@ def test_other_parts_of_the_paper(part, radius, alone):
     if not path.exists():
         pytest.skip(f"{path.name} is not built")
     parts = of_the_paper(part)
-    assert parts.body == Body(radius)
+    assert parts.body == CylindricalBody(radius)
     for name in alone:
         mesh = load_mesh(PARTS / f"{part}_{name}.stl")
         found = min(parts.sub_volumes, key=lambda sub: abs(sub.volume - mesh.volume))
@@ -198,7 +198,7 @@ def test_square_flanges_are_cut_at_the_body_as_well():
 @pytest.mark.parametrize("sides", [16, 24, 100, 200])
 def test_the_footprint_is_exact_however_coarse_the_body(sides):
     parts = decompose(from_manifold(three_boxes(sides), "part"))
-    assert parts.body == Body(20.0)
+    assert parts.body == CylindricalBody(20.0)
     # by height: +y box (z 30), +x box (z 38), -x box (z 65)
     for k, (width, height) in enumerate([(10, 20), (12, 16), (10, 10)]):
         layers = slice_sub_volume(parts.sub_volumes[k], parts.bodies[k], ROUND).layers
@@ -234,7 +234,7 @@ def test_a_body_of_scattered_triangles():
     angle[:200], z[:100], z[100:200] = np.tile(np.linspace(0, 2 * np.pi, 100, endpoint=False), 2), 0, 100
     hull = Manifold.hull_points(np.column_stack([20 * np.cos(angle), 20 * np.sin(angle), z]))
     parts = decompose(from_manifold(hull + box_solid((10, -6, 30), (40, 6, 46)), "scattered"))
-    assert parts.body == Body(20.0)
+    assert parts.body == CylindricalBody(20.0)
     assert footprint_area(parts) == pytest.approx(box_section(12, 16, 20.0), rel=5e-5)
 
 
@@ -253,7 +253,7 @@ def test_a_measured_mesh_with_noise():
 
 def test_the_frame_is_kept_where_the_axis_is_parallel_to_z(boxes, plain):
     parts = decompose(moved(boxes, motion_of((0, 0, 1), 0, (100, 200, -30))))
-    assert parts.body == Body(20.0, (100.0, 200.0))
+    assert parts.body == CylindricalBody(20.0, (100.0, 200.0))
     assert (parts.T_part_input == np.eye(4)).all()
     assert volumes(parts) == pytest.approx(volumes(plain), rel=1e-6)
     assert [footprint_area(parts, k) for k in range(3)] == pytest.approx(
@@ -282,7 +282,7 @@ def test_a_tilted_part_is_brought_back(boxes, plain, axis, angle, shift):
     assert np.abs(up) == pytest.approx([0, 0, 1], abs=1e-6)  # the shaft's axis is along z again
     base = T @ np.append(motion_of(axis, angle, shift)[:3, 3], 1.0)
     assert base[:2] == pytest.approx([0, 0], abs=1e-5)
-    assert parts.body == Body(20.0)
+    assert parts.body == CylindricalBody(20.0)
     assert volumes(parts) == pytest.approx(volumes(plain)[:: 1 if up[2] > 0 else -1], rel=1e-5)
 
 
@@ -337,7 +337,7 @@ def test_bosses_and_ribs():
     for turn in (60, 180, 300):
         solid += box_solid((15, -2, 0), (28, 2, 100)).rotate((0, 0, turn))
     parts = decompose(from_manifold(solid, "part"))
-    assert parts.body == Body(20.0)
+    assert parts.body == CylindricalBody(20.0)
     assert len(parts.sub_volumes) == 5
     ribs = [mesh for mesh in parts.sub_volumes if np.ptp(mesh.vertices[:, 2]) > 99]
     assert len(ribs) == 3
@@ -346,7 +346,7 @@ def test_bosses_and_ribs():
 
 def test_flanges_are_rings_that_stand_on_the_body():
     parts = decompose(from_manifold(shaft() + cylinder(40, 20, 28) + cylinder(35, 90, 100), "part"))
-    assert parts.body == Body(20.0)
+    assert parts.body == CylindricalBody(20.0)
     polygon = math.sin(2 * math.pi / 128) / (2 * math.pi / 128)  # of the rings' outside; inside is the cylinder
     want = [math.pi * 8 * (1600 * polygon - 400), math.pi * 10 * (35**2 * polygon - 400)]
     assert volumes(parts) == pytest.approx(want, rel=1e-4)
@@ -362,7 +362,7 @@ def test_a_low_collar_is_a_step_unless_the_radius_is_given():
 def test_a_stepped_body_gives_each_its_radius():
     solid = shaft() + cylinder(30, 100, 160) + boss(6, 45, 10, 30) + boss(6, 45, 10, 130) - cylinder(8, -1, 170)
     parts = decompose(from_manifold(solid, "part"))
-    assert parts.bodies == (Body(20.0), Body(30.0))
+    assert parts.bodies == (CylindricalBody(20.0), CylindricalBody(30.0))
     assert np.allclose(parts.outline.points, [(20, 0), (20, 100), (30, 100), (30, 160)])
     assert [footprint_area(parts, 0), footprint_area(parts, 1)] == pytest.approx(
         [boss_footprint(6, 20), boss_footprint(6, 30)], rel=2e-3
@@ -378,7 +378,7 @@ def boss_footprint(radius, body) -> float:
 def test_across_a_step_it_stands_on_the_lesser_radius():
     solid = shaft() + cylinder(30, 100, 160) + box_solid((10, -5, 90), (50, 5, 110))
     parts = decompose(from_manifold(solid, "part"))
-    assert parts.bodies == (Body(20.0),)
+    assert parts.bodies == (CylindricalBody(20.0),)
     assert any("stands on a step" in line for line in parts.warnings)
 
 
@@ -412,7 +412,7 @@ def test_domes_and_fillets_are_body():
     for solid in (dome, shaft() + cylinder(30, 100, 160) + fillet):
         parts = decompose(from_manifold(solid + boss(8, 40, 0, 50), "part"))
         assert len(parts.sub_volumes) == 1
-        assert parts.bodies == (Body(20.0),)
+        assert parts.bodies == (CylindricalBody(20.0),)
 
 
 def test_bridges_are_one_sub_volume():
@@ -502,12 +502,12 @@ def test_hints_that_do_not_fit(boxes, hint, says):
 def test_a_hint_chooses_between_two_bodies():
     tee = cylinder(20, 0, 100) + boss(10, 70, 0, 50, inner=0.0)
     mesh = from_manifold(tee, "tee")
-    assert decompose(mesh).body == Body(20.0)
+    assert decompose(mesh).body == CylindricalBody(20.0)
     other = decompose(mesh, BodyHint(None, (1, 0, 0)))
-    assert other.body == Body(10.0)
+    assert other.body == CylindricalBody(10.0)
     assert np.allclose(other.T_part_input[:3, :3] @ [1, 0, 0], [0, 0, 1], atol=1e-9)
     radii = [decompose(from_manifold(tee + cylinder(30, 100, 160)), BodyHint(radius_mm=r)).body for r in (20.0, 30.0)]
-    assert radii == [Body(20.0), Body(30.0)]
+    assert radii == [CylindricalBody(20.0), CylindricalBody(30.0)]
 
 
 @pytest.mark.parametrize(

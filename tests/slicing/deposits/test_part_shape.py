@@ -7,7 +7,7 @@ from support.deposits import inside
 
 from slicing.beads.lay import lay_beads
 from slicing.deposits.part_shape import beyond_borders, part_shape
-from slicing.layers.layer import Body
+from slicing.layers.layer import CylindricalBody
 from slicing.mesh.solid import mesh_from_arrays
 from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
@@ -18,7 +18,7 @@ BODY = ((R, -30.0), (R, 30.0))
 
 def sliced(solid, strategy="cylindrical"):
     mesh = mesh_from_arrays("SV1", np.asarray(solid.vertices), np.asarray(solid.faces))
-    return slice_sub_volume(mesh, Body(R), SlicingParameters(strategy))
+    return slice_sub_volume(mesh, CylindricalBody(R), SlicingParameters(strategy))
 
 
 def boss():

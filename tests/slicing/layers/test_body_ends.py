@@ -13,7 +13,7 @@ from slicing.layers.body_ends import NO_ENDS, body_ends, over_ends_mm3
 from slicing.paper.indices import indices, top_angle
 from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
-from slicing.surfaces.bodies import Body, RevolvedBody
+from slicing.surfaces.bodies import CylindricalBody, RevolvedBody
 from slicing.warning import Code
 
 BLADE = box((5, -3, -15), (50, 3, 45), "blade")
@@ -72,9 +72,9 @@ def test_sub_volumes_within_the_ends_are_sliced_as_on_a_body_without():
 
 def test_a_body_ends_where_its_profile_leaves_its_radius():
     stepped = ((20.0, 0.0), (20.0, 30.0), (12.0, 30.0), (12.0, 60.0))
-    assert body_ends(stepped, Body(20.0)) == pytest.approx((0.0, 30.0), abs=0.1)
-    assert body_ends(stepped, Body(12.0)) == pytest.approx((0.0, 60.0), abs=0.1)
-    assert body_ends(stepped, Body(33.0)) == NO_ENDS
+    assert body_ends(stepped, CylindricalBody(20.0)) == pytest.approx((0.0, 30.0), abs=0.1)
+    assert body_ends(stepped, CylindricalBody(12.0)) == pytest.approx((0.0, 60.0), abs=0.1)
+    assert body_ends(stepped, CylindricalBody(33.0)) == NO_ENDS
     assert body_ends(
         ((0.0, 0.0), (20.0, 0.0), (20.0, 30.0)), RevolvedBody(((0.0, 0.0), (20.0, 0.0), (20.0, 30.0)))
     ) == (pytest.approx((-math.inf, 30.0)))
@@ -82,7 +82,7 @@ def test_a_body_ends_where_its_profile_leaves_its_radius():
 
 def test_adhesion_counts_the_body_once():
     block = box((20, -10, -10), (42, 10, 10), "block")
-    body = Body(30.0)
+    body = CylindricalBody(30.0)
     footprint = 2 * 30 * math.asin(10 / 30) * 20
     for least in (0.5, 1.2):
         parameters = SlicingParameters("nonuniform", h_min_mm=least)

@@ -16,7 +16,7 @@ from support.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, 
 
 from slicing.curves.intersect import intersect
 from slicing.document import slices_document
-from slicing.layers.layer import Body, ConicalBody, RevolvedBody
+from slicing.layers.layer import ConicalBody, CylindricalBody, RevolvedBody
 from slicing.mesh.closest_point import closest_on_triangles
 from slicing.mesh.solid import PartError, mesh_from_arrays
 from slicing.paper.adhesion import area_near_body
@@ -334,4 +334,4 @@ def test_sub_volumes_off_or_in_the_cone_are_refused():
         slice_sub_volume(box((2, -6, -8), (10, 6, 8)), body, CONICAL)
     with pytest.raises(PartError, match=r"unknown; allowed: .*conical, revolved"):
         SlicingParameters("spiral")
-    assert Body(20.0).kind == "cylinder"
+    assert CylindricalBody(20.0).kind == "cylinder"

@@ -27,7 +27,7 @@ from support.meshes import (
 
 from slicing.curves.intersect import Curve
 from slicing.decomposition.decompose import decompose
-from slicing.layers.layer import Body
+from slicing.layers.layer import CylindricalBody
 from slicing.layers.thickness import resampled
 from slicing.mesh.solid import PartError
 from slicing.paper.adhesion import area_near_body
@@ -58,7 +58,7 @@ def test_uniform_layers_are_the_offsets_of_the_body():
 
 def test_body_off_the_axis_moves_the_layers_with_it():
     mesh = box((110.0, 194.0, -8.0), (140.0, 206.0, 8.0))
-    moved = slice_sub_volume(mesh, Body(R, (100.0, 200.0)), MIXED)
+    moved = slice_sub_volume(mesh, CylindricalBody(R, (100.0, 200.0)), MIXED)
     plain = slice_sub_volume(box(), BODY, MIXED)
     assert [la.area_mm2 for la in moved.layers] == pytest.approx([la.area_mm2 for la in plain.layers], rel=1e-6)
 
@@ -383,9 +383,9 @@ def test_parameters_that_make_no_sense_are_refused(change, key):
 
 def test_bodies_that_make_no_sense_are_refused():
     with pytest.raises(PartError, match="radius_mm"):
-        Body(0.0)
+        CylindricalBody(0.0)
     with pytest.raises(PartError, match="axis_xy_mm"):
-        Body(1.0, (math.inf, 0.0))
+        CylindricalBody(1.0, (math.inf, 0.0))
 
 
 @pytest.mark.parametrize("over_mm", [-1e-6, 0.0, 1e-6, 4e-4, 9e-3])
@@ -396,7 +396,7 @@ def test_a_layer_that_only_grazes_the_top_is_none(strategy: str, over_mm: float)
     edges = box((10.0, -6.0, -9.0), (math.sqrt(top**2 - 36.0), 6.0, 9.0))  # farthest out along two of its edges
     block = manifold3d.Manifold.cube((30.0, 12.0, 18.0)).translate((10.0, -6.0, -9.0))
     rounded = block ^ manifold3d.Manifold.cylinder(40.0, top, top, 2000, True)
-    body = RevolvedBody(((20.0, -30.0), (20.0, 30.0))) if strategy == "revolved" else Body(20.0)
+    body = RevolvedBody(((20.0, -30.0), (20.0, 30.0))) if strategy == "revolved" else CylindricalBody(20.0)
     for mesh in (edges, from_manifold(rounded)):
         sliced = slice_sub_volume(mesh, body, SlicingParameters(strategy, 1.73))
         if strategy != "nonuniform":
@@ -409,7 +409,7 @@ def test_a_layer_that_only_grazes_the_top_is_none(strategy: str, over_mm: float)
 def test_a_plane_at_the_top_of_a_block_is_its_last_layer() -> None:
     """Planes are the tops of their layers: the last one is there though nothing is above it."""
     block = box((10.0, -6.0, -9.0), (math.sqrt(400 - 36) + 4 * 1.73 + 1e-4, 6.0, 9.0))
-    sliced = slice_sub_volume(block, Body(20.0), SlicingParameters("planar", 1.73))
+    sliced = slice_sub_volume(block, CylindricalBody(20.0), SlicingParameters("planar", 1.73))
     assert len(sliced.layers) == 4
     assert sliced.layers[-1].area_mm2 == pytest.approx(12 * 18, rel=1e-6)
 
@@ -417,14 +417,14 @@ def test_a_plane_at_the_top_of_a_block_is_its_last_layer() -> None:
 def test_a_sub_volume_lower_than_a_layer_has_the_one_on_the_body() -> None:
     for strategy in ("cylindrical", "nonuniform"):
         low = box((10.0, -6.0, -9.0), (20.5, 6.0, 9.0))
-        assert len(slice_sub_volume(low, Body(20.0), SlicingParameters(strategy, 1.73)).layers) == 1
+        assert len(slice_sub_volume(low, CylindricalBody(20.0), SlicingParameters(strategy, 1.73)).layers) == 1
 
 
 def test_a_plane_that_only_grazes_a_ridge_is_no_layer() -> None:
     ridge = math.sqrt(400 - 36) + 5 * 1.73 + 1e-3  # a roof of 45 degrees, 2 um wide in the fifth plane
     corners = [[x, y, z] for z in (-9.0, 9.0) for x, y in ((10.0, -6.0), (10.0, 6.0), (ridge, 0.0))]
     corners += [[ridge - 6.0, y, z] for z in (-9.0, 9.0) for y in (-6.0, 6.0)]
-    sliced = slice_sub_volume(from_manifold(manifold3d.Manifold.hull_points(corners)), Body(20.0), PLANAR)
+    sliced = slice_sub_volume(from_manifold(manifold3d.Manifold.hull_points(corners)), CylindricalBody(20.0), PLANAR)
     assert len(sliced.layers) == 4
     assert [line for line in sliced.warnings if getattr(line, "code", None) in WRONG_LAYER] == []
 

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from support.meshes import box, box_solid, from_manifold, ring, sector
 
-from slicing.layers.layer import Body, ConicalBody, RevolvedBody
+from slicing.layers.layer import ConicalBody, CylindricalBody, RevolvedBody
 from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 
 R, H = 20.0, 1.73
-BODY = Body(R)
+BODY = CylindricalBody(R)
 ALL = ("planar", "cylindrical", "nonuniform")
 
 
@@ -125,6 +125,6 @@ def test_an_arc_that_is_flat_already_goes_straight_to_planes():
     assert [layer.surface.kind for layer in sliced.layers[:2]] == ["cylinder", "plane"]
     assert {layer.surface.kind for layer in sliced.layers[1:]} == {"plane"}
     assert sliced.layers[1].thickness_mm == pytest.approx((H, H), abs=0.02)
-    huge = cut(box_solid((1e5 - 5, -6, -6), (1e5 + 14, 6, 6)), "nonuniform", Body(1e5))
+    huge = cut(box_solid((1e5 - 5, -6, -6), (1e5 + 14, 6, 6)), "nonuniform", CylindricalBody(1e5))
     assert {layer.surface.kind for layer in huge.layers[1:]} == {"plane"}
     assert areas(huge) == pytest.approx(144.0, rel=1e-6)

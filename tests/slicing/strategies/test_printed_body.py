@@ -10,7 +10,7 @@ from cell.errors import InputError
 from cell.job.job import prepare, slice_part
 from cell.job.part_input import read_part
 from cell.verdict.check import check
-from slicing.layers.layer import Body, ConicalBody
+from slicing.layers.layer import ConicalBody, CylindricalBody
 from slicing.mesh.solid import PartError, mesh_from_arrays
 from slicing.paper.indices import indices
 from slicing.parameters import SlicingParameters
@@ -31,14 +31,14 @@ def turned(*profile, tolerance=0.01):
 
 def test_stacked_layers_of_a_cylinder_are_its_volume():
     mesh = turned((20.0, 5.0), (20.0, 5.0 + 8 * H), tolerance=1e-4)
-    sliced = slice_body(mesh, Body(20.0, AXIS), PARAMETERS)
+    sliced = slice_body(mesh, CylindricalBody(20.0, AXIS), PARAMETERS)
     assert len(sliced.layers) == 8
     assert sum(layer.area_mm2 * H for layer in sliced.layers) == pytest.approx(mesh.volume, rel=1e-9)
     assert mesh.volume == pytest.approx(np.pi * 400 * 8 * H, rel=2e-5)
 
 
 def test_layers_stand_on_the_lower_end_and_follow_at_h_layer():
-    sliced = slice_body(turned((20.0, 5.0), (20.0, 15.0)), Body(20.0, AXIS), PARAMETERS)
+    sliced = slice_body(turned((20.0, 5.0), (20.0, 15.0)), CylindricalBody(20.0, AXIS), PARAMETERS)
     assert [layer.index for layer in sliced.layers] == list(range(7))  # the last bead reaches half a millimetre too far
     for k, layer in enumerate(sliced.layers):
         (curve,) = layer.curves
@@ -56,7 +56,7 @@ def test_layers_stand_on_the_lower_end_and_follow_at_h_layer():
 def test_a_hollow_body_gives_rings_with_holes():
     tube = trimesh.creation.annulus(12.0, 20.0, 30.0, sections=200)
     mesh = mesh_from_arrays("tube", tube.vertices, tube.faces)
-    sliced = slice_body(mesh, Body(20.0), PARAMETERS)
+    sliced = slice_body(mesh, CylindricalBody(20.0), PARAMETERS)
     assert len(sliced.layers) == 20
     for layer in sliced.layers:
         outer, hole = sorted(layer.curves, key=lambda curve: curve.hole)
@@ -71,7 +71,7 @@ def test_a_cone_and_a_stepped_profile_that_starts_on_the_axis():
         assert layer.area_mm2 == pytest.approx(np.pi * (10.0 + k * H) ** 2, rel=2e-4)
     bobbin = turned((0.0, 0.0), (15.0, 0.0), (15.0, 5.0), (6.0, 5.0), (6.0, 20.0), (0.0, 26.0), tolerance=1e-3)
     assert bobbin.volume == pytest.approx(np.pi * (225 * 5 + 36 * 15 + 36 * 6 / 3), rel=2e-4)
-    assert len(slice_body(bobbin, Body(6.0, AXIS), PARAMETERS).layers) == 18
+    assert len(slice_body(bobbin, CylindricalBody(6.0, AXIS), PARAMETERS).layers) == 18
 
 
 @pytest.mark.parametrize("profile", [((20.0, 0.0), (20.0, 9.0)), ((0.0, 0.0), (8.0, 4.0), (0.0, 9.0))])
@@ -95,7 +95,7 @@ def test_layers_without_end_are_refused_at_once():
     boss = mesh_from_arrays("boss", 100.0 * boss_mesh().vertices, boss_mesh().faces)
     for cut in (slice_body, slice_sub_volume):
         with pytest.raises(PartError, match=r"h_layer_mm 0\.01 is too thin"):
-            cut(*((mesh, Body(20.0)) if cut is slice_body else (boss, Body(2000.0))), thin)
+            cut(*((mesh, CylindricalBody(20.0)) if cut is slice_body else (boss, CylindricalBody(2000.0))), thin)
 
 
 def test_the_body_comes_first_and_is_not_there_before_it_is_printed(make_case):

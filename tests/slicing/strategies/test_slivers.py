@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from slicing import WRONG_LAYER, Body, Mesh, SlicedSubVolume, SlicingParameters, slice_sub_volume
+from slicing import WRONG_LAYER, CylindricalBody, Mesh, SlicedSubVolume, SlicingParameters, slice_sub_volume
 from slicing.mesh.solid import mesh_from_arrays
 from slicing.surfaces.surfaces import Plane
 from slicing.warning import Warning
@@ -37,7 +37,7 @@ def roof(ridge: float) -> Mesh:
 
 
 def sliced(mesh: Mesh, strategy: str) -> SlicedSubVolume:
-    found = slice_sub_volume(mesh, Body(RADIUS), SlicingParameters(strategy, STEP))
+    found = slice_sub_volume(mesh, CylindricalBody(RADIUS), SlicingParameters(strategy, STEP))
     lines = [line for line in found.warnings if isinstance(line, Warning)]
     assert not [line for line in lines if line.code in WRONG_LAYER]
     return found

@@ -16,7 +16,7 @@ from slicing.beads.lay import lay_beads
 from slicing.curves.intersect import intersect
 from slicing.curves.loops import Curve
 from slicing.deposits.part_shape import part_shape
-from slicing.layers.layer import Body, RevolvedBody, SlicedSubVolume
+from slicing.layers.layer import CylindricalBody, RevolvedBody, SlicedSubVolume
 from slicing.layers.outside_body import region_of
 from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
@@ -26,7 +26,7 @@ from slicing.volume.borders import section_lengths
 from slicing.volume.layer_areas import hold_volume
 from slicing.warning import Code
 
-HUB = Body(40.0)
+HUB = CylindricalBody(40.0)
 FRAME = box_solid((30, -20, -20), (66, 20, 20)) - box_solid((20, -14, -14), (70, 14, 14))
 PIN = box_solid((30, -6, -6), (66, 6, 6)) - box_solid((20, -2, -2), (70, 2, 2))
 STRATEGIES = ("planar", "cylindrical", "nonuniform")

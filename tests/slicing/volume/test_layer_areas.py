@@ -15,7 +15,7 @@ from support.paths import ROOT
 from slicing.curves.intersect import intersect
 from slicing.document import slices_document
 from slicing.layers.body_ends import NO_ENDS
-from slicing.layers.layer import Body, ConicalBody, RevolvedBody, SlicedSubVolume
+from slicing.layers.layer import ConicalBody, CylindricalBody, RevolvedBody, SlicedSubVolume
 from slicing.mesh.load import load_mesh
 from slicing.paper.indices import indices
 from slicing.parameters import SlicingParameters
@@ -188,8 +188,8 @@ def test_a_collar_thinner_than_a_layer_is_reported():
     plain = [box_solid((10, -6, -8), (60, 6, 8))]
     collars = [box_solid((x, -18, -20), (x + 0.3, 18, 20)) for x in (R + 8 * H - 0.1, R + 15 * H - 0.1)]
     solid = from_manifold(plain[0] + collars[0] + collars[1])
-    sliced = slice_sub_volume(solid, Body(R), SlicingParameters("nonuniform", h_min_mm=H))
-    flat = slice_sub_volume(solid, Body(R), SlicingParameters("planar"))
+    sliced = slice_sub_volume(solid, CylindricalBody(R), SlicingParameters("nonuniform", h_min_mm=H))
+    flat = slice_sub_volume(solid, CylindricalBody(R), SlicingParameters("planar"))
     found = [line for one in (sliced, flat) for line in one.warnings if "area times thickness" in line]
     assert found
     assert "the sub-volume" in found[0]

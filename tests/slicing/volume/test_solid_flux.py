@@ -14,7 +14,7 @@ from support.meshes import blade, box, box_solid, from_manifold, ring, subdivide
 from slicing.curves.intersect import intersect, intersect_offsets
 from slicing.mesh.face_measures import CHUNK, bounding_box, enclosed_volume, face_measures, face_normals, total_area
 from slicing.mesh.solid import Mesh, PartError, mesh_from_arrays
-from slicing.surfaces.bodies import Body, RevolvedBody
+from slicing.surfaces.bodies import CylindricalBody, RevolvedBody
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 from slicing.volume.solid_flux import SolidFlux
 
@@ -197,8 +197,8 @@ def test_faces_near_a_surface_are_all_that_it_meets(solid):
 @pytest.mark.parametrize(
     ("make", "key"),
     [
-        (lambda: Body(20.0, (1e200, 0.0)), "axis_xy_mm: 1e+200"),
-        (lambda: Body(1e200), "radius_mm: 1e+200"),
+        (lambda: CylindricalBody(20.0, (1e200, 0.0)), "axis_xy_mm: 1e+200"),
+        (lambda: CylindricalBody(1e200), "radius_mm: 1e+200"),
         (lambda: RevolvedBody(((20.0, 0.0), (20.0, 1e160))), "profile_mm: 1e+160"),
     ],
 )

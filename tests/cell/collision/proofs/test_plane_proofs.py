@@ -11,7 +11,7 @@ from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.proofs.carried_planes import PairsBelow, StepBends
 from cell.collision.proofs.convex_shapes import convex_shape
-from cell.collision.proofs.kept_along import MotionSamples, kept_along
+from cell.collision.proofs.motion_clearance import MotionSamples, clearance_along
 from cell.collision.proofs.plane_proofs import PlaneProofs, proofs_of
 from cell.collision.proofs.proof_cells import ProofCells, cells_of
 from cell.collision.proofs.reach_radii import radii
@@ -190,7 +190,7 @@ def test_along_a_flat_wall_few_samples_prove_all(scenes):
         checker = Checker(scene, tuple(rng.uniform(*scene.table_range.T)), REACH)
         q, apart = motions(checker, rng, 0.001)
         checker.asked.count = 0
-        found = kept_along(
+        found = clearance_along(
             checker, radii(scene), MotionSamples(q, np.zeros(len(q), dtype=np.int64), apart, apart), 0.005
         )
         whole = np.setdiff1d(apart, apart[found.open])
@@ -212,7 +212,7 @@ def test_a_clearance_is_kept_along_where_no_step_is_named(scenes, least):
             # of a part that is too near one step at least is named
             part = 100 * apart + np.arange(len(q)) // (5 if size < 0.01 else STEPS)
             step = np.flatnonzero(np.diff(apart) == 0)
-            found = kept_along(checker, radii(scene), MotionSamples(q, stage, apart, part), least)
+            found = clearance_along(checker, radii(scene), MotionSamples(q, stage, apart, part), least)
             every = dense(q, step, rng)
             near = checker.clearances(every.reshape(-1, q.shape[1]), np.repeat(stage[step], 9)).distance
             true = np.minimum(near, REACH).reshape(len(step), -1).min(axis=1)
@@ -340,7 +340,7 @@ def test_of_a_part_that_is_too_near_nothing_is_said_to_be_kept_that_is_not():
         k = rng.integers(23, size=6)
         posts = Posts(q[k] + rng.choice([0.5, 0.21, 0.77], (6, 1)) * (q[k + 1] - q[k]) + rng.normal(size=(6, 2)) * 0.01)
         apart = np.zeros(24, dtype=np.int64)
-        found = kept_along(posts, np.ones(2), MotionSamples(q, apart, apart, np.arange(24) // 12), 0.03)
+        found = clearance_along(posts, np.ones(2), MotionSamples(q, apart, apart, np.arange(24) // 12), 0.03)
         every = dense(q, np.arange(23), rng).reshape(23, -1, 2)
         for i in range(23):
             true = posts.clearances(every[i], None).distance.min()

@@ -1,6 +1,6 @@
 """Rolls at which targets can be stood at, between the samples too.
 
-    found = free_rolls(context, targets, step)     # {i: [(low, high), ...]} rad: stretches of the roll that are free
+    found = collision_free_rolls(context, targets, step)   # {i: [(low, high), ...]} rad: free stretches of the roll
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
     nowhere = free_nowhere(context, targets, step)  # {i: Best}: the least bad of targets that are free at no roll
     hint = standing_between(context, nodes, T, stage, roll)   # at a roll that kinematics alone names, and beside it
@@ -27,9 +27,9 @@ from ik.singularity import margins
 from ..arrays import Ints
 from ..collision.clearances import Clearances
 from ..failure import Contact, RollBetween
+from .blocked_rolls import with_blocked_rolls
 from .configurations import Nodes
 from .context import Context
-from .held_turns import with_held_turns
 
 FINEST = np.deg2rad(0.3)  # closer samples are not looked at
 MOST_DETOUR = 1.5  # how much longer the way between two samples can be than the straight one in joints
@@ -81,7 +81,7 @@ class _Looked:
         return np.unique(self.target[self.room >= 0])
 
 
-def free_rolls(
+def collision_free_rolls(
     context: Context, targets: Iterable[int], step: float, also: Mapping[int, float] | None = None
 ) -> dict[int, Stretches]:
     """Stretches of the roll at which targets are free by themselves.
@@ -255,7 +255,7 @@ def _with_room(context: Context, looked: _Looked, *, until_free: bool) -> _Looke
         if not len(at):
             break
         axes = context.placed.axes(looked.q[at], looked.target[at])
-        seen, tools = with_held_turns(context, axes, context.deposits_before[looked.target[at]])
+        seen, tools = with_blocked_rolls(context, axes, context.deposits_before[looked.target[at]])
         room[at], pair[at], position[at] = seen.distance - context.settings.clearance, seen.pair, seen.position
         tool = tools.turn > 0
         most, held_by = np.full(int(alike.max(initial=0)) + 1, np.nan), np.zeros(int(alike.max(initial=0)) + 1)

@@ -22,7 +22,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..timing.blending import kept_zone
-from .clearances import Clearances, Sees
+from .clearances import Clearances, SeesClearances
 from .pair_groups import groups_of
 from .rounded_paths import BlendedPath, Rectangles, Roundings, on_rows
 from .rounding_proofs import Corners, KnownRows, every_rounding_kept
@@ -61,7 +61,7 @@ class _Sheets(Rectangles):
     room: Floats
 
 
-def looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Hits:
+def looked_at(checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Hits:
     """Look at all roundings of steps.
 
     Args:
@@ -85,7 +85,7 @@ def looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows
     return Hits(first, zone[order[index]], nearest.rows(order[index]))
 
 
-def _looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Hits:
+def _looked_at(checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Hits:
     """The same of some pairs."""
     s, least = path.s, known.least
     steps = steps[~every_rounding_kept(checker, radius, path, known, _only(steps, path))[steps]]
@@ -115,7 +115,7 @@ def _looked_at(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRow
     return Hits(np.concatenate(step), np.concatenate(zone), Clearances.joined(what))
 
 
-def _proved_zone(checker: Sees, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Floats:
+def _proved_zone(checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Floats:
     """A zone up to which steps are proved free, however much they are rounded, (k,); 0: none was found."""
     low, high = np.zeros(len(steps)), np.full(len(steps), 1.0)
     for _ in range(HALVINGS):
@@ -139,7 +139,7 @@ def _only(steps: Ints, path: BlendedPath) -> NDArray[np.bool_]:
 class _Sheet:
     """How far configurations of a sheet are from one another."""
 
-    def __init__(self, checker: Sees, radius: Floats, path: BlendedPath) -> None:
+    def __init__(self, checker: SeesClearances, radius: Floats, path: BlendedPath) -> None:
         self._checker, self._radius, self._path = checker, radius, path
         self._run, self._corners = Roundings(path.q, path.s), Corners.of(path)
         changes = np.cumsum(np.abs(self._corners.bend) @ radius)

@@ -1,6 +1,6 @@
 """Clearances, with how far the roll may turn without freeing what moves with the TCP.
 
-    seen, held = with_held_turns(context, axes, stage)     # clearances of m configurations
+    seen, held = with_blocked_rolls(context, axes, stage)     # clearances of m configurations
     held.turn, held.room                                   # (m,) rad and (m,) m
 
 A turn of the roll moves the tool about the wire alone, alike in every branch of the arm: where something of it is
@@ -22,7 +22,7 @@ from .context import Context
 
 
 @dataclass(frozen=True, eq=False)
-class HeldTurns:
+class BlockedRolls:
     """Of what moves with the TCP, in m configurations.
 
     Attributes:
@@ -34,7 +34,7 @@ class HeldTurns:
     room: Floats
 
 
-def with_held_turns(context: Context, axes: Floats, stage: Ints) -> tuple[Clearances, HeldTurns]:
+def with_blocked_rolls(context: Context, axes: Floats, stage: Ints) -> tuple[Clearances, BlockedRolls]:
     """Look at configurations.
 
     Args:
@@ -56,7 +56,7 @@ def with_held_turns(context: Context, axes: Floats, stage: Ints) -> tuple[Cleara
         rooms.append(distance - least)
 
     seen = screen.clearances(axes, stage, met)
-    held = HeldTurns(np.zeros(len(axes)), np.zeros(len(axes)))
+    held = BlockedRolls(np.zeros(len(axes)), np.zeros(len(axes)))
     if rows:
         row, pair, room = np.concatenate(rows), np.concatenate(pairs), np.concatenate(rooms)
         mine = np.flatnonzero((room < 0) & screen.of_tool(pair))

@@ -7,9 +7,9 @@ import pytest
 
 from cell.case.read import load_case
 from cell.job.job import prepare
+from cell.planning.collision_free_rolls import standing_between
 from cell.planning.configurations import evaluate
 from cell.planning.context import Context, settings_of
-from cell.planning.free_rolls import standing_between
 from cell.scene.placement import place
 from cell.scene.scene import table_angles
 from ik.reachability_proof import certify

@@ -1,6 +1,6 @@
 """Whether a clearance is kept all along a motion, by looking at no more of it than that takes.
 
-    found = kept_along(checker, radius, MotionSamples(q, stage, apart, part), least)
+    found = clearance_along(checker, radius, MotionSamples(q, stage, apart, part), least)
     found.open, found.nearest                # steps on which it is not kept, or not proved to be
     found.seen, found.low, found.kept        # what was seen, and what is kept at least at samples and on steps
 
@@ -17,7 +17,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ...arrays import Ints
-from ..clearances import Clearances, Sees
+from ..clearances import Clearances, SeesClearances
 from .between_samples import halved, steps_between
 from .open_steps import OpenSteps
 from .plane_proofs import proofs_of
@@ -46,7 +46,7 @@ class MotionSamples:
 
 
 @dataclass(frozen=True, eq=False)
-class KeptAlong:
+class MotionClearance:
     """What is known of a motion of m samples.
 
     Attributes:
@@ -64,7 +64,7 @@ class KeptAlong:
     nearest: Clearances
 
 
-def kept_along(checker: Sees, radius: Floats, samples: MotionSamples, least: float) -> KeptAlong:
+def clearance_along(checker: SeesClearances, radius: Floats, samples: MotionSamples, least: float) -> MotionClearance:
     """Prove that a clearance is kept.
 
     Args:
@@ -88,7 +88,7 @@ def kept_along(checker: Sees, radius: Floats, samples: MotionSamples, least: flo
     k = np.flatnonzero(kept[step] < least)
     left = step[k]
     if not len(left):
-        return KeptAlong(seen, low, kept, left, Clearances.none(0))
+        return MotionClearance(seen, low, kept, left, Clearances.none(0))
     rows = np.unique(np.concatenate([left, left + 1]))
     found = checker.clearances(q[rows], stage[rows])
     seen.put(rows, found)
@@ -101,4 +101,4 @@ def kept_along(checker: Sees, radius: Floats, samples: MotionSamples, least: flo
     kept[closed] = np.maximum(kept[closed], least)
     order = np.argsort(bad, kind="stable")
     nearest = Clearances.joined([nearest, seen.rows(left[open_])])
-    return KeptAlong(seen, low, kept, left[bad[order]], nearest.rows(order))
+    return MotionClearance(seen, low, kept, left[bad[order]], nearest.rows(order))

@@ -17,11 +17,11 @@ from cell.collision.proofs.reach_radii import tool_radii
 from cell.job.job import Job, prepare
 from cell.part_chunks.beginnings import beginnings
 from cell.part_chunks.chunking import Chunking
-from cell.planning import lost_part, part_plan
+from cell.planning import infeasible_part, part_plan
+from cell.planning.collision_free_rolls import _looked_at, collision_free_rolls, free_nowhere
 from cell.planning.context import Context
 from cell.planning.edge_check import SearchedBead
-from cell.planning.free_rolls import _looked_at, free_nowhere, free_rolls
-from cell.planning.lost_part import LossJudge, lost_alone, unreachable
+from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone, unreachable
 from cell.planning.station_search import HIT, Ends, StationSearch
 from cell.scene.scene import table_angles
 from cell.verdict.check import check
@@ -45,7 +45,7 @@ def job_with(make_case):
 
 @pytest.fixture
 def nothing_over(monkeypatch):
-    monkeypatch.setattr(lost_part, "FLOOR", 0)
+    monkeypatch.setattr(infeasible_part, "FLOOR", 0)
 
 
 def asked(monkeypatch, job: Job) -> tuple[Result, int]:
@@ -115,7 +115,7 @@ def test_contacts_are_charged_as_well_as_configurations(monkeypatch, job_with):
         return seen[-1]
 
     monkeypatch.setattr(Checker, "_collide", counted)
-    judge, before = LossJudge(context, 0), context.work
+    judge, before = InfeasiblePartJudge(context, 0), context.work
     all_of_it = judge.left(0)
     assert len(lost_alone(context, [0, 1, 2, 3])) == 4
     judge.charge(before)
@@ -141,10 +141,10 @@ def test_the_first_bead_of_a_chunked_part_is_searched_as_sparingly_as_any(monkey
     assert 0 < known.spent <= context.work
     assert in_full == []
     # and its chunk goes on with what is left
-    judge = LossJudge(context, 0, 1 / len(chunks))
+    judge = InfeasiblePartJudge(context, 0, 1 / len(chunks))
     judge.knows(known.bead, known.spent)
     assert judge.lost
-    assert judge.left(known.bead.stop) == lost_part.PER_TARGET * known.bead.stop - known.spent
+    assert judge.left(known.bead.stop) == infeasible_part.PER_TARGET * known.bead.stop - known.spent
 
 
 def test_out_of_reach_is_proved_for_all_without_a_question_about_collisions(monkeypatch, job_with, nothing_over):
@@ -242,7 +242,7 @@ def test_targets_that_are_free_nowhere_are_those_without_a_free_roll(job_with, f
     some = list(range(0, len(context.deposits_before), max(len(context.deposits_before) // 20, 1)))
     begun = context.asked
     found, work = free_nowhere(context, some, step), context.asked - begun
-    stretches = free_rolls(without_holding(context_of(job)), some, step)
+    stretches = collision_free_rolls(without_holding(context_of(job)), some, step)
     assert set(found) == {i for i, free in stretches.items() if not free}
     assert len(found) == len(some) if fixture is LID else 0 < len(found) < len(some)
     assert work < 20 * len(some)  # of 72 rolls in 8 branches
@@ -296,15 +296,15 @@ def test_rolls_at_which_the_tool_is_held_hide_nothing(job_with, fixture):
     context = context_of(job_with(fixture))
     some = list(range(0, len(context.deposits_before), max(len(context.deposits_before) // 6, 1)))
     step = np.deg2rad(5.0)
-    found, work = free_rolls(context, some, step), context.asked
+    found, work = collision_free_rolls(context, some, step), context.asked
     everywhere = without_holding(context_of(job_with(fixture)))
-    assert found == free_rolls(everywhere, some, step)
+    assert found == collision_free_rolls(everywhere, some, step)
     assert work < everywhere.asked
 
 
 def test_help_and_formats_say_how_much_of_a_lost_part_is_looked_at() -> None:
-    small = f"({lost_part.FLOOR:,} for parts of up to {lost_part.SMALL} targets)"
-    most = f"{lost_part.LARGE_FLOOR:,} configurations {small}"
+    small = f"({infeasible_part.FLOOR:,} for parts of up to {infeasible_part.SMALL} targets)"
+    most = f"{infeasible_part.LARGE_FLOOR:,} configurations {small}"
     formats = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
-    assert f"{most} and {lost_part.PER_TARGET} more for each target" in " ".join(CHECK_TEXT.split())
-    assert f"{most} plus {lost_part.PER_TARGET} for each target" in " ".join(formats.split())
+    assert f"{most} and {infeasible_part.PER_TARGET} more for each target" in " ".join(CHECK_TEXT.split())
+    assert f"{most} plus {infeasible_part.PER_TARGET} for each target" in " ".join(formats.split())

@@ -1,6 +1,6 @@
 """A part that cannot be built: what is still looked at once that is known, and how much of it.
 
-    judge = LossJudge(context, first)
+    judge = InfeasiblePartJudge(context, first)
     bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not looked at
     judge.left(target)                                         # configurations that may still be asked by then
 
@@ -26,10 +26,10 @@ from ik.reachability_proof import certify
 
 from ..arrays import Ints
 from .bead_search import BeadPlan, BeadSearch, TargetFailure
+from .collision_free_rolls import Best, collision_free_rolls, free_nowhere
 from .configurations import evaluate
 from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead
-from .free_rolls import Best, free_nowhere, free_rolls
 from .station_search import HIT, Ends, StationSearch
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
@@ -42,7 +42,7 @@ FEW, TOGETHER = 4, 48  # targets judged in one go, at least and at most
 BLOCK = 256  # targets evaluated together
 
 
-class LossJudge:
+class InfeasiblePartJudge:
     """Plans the beads of a part, and keeps count of what is asked about those that are lost."""
 
     def __init__(self, context: Context, first: int, share: float = 1.0) -> None:
@@ -223,7 +223,7 @@ def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFail
     bare = _without_nodes(context, np.array([i for i, best in nowhere.items() if best is None], dtype=np.int64))
     between = {i: lost.failure.between for i, lost in bare.items() if not lost.failure.proved}
     also = {i: float(np.deg2rad(b.roll_deg)) for i, b in between.items() if b is not None and b.collision is None}
-    free = free_rolls(context, also, step / FINER_ROLLS, also)
+    free = collision_free_rolls(context, also, step / FINER_ROLLS, also)
     return dict(sorted({**out, **{i: lost for i, lost in bare.items() if not free.get(i)}}.items()))
 
 
