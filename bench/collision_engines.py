@@ -25,8 +25,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from bench_arguments import parsed  # noqa: E402
-from support.random_cells import KINDS, put, random_cell, random_pair, write_meshes  # noqa: E402
-from support.second_engine import SecondEngine, placed, shape_of, signed_distance  # noqa: E402
+from support.cells.random_cells import KINDS, put, random_cell, random_pair, write_meshes  # noqa: E402
+from support.oracles.second_engine import SecondEngine, placed, shape_of, signed_distance  # noqa: E402
 
 from cell import InputError, compose, prepare  # noqa: E402
 from cell.collision.checker import Checker  # noqa: E402

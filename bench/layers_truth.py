@@ -10,9 +10,9 @@ cylinder and is sliced with every strategy. Planes are cut by manifold3d; cylind
 solid straight and cutting that. What differs is printed with the seed; the exit code is 1 if anything does that the
 layers' own check did not tell of.
 
-With `--parts` two sub-volumes of each part of `tests/support/cad_parts.py` are sliced, with any of the strategies and
-any thickness, and three layers of each held against sections of `tests/support/independent_sections.py`: area, border,
-loops and holes.
+With `--parts` two sub-volumes of each part of `tests/support/parts/cad_parts.py` are sliced, with any of the strategies
+and any thickness, and three layers of each held against sections of `tests/support/parts/independent_sections.py`:
+area, border, loops and holes.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ import shapely
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from bench_arguments import parsed
-from support.cad_parts import cad_part
-from support.independent_sections import section, solid_of_mesh
-from support.random_solids import random_solid, unrolled_section
+from support.parts.cad_parts import cad_part
+from support.parts.independent_sections import section, solid_of_mesh
+from support.parts.random_solids import random_solid, unrolled_section
 
 from slicing import WRONG_LAYER, CylindricalBody, Mesh, PartError, SlicedSubVolume, SlicingParameters, slice_sub_volume
 from slicing.curves.intersect import intersect

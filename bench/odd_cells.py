@@ -2,12 +2,12 @@
 
     python bench/odd_cells.py                       # 200 random cells
     python bench/odd_cells.py --count 60 --seed 7 --keep FOLDER    # cells with a finding are kept there
-    python bench/odd_cells.py --odder               # of the kinds of tests/support/odder_models.py too
+    python bench/odd_cells.py --odder               # of the kinds of tests/support/cells/odder_models.py too
 
-Arms, torches and tables are of ``tests/support/odd_models.py``, parts and placements of ``support/random_jobs.py``; the
-table stands, indexes or moves along. Every motion that a check calls feasible is replayed by
-``tests/support/witness.py``, which compiles each model from its own file and measures by coal, and by the check of
-motions itself, with the same least clearance. Exit code 1 if anything is found.
+Arms, torches and tables are of ``tests/support/cells/odd_models.py``, parts and placements of
+``tests/support/jobs/random_jobs.py``; the table stands, indexes or moves along. Every motion that a check calls
+feasible is replayed by ``tests/support/oracles/witness.py``, which compiles each model from its own file and measures
+by coal, and by the check of motions itself, with the same least clearance. Exit code 1 if anything is found.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from bench_arguments import parsed  # noqa: E402
-from support.random_jobs import odd_job, own_result  # noqa: E402
-from support.witness import Witness  # noqa: E402
+from support.jobs.random_jobs import odd_job, own_result  # noqa: E402
+from support.oracles.witness import Witness  # noqa: E402
 
 from cell import InputError  # noqa: E402
 

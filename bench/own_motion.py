@@ -20,7 +20,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from bench_arguments import parsed  # noqa: E402
-from support.random_jobs import own_motion, random_job  # noqa: E402
+from support.jobs.random_jobs import own_motion, random_job  # noqa: E402
 
 from cell import InputError  # noqa: E402
 

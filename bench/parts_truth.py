@@ -2,8 +2,8 @@
 
 python bench/parts_truth.py 200                          # seeds 0 .. 199
 python bench/parts_truth.py 200 --first 1000 --log parts.jsonl
-python bench/parts_truth.py 200 --varied                 # parts of tests/support/varied_parts.py instead
-python bench/parts_truth.py 200 --machined               # parts of tests/support/machined_parts.py instead
+python bench/parts_truth.py 200 --varied                 # parts of tests/support/parts/varied_parts.py instead
+python bench/parts_truth.py 200 --machined               # parts of tests/support/parts/machined_parts.py instead
 python bench/parts_truth.py --sum parts.jsonl            # what the log holds
 
 The log takes a line a part as it is judged, so that a run may be ended at any time; seeds that it holds are not judged
@@ -27,10 +27,10 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]  # before bench/slicing.py, which is not the package
 from bench_arguments import parsed  # noqa: E402
-from support.cad_parts import FORMATS, CadPart, cad_part  # noqa: E402
-from support.machined_parts import machined_part  # noqa: E402
-from support.part_truth import Judgement, judged  # noqa: E402
-from support.varied_parts import varied_part  # noqa: E402
+from support.parts.cad_parts import FORMATS, CadPart, cad_part  # noqa: E402
+from support.parts.machined_parts import machined_part  # noqa: E402
+from support.parts.part_truth import Judgement, judged  # noqa: E402
+from support.parts.varied_parts import varied_part  # noqa: E402
 
 from slicing import PartError, load_mesh  # noqa: E402
 

@@ -2,8 +2,8 @@
 
     python bench/program_fuzz.py --n 2000
 
-The grammar is tests/support/broken_programs.py, of which the tests run 150. A program that is read is written and read
-again, which has to give the same text.
+The grammar is tests/support/programs/broken_programs.py, of which the tests run 150. A program that is read is written
+and read again, which has to give the same text.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 
 def main() -> int:
-    from support.broken_programs import broken
-    from support.programs import controller, written
+    from support.programs.broken_programs import broken
+    from support.programs.programs import controller, written
 
     from cell.errors import InputError
     from cell.programs.controller import ReadLimits

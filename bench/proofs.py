@@ -26,7 +26,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from bench_arguments import parsed
-from support.arms import random_class_arm, random_pose, replaced
+from support.cells.arms import random_class_arm, random_pose, replaced
 
 from ik import Chain, RollWindow, SingularityLimits, certify, dls
 from ik.chain import Floats, rotation_about

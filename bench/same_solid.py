@@ -26,10 +26,10 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]  # before bench/slicing.py, which is not the package
 from bench_arguments import parsed  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
-from support.cad_parts import FORMATS, CadPart, cad_part  # noqa: E402
-from support.machined_parts import machined_part  # noqa: E402
-from support.same_solid import retriangulated, shuffled, split  # noqa: E402
-from support.varied_parts import varied_part  # noqa: E402
+from support.parts.cad_parts import FORMATS, CadPart, cad_part  # noqa: E402
+from support.parts.machined_parts import machined_part  # noqa: E402
+from support.parts.same_solid import retriangulated, shuffled, split  # noqa: E402
+from support.parts.varied_parts import varied_part  # noqa: E402
 
 from slicing import Mesh, PartError, SlicingParameters, load_mesh, slice_sub_volume  # noqa: E402
 from slicing.decomposition.decompose import decompose  # noqa: E402
@@ -138,8 +138,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--varied", action="store_true", help="parts of tests/support/varied_parts.py")
-    parser.add_argument("--machined", action="store_true", help="parts of tests/support/machined_parts.py")
+    parser.add_argument("--varied", action="store_true", help="parts of tests/support/parts/varied_parts.py")
+    parser.add_argument("--machined", action="store_true", help="parts of tests/support/parts/machined_parts.py")
     parser.add_argument("--log", type=Path, help="takes a line a part; seeds that it holds are not run again")
     args = parsed(parser, count=2)
     rows = (

@@ -26,7 +26,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from bench_arguments import parsed  # noqa: E402
-from support.random_bosses import random_case  # noqa: E402
+from support.jobs.random_bosses import random_case  # noqa: E402
 
 from cell import InputError, Result, check, load_case, prepare  # noqa: E402
 from cell.planning.context import (  # noqa: E402

@@ -26,7 +26,7 @@ from ik import RollWindow  # noqa: E402
 if find_spec("py_opw_kinematics") is None:
     left_out("py-opw-kinematics is not installed")
 
-from support.peers import FREE, certified, found_by_opw, poses  # noqa: E402
+from support.oracles.peers import FREE, certified, found_by_opw, poses  # noqa: E402
 
 from ik.roll import apply_roll  # noqa: E402
 

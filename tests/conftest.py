@@ -13,7 +13,7 @@ import mujoco  # noqa: F401  (pytester forgets modules that its tests import fir
 import pytest
 import yaml
 from support.browser import NAMES, Browser
-from support.cases import boss_mesh, little_case
+from support.jobs.cases import boss_mesh, little_case
 
 if TYPE_CHECKING:
     from cell.verdict.result import Result

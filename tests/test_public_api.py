@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from support.cases import boss_mesh
+from support.jobs.cases import boss_mesh
 from support.paths import ROOT
 
 import cell

@@ -61,6 +61,18 @@ def test_no_test_imports_another_test() -> None:
     assert not wrong
 
 
+def test_tests_are_skipped_for_want_of_other_peoples_packages_alone() -> None:
+    """A module of our own that is not found is an error, and no reason to skip."""
+    wrong = [
+        f"{path.relative_to(ROOT)} line {node.lineno}"
+        for path, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "importorskip"
+        if str(getattr(node.args[0], "value", "cell")).partition(".")[0] in ("support", "cell", "ik", "slicing")
+    ]
+    assert not wrong
+
+
 def test_support_holds_no_tests() -> None:
     for path, tree in modules():
         if "support" in path.parts and not path.name.startswith("test_"):

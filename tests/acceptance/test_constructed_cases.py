@@ -1,7 +1,7 @@
 """Constructed cases come out right, each with its reason: beads, travels, the order of layers, speeds."""
 
 import numpy as np
-from support.cases import at, bosses, radial, turned
+from support.jobs.cases import at, bosses, radial, turned
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker

@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, job_of
-from support.bystander import Bystander
-from support.helix import helix
-from support.indexed import three_case
-from support.skew_tables import skew_job
+from support.cells.skew_tables import skew_job
+from support.jobs.boss_motion import boss_case, job_of
+from support.jobs.indexed import three_case
+from support.oracles.bystander import Bystander
+from support.parts.helix import helix
 
 from cell.case.read import load_case
 from cell.job.job import prepare

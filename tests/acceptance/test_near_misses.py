@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, job_of, result_of
+from support.jobs.boss_motion import boss_case, job_of, result_of
 
 from cell.collision.checker import Checker
 from cell.failure import Seen

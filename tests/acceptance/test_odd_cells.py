@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.cell_models import ARM, TABLE, write_case
-from support.random_jobs import odd_job, own_result
+from support.cells.cell_models import ARM, TABLE, write_case
+from support.jobs.random_jobs import odd_job, own_result
 
 from cell.case.read import load_case
 from cell.job.job import prepare
 
-witness = pytest.importorskip("support.witness")  # of coal
+pytest.importorskip("coal")
+from support.oracles import witness
 
 
 def feasible(folder, seeds, *, odder=False):
@@ -50,7 +51,7 @@ def test_the_second_engine_sees_what_is_wrong(tmp_path):
 
 @pytest.mark.parametrize("seed", range(8))
 def test_every_shape_stands_in_the_cell_as_its_own_file_has_it(seed, tmp_path):
-    from support.own_shapes import shapes_off
+    from support.cells.own_shapes import shapes_off
 
     rng = np.random.default_rng((77, seed))
     job = prepare(load_case(odd_job(rng, tmp_path, odder=True)))
@@ -63,7 +64,7 @@ def test_every_shape_stands_in_the_cell_as_its_own_file_has_it(seed, tmp_path):
 
 def test_bodies_that_a_model_fuses_carry_tool_and_part_where_they_were(tmp_path):
     """Of a model compiled by itself a site's place is told in the body that it is fused into."""
-    from support.own_shapes import shapes_off
+    from support.cells.own_shapes import shapes_off
 
     turned = '<body name="{}" pos="0.02 0.01 {}" euler="0.1 0.3 0.2">{}</body>'
     flange = '<site name="flange" pos="0.185 0 0" quat="0.7071067811865476 0 0.7071067811865475 0"/>'

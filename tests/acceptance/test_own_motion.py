@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from support.cell_models import write_case
-from support.random_jobs import own_motion, own_result, random_job
+from support.cells.cell_models import write_case
+from support.jobs.random_jobs import own_motion, own_result, random_job
 
 
 def test_a_bead_that_is_run_back_to_is_the_same_bead_in_its_own_motion(make_case):

@@ -5,7 +5,7 @@ The full comparison (10,000 full poses, 10,000 targets of free roll at 720 rolls
 """
 
 import numpy as np
-from support.peers import FREE, certified, found_by_opw, poses
+from support.oracles.peers import FREE, certified, found_by_opw, poses
 
 from ik.roll import RollWindow, apply_roll
 

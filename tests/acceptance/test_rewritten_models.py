@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from support.cell_models import (
+from support.cells.cell_models import (
     ARM,
     TABLE,
     TORCH,

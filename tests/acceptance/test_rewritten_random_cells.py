@@ -5,8 +5,8 @@ from xml.etree import ElementTree as Tree
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.cell_models import driven, fused, mirrored, renamed, unnamed, with_bodies_between, with_visuals
-from support.random_cells import arm_xml, random_cell, table_xml, torch_xml, write_meshes
+from support.cells.cell_models import driven, fused, mirrored, renamed, unnamed, with_bodies_between, with_visuals
+from support.cells.random_cells import arm_xml, random_cell, table_xml, torch_xml, write_meshes
 
 from cell.case.read import parse_case
 from cell.collision.checker import Checker

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from support.bystander import Bystander
+from support.oracles.bystander import Bystander
 
 from cell.case.read import load_case
 from cell.job.job import prepare

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, job_of
-from support.bystander import Bystander
-from support.cases import at, bosses, turned
-from support.lathes import lathe_job, ring_part
+from support.cells.lathes import lathe_job, ring_part
+from support.jobs.boss_motion import boss_case, job_of
+from support.jobs.cases import at, bosses, turned
+from support.oracles.bystander import Bystander
 
 from cell.verdict.as_asked import check_as_asked
 from cell.verdict.check import check

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.arm_models import arm
+from support.cells.arm_models import arm
 
 from cell.case.read import load_case
 from cell.collision.proofs.reach_radii import radii

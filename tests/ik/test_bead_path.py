@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.arms import kr70, welder
+from support.cells.arms import kr70, welder
 
 from ik.bead_path import COSTLY, LARGEST_STEP, OTHERS, ROLL_COST, TOGETHER, Allowance, best_runs
 from ik.roll import RollWindow, apply_roll

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.arms import kr70
+from support.cells.arms import kr70
 
 from ik.bead_path import OTHERS
 from ik.bead_path_quick import Bounds, cheapest, prices, standings, steadiest, unwound

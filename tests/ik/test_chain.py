@@ -3,7 +3,17 @@
 import mujoco
 import numpy as np
 import pytest
-from support.arms import JOINTS, OPW, kr70, kr70_model, random_class_arm, replaced, sampled, seven_joint_arm, welder
+from support.cells.arms import (
+    JOINTS,
+    OPW,
+    kr70,
+    kr70_model,
+    random_class_arm,
+    replaced,
+    sampled,
+    seven_joint_arm,
+    welder,
+)
 
 from ik.chain import MANY, rotation_about, skew
 from ik.dls_kernel import ColumnChain, jacobian, solve_damped

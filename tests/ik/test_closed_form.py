@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.arms import (
+from support.cells.arms import (
     OPW,
     chain_from_lines,
     kr70,

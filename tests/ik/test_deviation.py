@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.arms import kr70, random_class_arm, random_pose, replaced, sampled, welder
+from support.cells.arms import kr70, random_class_arm, random_pose, replaced, sampled, welder
 
 from ik.chain import Chain, rotation_about
 from ik.closed_form import TOLERANCE, recognise, solve

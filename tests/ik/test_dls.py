@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.arms import kr70, offset_wrist_arm, replaced, sampled, seven_joint_arm, welder
+from support.cells.arms import kr70, offset_wrist_arm, replaced, sampled, seven_joint_arm, welder
 
 from ik import closed_form, dls
 from ik.chain import Floats

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.arms import kr70, offset_wrist_arm, random_class_arm, replaced, sampled, seven_joint_arm, welder
+from support.cells.arms import kr70, offset_wrist_arm, random_class_arm, replaced, sampled, seven_joint_arm, welder
 
 from ik.closed_form import recognise
 from ik.joint_turns import excess, standings, with_turns

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.arms import welder
+from support.cells.arms import welder
 
 from ik import dls
 from ik.roll import RollWindow

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from support.arms import (
+from support.cells.arms import (
     MODEL,
     chain_from_lines,
     kr70,

@@ -4,7 +4,7 @@ import runpy
 
 import numpy as np
 import pytest
-from support.arms import replaced, sampled, welder
+from support.cells.arms import replaced, sampled, welder
 from support.paths import ROOT
 
 from ik.closed_form import recognise

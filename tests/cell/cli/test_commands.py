@@ -129,7 +129,7 @@ def test_models_and_dimensions_that_do_not_exist_are_named(make_case, capsys):
     ],
 )
 def test_unusable_meshes_are_one_line(mesh, says, make_case, tmp_path, capsys):
-    from support.cases import boss_mesh
+    from support.jobs.cases import boss_mesh
 
     path = make_case()
     solid = boss_mesh()

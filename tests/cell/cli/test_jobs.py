@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import trimesh
 import yaml
-from support.cases import little_case
+from support.jobs.cases import little_case
 from support.paths import ROOT
 
 from cell.cli.main import main

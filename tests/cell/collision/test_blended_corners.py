@@ -12,8 +12,8 @@ import pytest
 import shapely
 import trimesh
 import yaml
-from support.arm_places import places
-from support.cases import at, bosses, turned
+from support.cells.arm_places import places
+from support.jobs.cases import at, bosses, turned
 
 from cell.case.read import load_case
 from cell.collision.blended_corners import _cut_on, _off_rows, cut_corners

@@ -6,8 +6,8 @@ from itertools import product
 import mujoco
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, job_of
-from support.cell_models import TORCH, write_case
+from support.cells.cell_models import TORCH, write_case
+from support.jobs.boss_motion import boss_case, job_of
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker
@@ -83,7 +83,9 @@ def test_nothing_within_reach_is_missed(tmp_path, few, reach):
 
 def test_small_shapes_in_one_another_are_found_from_however_far_is_looked(tmp_path):
     """Of small shapes that penetrate MuJoCo's distance is off by a share of how far it looks."""
-    engine = pytest.importorskip("support.second_engine")
+    pytest.importorskip("coal")
+    from support.oracles import second_engine as engine
+
     tip = '<body><geom name="tip" type="cylinder" size="0.0004 0.0002" pos="0 0 0.6"/></body>'
     torch = TORCH.replace("</worldbody>", f"{tip}</worldbody>")
     rng = np.random.default_rng(2)

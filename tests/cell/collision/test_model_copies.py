@@ -7,7 +7,7 @@ import gc
 import mujoco
 import numpy as np
 import pytest
-from support.cases import little_case
+from support.jobs.cases import little_case
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker

@@ -6,7 +6,7 @@ import weakref
 
 import numpy as np
 import pytest
-from support.random_cells import random_scenes
+from support.cells.random_cells import random_scenes
 
 from cell.collision.checker import Checker
 from cell.collision.pair_groups import PairGroup, groups_of

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
-from support.arm_places import places
-from support.cases import little_case
+from support.cells.arm_places import places
+from support.jobs.cases import little_case
 
 from cell.case.read import load_case
 from cell.collision.blended_corners import cut_corners

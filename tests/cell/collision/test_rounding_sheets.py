@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.cases import little_case
-from support.random_cells import random_scenes
+from support.cells.random_cells import random_scenes
+from support.jobs.cases import little_case
 
 from cell.case.read import load_case
 from cell.collision.blended_corners import cut_corners, cut_corners_of

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import mujoco
 import numpy as np
 import pytest
-from support.cases import little_case
+from support.jobs.cases import little_case
 
 from cell.case.read import load_case
 from cell.job.job import prepare

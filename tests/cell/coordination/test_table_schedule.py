@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, job_of
-from support.lathes import lathe_job
+from support.cells.lathes import lathe_job
+from support.jobs.boss_motion import boss_case, job_of
 
 from cell.coordination.table_schedule import Schedule
 from cell.job.job import Job

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, job_of
-from support.helix import helix
+from support.jobs.boss_motion import boss_case, job_of
+from support.parts.helix import helix
 
 from cell.coordination.table_schedule import Schedule
 from cell.job.job import Job
@@ -59,7 +59,7 @@ def test_other_beads_keep_their_targets(job: Job) -> None:
 
 
 def test_an_endless_axis_needs_no_pieces(tmp_path: Path) -> None:
-    from support.skew_tables import skew_job
+    from support.cells.skew_tables import skew_job
 
     job = skew_job(tmp_path, turn="")
     endless = TableFreedom.of(job.scene, NAMES, (0.0, 0.0))

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
-from support.random_cells import KINDS, put, random_cell, random_pair, write_meshes
+from support.cells.random_cells import KINDS, put, random_cell, random_pair, write_meshes
 
 from cell.case.read import load_case, parse_case
 from cell.collision.checker import Checker
@@ -36,7 +36,9 @@ def seen(data, reach):
 
 @pytest.mark.parametrize(("one", "two"), PAIRS, ids=["-".join(pair) for pair in PAIRS])
 def test_pairs_of_all_kinds_are_as_far_apart_as_a_second_engine_says(one, two):
-    engine = pytest.importorskip("support.second_engine")
+    pytest.importorskip("coal")
+    from support.oracles import second_engine as engine
+
     rng = np.random.default_rng(KINDS.index(one) * 10 + KINDS.index(two))
     hits = near = 0
     for _ in range(12):
@@ -64,7 +66,9 @@ def test_pairs_of_all_kinds_are_as_far_apart_as_a_second_engine_says(one, two):
 
 @pytest.mark.parametrize("kind", ["cylinder", "box", "mesh"])
 def test_small_and_thin_shapes_are_found_out_to_a_reach_a_hundred_times_their_size(kind):
-    engine = pytest.importorskip("support.second_engine")
+    pytest.importorskip("coal")
+    from support.oracles import second_engine as engine
+
     rng = np.random.default_rng((6, KINDS.index("cylinder"), KINDS.index(kind)))
     hits = 0
     for _ in range(75):
@@ -85,7 +89,9 @@ def test_small_and_thin_shapes_are_found_out_to_a_reach_a_hundred_times_their_si
 
 
 def test_random_cells_of_all_kinds_are_as_clear_as_a_second_engine_says(tmp_path):
-    engine = pytest.importorskip("support.second_engine")
+    pytest.importorskip("coal")
+    from support.oracles import second_engine as engine
+
     write_meshes(tmp_path)
     rng = np.random.default_rng(3)
     part = prepare(random_cell(rng, tmp_path)).shape

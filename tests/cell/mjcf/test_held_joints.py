@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from support.arm_models import arm, table
+from support.cells.arm_models import arm, table
 
 from cell.case.read import load_case
 from cell.errors import InputError

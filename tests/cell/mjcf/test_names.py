@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.cell_models import ARM, TABLE, TORCH, write_case
+from support.cells.cell_models import ARM, TABLE, TORCH, write_case
 
 from cell.case.read import load_case
 from cell.cli.main import main

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.layered_boss import WALL, context_of, found_in, layered_job, mark
+from support.jobs.layered_boss import WALL, context_of, found_in, layered_job, mark
 
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.layered_boss import context_of, layered_job
+from support.jobs.layered_boss import context_of, layered_job
 
 from cell.failure import ON_TRAVEL, Failure, Kind
 from cell.job.job import Job

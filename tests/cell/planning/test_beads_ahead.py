@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case
-from support.searches import setup_of
+from support.jobs.boss_motion import boss_case
+from support.jobs.searches import setup_of
 
 from cell import DEFAULT_CASE, load_case, prepare
 from cell.planning.beads_ahead import BeadsAhead

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 import trimesh
-from support.boss_motion import boss_case
-from support.searches import setup_of
+from support.jobs.boss_motion import boss_case
+from support.jobs.searches import setup_of
 
 from cell.planning.bead_search import BeadSearch
 from cell.planning.configurations import evaluate

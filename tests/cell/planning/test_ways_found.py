@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import trimesh
 import yaml
-from support.boss_motion import boss_case
-from support.boss_motion import result_of as result_of_path
-from support.random_bosses import random_case
-from support.searches import setup_of
+from support.jobs.boss_motion import boss_case
+from support.jobs.boss_motion import result_of as result_of_path
+from support.jobs.random_bosses import random_case
+from support.jobs.searches import setup_of
 
 from cell.case.read import load_case, with_changes
 from cell.collision.clearances import Clearances

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from support.arms import offset_wrist_arm, replaced, sampled, welder
+from support.cells.arms import offset_wrist_arm, replaced, sampled, welder
 
 from cell.case.read import load_case
 from cell.job.job import prepare

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from support.cases import little_case
+from support.jobs.cases import little_case
 
 from cell.case.read import load_case, with_changes
 from cell.case.roll_text import parse_roll

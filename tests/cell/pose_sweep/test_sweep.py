@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 import pytest
 import yaml
-from support.indexed import three_case, with_table
+from support.jobs.indexed import three_case, with_table
 
 from cell.case.fingerprint import fingerprint
 from cell.case.number_lists import values_of

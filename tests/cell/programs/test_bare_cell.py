@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import yaml
-from support.boss_program import boss_program
+from support.programs.boss_program import boss_program
 
 from cell.cli.main import main
 

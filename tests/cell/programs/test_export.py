@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case
-from support.boss_program import boss_program
+from support.jobs.boss_motion import boss_case
+from support.programs.boss_program import boss_program
 
 import cell.programs.export as export_module
 from cell.case.read import with_changes

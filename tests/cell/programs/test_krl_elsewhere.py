@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.programs import FRAMES, LIN, controller, module
+from support.programs.programs import FRAMES, LIN, controller, module
 
 from cell.programs.krl_read import read_krl
 from cell.programs.program import Program

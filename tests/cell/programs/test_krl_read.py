@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.paths import ROOT
-from support.programs import FRAMES, LIN, controller, module
+from support.programs.programs import FRAMES, LIN, controller, module
 
 from cell.programs.controller import ReadLimits
 from cell.programs.krl_read import read_krl

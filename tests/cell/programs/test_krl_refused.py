@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.broken_programs import broken
-from support.programs import FRAMES, LIN, controller, module
+from support.programs.broken_programs import broken
+from support.programs.programs import FRAMES, LIN, controller, module
 
 from cell.errors import InputError
 from cell.programs.controller import ReadLimits

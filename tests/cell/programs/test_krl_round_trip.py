@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.programs import controller, programs, written
+from support.programs.programs import controller, programs, written
 
 from cell.programs.krl_read import read_krl
 from cell.programs.krl_write import write_krl

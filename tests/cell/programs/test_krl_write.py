@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from support.paths import ROOT
-from support.programs import controller, programs
+from support.programs.programs import controller, programs
 
 from cell.case.controller_section import HOOK_FIELDS
 from cell.case.read import parse_case

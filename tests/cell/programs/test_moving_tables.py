@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case
-from support.indexed import three_bosses
+from support.jobs.boss_motion import boss_case
+from support.jobs.indexed import three_bosses
 
 from cell.case.read import load_case
 from cell.cli.main import main

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.boss_program import boss_program
+from support.programs.boss_program import boss_program
 
 from cell.programs.bead_match import on_beads
 from cell.programs.cell_frames import T_base_root

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from support.boss_program import LAYER, boss_program, edited, line_of
+from support.programs.boss_program import LAYER, boss_program, edited, line_of
 
 from cell.errors import InputError
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from support.boss_program import boss_program
+from support.programs.boss_program import boss_program
 
 from cell.programs.cell_controller import cell_controller
 from cell.programs.cell_frames import tables_seen_from_base

@@ -9,7 +9,7 @@ from pathlib import Path
 import yaml
 from hypothesis import given, settings
 from support.paths import ROOT
-from support.programs import controller, programs, written
+from support.programs.programs import controller, programs, written
 
 from cell.programs.krl_read import read_krl
 from cell.programs.krl_write import write_krl

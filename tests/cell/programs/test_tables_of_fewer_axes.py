@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.arm_models import table
-from support.boss_motion import boss_case, result_of
+from support.cells.arm_models import table
+from support.jobs.boss_motion import boss_case, result_of
 
 from cell.programs.export import Exported, export_program
 from cell.programs.orientation import frame_of

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 import yaml
-from support.meshes import BODY, box
+from support.parts.meshes import BODY, box
 
 from cell.case.read import load_case, parse_case
 from cell.errors import InputError

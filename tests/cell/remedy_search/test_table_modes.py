@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.boss_motion import boss_case, job_of
-from support.indexed import three_bosses, with_table
+from support.jobs.boss_motion import boss_case, job_of
+from support.jobs.indexed import three_bosses, with_table
 
 from cell.case.read import load_case
 from cell.job.job import prepare

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from support.cell_models import TABLE
+from support.cells.cell_models import TABLE
 
 import cell
 from cell.errors import InputError

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 import yaml
-from support.cell_models import write_case
+from support.cells.cell_models import write_case
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
-from support.arm_models import table
+from support.cells.arm_models import table
 
 from cell.case.read import load_case, parse_case
 from cell.collision.proofs.reach_radii import table_radii

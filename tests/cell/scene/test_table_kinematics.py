@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from support.skew_tables import skew_job
+from support.cells.skew_tables import skew_job
 
 from cell.job.job import Job
 from cell.scene.table_freedom import NAMES, TableFreedom

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.arm_models import HOME, arm
+from support.cells.arm_models import HOME, arm
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker

@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from support.indexed import three_bosses, with_table
+from support.jobs.indexed import three_bosses, with_table
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker

@@ -191,7 +191,7 @@ def test_a_bead_too_fast_for_the_joints_is_speed(make_case):
 
 
 def test_growing_part_counts_only_what_is_laid(make_case, tmp_path):
-    from support.cases import boss_mesh
+    from support.jobs.cases import boss_mesh
 
     from cell.collision.checker import Checker
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, job_of
+from support.jobs.boss_motion import boss_case, job_of
 
 from cell import html_report
 from cell.failure import IN_ROWS, Failure, Kind

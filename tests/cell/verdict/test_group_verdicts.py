@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.indexed import three_case, with_table
+from support.jobs.indexed import three_case, with_table
 
 from cell.errors import InputError
 from cell.job.job import prepare

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.indexed import corner, three_bosses, three_case, with_table
+from support.jobs.indexed import corner, three_bosses, three_case, with_table
 
 from cell.case.read import load_case
 from cell.cli.main import main

@@ -5,7 +5,7 @@ import json
 import mujoco
 import numpy as np
 import pytest
-from support.arms import OPW, kr70_model
+from support.cells.arms import OPW, kr70_model
 
 from cell.case.read import load_case
 from cell.cli.main import main

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, result_of
-from support.random_jobs import own_motion, random_job
+from support.jobs.boss_motion import boss_case, result_of
+from support.jobs.random_jobs import own_motion, random_job
 
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion, read_motion, write_motion

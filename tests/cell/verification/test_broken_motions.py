@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, job_of, result_of
+from support.jobs.boss_motion import boss_case, job_of, result_of
 
 from cell.errors import InputError
 from cell.job.job import Job

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, result_of
+from support.jobs.boss_motion import boss_case, result_of
 
 from cell.failure import Seen
 from cell.verification.bead_samples import Grain, dense, rows_of

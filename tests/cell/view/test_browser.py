@@ -22,7 +22,7 @@ import mujoco
 import numpy as np
 import pytest
 from support.browser import Browser, wait_for
-from support.cases import little_case
+from support.jobs.cases import little_case
 from support.paths import ROOT
 
 from cell.errors import InputError

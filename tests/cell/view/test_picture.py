@@ -12,7 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from support.cases import little_case
+from support.jobs.cases import little_case
 from support.paths import ROOT
 
 from cell.case.read import load_case

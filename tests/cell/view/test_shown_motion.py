@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from support.boss_motion import boss_case, result_of
+from support.jobs.boss_motion import boss_case, result_of
 
 from cell.cli.main import main
 from cell.motion.motion import Motion

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.boss_motion import boss_case
-from support.boss_program import LAYER, boss_program, edited, line_of
+from support.jobs.boss_motion import boss_case
+from support.programs.boss_program import LAYER, boss_program, edited, line_of
 
 from cell.cli.main import main
 from cell.html.check_page import html_report, packed

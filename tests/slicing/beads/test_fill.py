@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from manifold3d import CrossSection, Manifold
-from support.meshes import box, from_manifold
+from support.parts.meshes import box, from_manifold
 
 from slicing.beads.deposition import LayerMetal, metal_lines
 from slicing.beads.infill import Stroke

@@ -11,8 +11,8 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import affinity
-from support.layers import PLANE, circle, coverage, laid_area, planar_layer
-from support.meshes import BODY, blade, box, box_solid, from_manifold, ring
+from support.layers.layers import PLANE, circle, coverage, laid_area, planar_layer
+from support.parts.meshes import BODY, blade, box, box_solid, from_manifold, ring
 
 from slicing.beads.infill import Stroke, contour_rounds
 from slicing.beads.lay import _strokes, bead_of, lay_beads, layer_beads

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import shapely
 from scipy.spatial import cKDTree
-from support.layers import coverage, layer_on
-from support.meshes import box, from_manifold
+from support.layers.layers import coverage, layer_on
+from support.parts.meshes import box, from_manifold
 
 from slicing.beads.infill import contour_rounds
 from slicing.beads.lay import lay_beads, layer_beads

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.beads import open_break_points, travel_mm
-from support.layers import circle, planar_layer
-from support.meshes import BODY, R, box, box_solid, from_manifold, ring
+from support.layers.beads import open_break_points, travel_mm
+from support.layers.layers import circle, planar_layer
+from support.parts.meshes import BODY, R, box, box_solid, from_manifold, ring
 
 from slicing.beads.bead import Bead
 from slicing.beads.lay import lay_beads

@@ -7,7 +7,7 @@ import math
 import manifold3d
 import numpy as np
 import pytest
-from support.meshes import BODY, box, box_solid, from_manifold, ring
+from support.parts.meshes import BODY, box, box_solid, from_manifold, ring
 
 from cell.case.read import load_case
 from cell.job.job import prepare

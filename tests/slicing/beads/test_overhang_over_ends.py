@@ -7,7 +7,7 @@ import math
 import manifold3d
 import numpy as np
 import pytest
-from support.meshes import from_manifold
+from support.parts.meshes import from_manifold
 
 from slicing.beads.lay import lay_beads
 from slicing.parameters import BeadParameters, SlicingParameters

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.meshes import BODY, R, blade, box, prism, subdivided
+from support.parts.meshes import BODY, R, blade, box, prism, subdivided
 
 from slicing.beads.exact_points import point_between
 from slicing.beads.lay import lay_beads

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
-from support.meshes import from_manifold, grid_block, prism, subdivided
+from support.parts.meshes import from_manifold, grid_block, prism, subdivided
 
 from slicing.curves.intersect import intersect
 from slicing.layers.layer import CylindricalBody

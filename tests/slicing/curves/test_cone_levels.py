@@ -3,8 +3,8 @@
 import manifold3d
 import numpy as np
 import pytest
-from support.curves import same
-from support.meshes import blade, box, from_manifold, ring, subdivided
+from support.layers.curves import same
+from support.parts.meshes import blade, box, from_manifold, ring, subdivided
 
 from slicing.curves import cone_levels
 from slicing.curves.intersect import intersect, intersect_offsets

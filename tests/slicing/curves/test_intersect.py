@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.spatial import ConvexHull
 from shapely.ops import polygonize
-from support.meshes import blade, box, box_section, box_solid, from_manifold, ring, rotated, sector, subdivided
+from support.parts.meshes import blade, box, box_section, box_solid, from_manifold, ring, rotated, sector, subdivided
 
 from slicing.curves.ellipse_arcs import sample_arcs
 from slicing.curves.intersect import chain, intersect

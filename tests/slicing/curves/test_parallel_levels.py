@@ -5,8 +5,8 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.curves import same
-from support.meshes import blade, box, subdivided
+from support.layers.curves import same
+from support.parts.meshes import blade, box, subdivided
 
 from slicing.curves import loops as chains
 from slicing.curves import parallel_levels as levels

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from manifold3d import CrossSection, Manifold
-from support.meshes import box_section, box_solid, from_manifold
+from support.parts.meshes import box_section, box_solid, from_manifold
 from support.paths import ROOT
 
 from slicing.decomposition.body_hint import BodyHint

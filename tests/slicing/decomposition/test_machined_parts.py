@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from manifold3d import CrossSection, JoinType, Manifold
-from support.cad_parts import FORMATS, arrays, radial_cylinder
-from support.machined_parts import STANDS, TAKEN, machined_part
-from support.part_truth import DOUBTS, judged
+from support.parts.cad_parts import FORMATS, arrays, radial_cylinder
+from support.parts.machined_parts import STANDS, TAKEN, machined_part
+from support.parts.part_truth import DOUBTS, judged
 
 from slicing.decomposition.body_hint import BodyHint
 from slicing.decomposition.decompose import Decomposition, decompose

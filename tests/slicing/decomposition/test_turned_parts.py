@@ -12,8 +12,8 @@ import pytest
 import trimesh
 from manifold3d import CrossSection, Manifold
 from scipy.spatial.transform import Rotation
-from support.cad_parts import FORMATS, arrays, boss_fillet, cad_part, filleted_blade, radial_cylinder, revolved
-from support.part_truth import judged
+from support.parts.cad_parts import FORMATS, arrays, boss_fillet, cad_part, filleted_blade, radial_cylinder, revolved
+from support.parts.part_truth import judged
 
 from slicing.beads.overhang import overhangs
 from slicing.decomposition.body_hint import BodyHint

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from manifold3d import CrossSection, Manifold
-from support.cad_parts import arrays, from_arrays, radial_cylinder, revolved
+from support.parts.cad_parts import arrays, from_arrays, radial_cylinder, revolved
 
 from slicing.decomposition.body_hint import BodyHint
 from slicing.decomposition.decompose import Decomposition, decompose

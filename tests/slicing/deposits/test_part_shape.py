@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from support.deposits import inside
+from support.layers.deposits import inside
 
 from slicing.beads.lay import lay_beads
 from slicing.deposits.part_shape import beyond_borders, part_shape

@@ -5,9 +5,9 @@ from dataclasses import replace
 import manifold3d
 import numpy as np
 import pytest
-from support.deposits import inside
-from support.layers import layer_on
-from support.meshes import box, from_manifold
+from support.layers.deposits import inside
+from support.layers.layers import layer_on
+from support.parts.meshes import box, from_manifold
 from trimesh import PointCloud
 
 from slicing.beads.lay import layer_beads

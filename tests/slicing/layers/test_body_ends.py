@@ -7,7 +7,7 @@ import math
 import manifold3d
 import numpy as np
 import pytest
-from support.meshes import BODY, R, box, box_solid, from_manifold
+from support.parts.meshes import BODY, R, box, box_solid, from_manifold
 
 from slicing.layers.body_ends import NO_ENDS, body_ends, over_ends_mm3
 from slicing.paper.indices import indices, top_angle

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from support.meshes import box
+from support.parts.meshes import box
 
 from slicing.mesh.load import load_mesh
 from slicing.mesh.solid import PartError, mesh_from_arrays

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.meshes import box, subdivided
+from support.parts.meshes import box, subdivided
 
 from slicing.curves.intersect import intersect
 from slicing.mesh import solid as part

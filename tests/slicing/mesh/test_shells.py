@@ -6,7 +6,7 @@ import manifold3d
 import numpy as np
 import pytest
 import trimesh
-from support.meshes import box_solid, from_manifold
+from support.parts.meshes import box_solid, from_manifold
 
 from slicing.curves.intersect import intersect
 from slicing.decomposition.cut import whole_solids

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
-from support.meshes import BODY, box
+from support.parts.meshes import BODY, box
 
 from cell.case.read import load_case
 from cell.cli.main import main

@@ -12,7 +12,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
-from support.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, rotated, sector, subdivided
+from support.parts.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, rotated, sector, subdivided
 
 from slicing.curves.intersect import intersect
 from slicing.document import slices_document

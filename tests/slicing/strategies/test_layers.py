@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from support.meshes import (
+from support.parts.meshes import (
     BODY,
     R,
     blade,

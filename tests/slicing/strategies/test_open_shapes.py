@@ -3,7 +3,7 @@
 import manifold3d
 import numpy as np
 import pytest
-from support.meshes import box, box_solid, from_manifold, ring, sector
+from support.parts.meshes import box, box_solid, from_manifold, ring, sector
 
 from slicing.layers.layer import ConicalBody, CylindricalBody, RevolvedBody
 from slicing.parameters import SlicingParameters

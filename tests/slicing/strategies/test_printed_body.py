@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from support.cases import boss_mesh
+from support.jobs.cases import boss_mesh
 
 from cell.case.read import load_case
 from cell.errors import InputError

@@ -13,7 +13,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.spatial import ConvexHull
-from support.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, rotated, sector, subdivided
+from support.parts.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, rotated, sector, subdivided
 
 from slicing.curves.intersect import intersect
 from slicing.curves.slabs import Bands

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 from scipy.spatial.transform import Rotation
-from support.cad_parts import FORMATS, CadPart, Truth, arrays, radial_cylinder
-from support.same_solid import retriangulated, shuffled, split
+from support.parts.cad_parts import FORMATS, CadPart, Truth, arrays, radial_cylinder
+from support.parts.same_solid import retriangulated, shuffled, split
 
 from slicing.decomposition.decompose import decompose
 from slicing.layers.body_ends import body_ends

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.beads import break_points, open_break_points
+from support.layers.beads import break_points, open_break_points
 
 from slicing.targets.break_points import BeadLine, chosen_points
 from slicing.targets.chord_error import error, errors_through

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.beads import break_points
-from support.meshes import BODY, R, blade, box, box_section, box_solid, from_manifold, ring, rotated, sector
+from support.layers.beads import break_points
+from support.parts.meshes import BODY, R, blade, box, box_section, box_solid, from_manifold, ring, rotated, sector
 
 import slicing
 from slicing.document import TARGETS_HEADER, slices_document, targets_rows

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.cases import boss_mesh
+from support.jobs.cases import boss_mesh
 
 import slicing
 from slicing import PartError, Toolpath, read_toolpath

@@ -8,8 +8,8 @@ import manifold3d
 import numpy as np
 import pytest
 import shapely
-from support.meshes import BODY, box_solid, from_manifold
-from support.random_solids import random_solid, unrolled_section
+from support.parts.meshes import BODY, box_solid, from_manifold
+from support.parts.random_solids import random_solid, unrolled_section
 
 from cell.cli.main import main
 from slicing.beads.lay import lay_beads

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from support.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, sector, subdivided
+from support.parts.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, sector, subdivided
 from support.paths import ROOT
 
 from slicing.curves.intersect import intersect

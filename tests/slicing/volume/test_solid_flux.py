@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.meshes import blade, box, box_solid, from_manifold, ring, subdivided
+from support.parts.meshes import blade, box, box_solid, from_manifold, ring, subdivided
 
 from slicing.curves.intersect import intersect, intersect_offsets
 from slicing.mesh.face_measures import CHUNK, bounding_box, enclosed_volume, face_measures, face_normals, total_area

@@ -79,7 +79,7 @@ def surface(model, g):
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    from support.cases import little_case
+    from support.jobs.cases import little_case
 
     return prepare(load_case(little_case(tmp_path_factory.mktemp("boss")))).scene
 

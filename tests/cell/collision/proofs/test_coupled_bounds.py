@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.skew_tables import skew_job
+from support.cells.skew_tables import skew_job
 
 from cell.collision.proofs.motion_bounds import CoupledBounds, joint_travel_bound
 from cell.collision.proofs.reach_radii import all_radii, table_radii

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from support.random_cells import ARM, random_scenes, text, write_meshes
+from support.cells.random_cells import ARM, random_scenes, text, write_meshes
 
 from cell import prepare
 from cell.case.read import parse_case

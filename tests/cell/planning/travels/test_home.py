@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case as three_layers
-from support.boss_motion import job_of, result_of
-from support.cases import radial
+from support.jobs.boss_motion import boss_case as three_layers
+from support.jobs.boss_motion import job_of, result_of
+from support.jobs.cases import radial
 
 from cell.collision.checker import Checker
 from cell.errors import InputError

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.boss_motion import boss_case
-from support.searches import setup_of
+from support.jobs.boss_motion import boss_case
+from support.jobs.searches import setup_of
 
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_part

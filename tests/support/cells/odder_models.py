@@ -1,4 +1,4 @@
-"""More of what other people write in MJCF, put into the arms, torches and tables of ``support/odd_models.py``.
+"""More of what other people write in MJCF, put into the arms, torches and tables of ``support/cells/odd_models.py``.
 
 sections = odder_models(rng, folder)     # as odd_models: what a case says of them, their files written
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from support.odd_models import HOME, Writer, arm_text, table_text, text
+from support.cells.odd_models import HOME, Writer, arm_text, table_text, text
 
 HEAVY = '<inertial pos="0 0 0" mass="1" diaginertia=".1 .1 .1"/>'
 KINDS = ("box", "capsule", "cylinder", "ellipsoid", "sphere")

@@ -16,7 +16,7 @@ from cell.case.sections import Case
 from cell.scene.composition import Piece
 from cell.scene.scene import Scene
 
-from .witness import Model, frame, held
+from ..oracles.witness import Model, frame, held
 
 GEOM = mujoco.mjtGeom
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))

@@ -10,7 +10,7 @@ from ik.closed_form import recognise
 from ik.reachability_proof import certify
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
-from support.arms import OPW, kr70, welder
+from support.cells.arms import OPW, kr70, welder
 
 FREE, ANY = RollWindow.free(), SingularityLimits(0.0, 0.0, 0.0)
 
@@ -36,7 +36,7 @@ def found_by_opw(Ts: Floats) -> np.ndarray:
 
 def poses(rng, count):
     """TCP poses anywhere in and around the reach, (count, 4, 4)."""
-    from .arms import random_rotation
+    from ..cells.arms import random_rotation
 
     Ts = np.tile(np.eye(4), (count, 1, 1))
     Ts[:, :3, :3] = [random_rotation(rng) for _ in range(count)]

@@ -17,7 +17,17 @@ import numpy as np
 from manifold3d import CrossSection, Manifold
 from scipy.spatial.transform import Rotation
 
-from support.cad_parts import FINE, CadPart, Section, Truth, _Build, arrays, from_arrays, radial_cylinder, revolved
+from support.parts.cad_parts import (
+    FINE,
+    CadPart,
+    Section,
+    Truth,
+    _Build,
+    arrays,
+    from_arrays,
+    radial_cylinder,
+    revolved,
+)
 
 Room = tuple[float, float, float]  # radius of the body, and where stands may be along it, lowest and highest, mm
 SIZES_MM = (5.0, 40.0, 40.0, 40.0, 200.0, 3000.0)

@@ -1,11 +1,11 @@
-"""Solids with known sections, for the other slicing tests; here: that they are what they say."""
+"""The solids of ``meshes`` are what they say."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from support.meshes import blade, box, sector, subdivided
+from support.parts.meshes import blade, box, sector, subdivided
 
 
 def test_subdividing_keeps_the_solid():

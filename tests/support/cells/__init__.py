@@ -1,0 +1,1 @@
+"""Arms, torches, tables and cells: shipped, odd and random ones."""

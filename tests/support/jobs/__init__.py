@@ -1,0 +1,1 @@
+"""Cases and motions that are quickly planned."""

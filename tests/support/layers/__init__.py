@@ -1,0 +1,1 @@
+"""Layers, beads and deposits, and what is asked of them."""

@@ -1,0 +1,1 @@
+"""Second opinions: other libraries, another collision engine, plain MuJoCo."""

@@ -1,0 +1,1 @@
+"""Solids with known truth, and what is held against it."""

@@ -1,0 +1,1 @@
+"""Robot programs: right ones, random ones, broken ones."""
