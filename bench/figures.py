@@ -1,7 +1,7 @@
 """Figures that benches gave, kept in bench/figures/*.json: shown, or put into bench/README.md.
 
-    python bench/figures.py ik           # the tables and notes of one bench
-    python bench/figures.py --readme     # writes the table of bench/README.md
+    python -m bench.figures ik           # the tables and notes of one bench
+    python -m bench.figures --readme     # writes the table of bench/README.md
 
 A document holds what was measured (question, command), against what (against, ratio, ratio_is; result where there is no
 ratio), when and where (date, machine), the tables (caption, columns, rows), what a bench said (said), and notes.

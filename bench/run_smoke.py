@@ -1,4 +1,4 @@
-"""Run every bench on tiny sizes: ``python bench/run_smoke.py [NAME ...]``. A bench without its peer is left out."""
+"""Run every bench on tiny sizes: ``python -m bench.run_smoke [NAME ...]``. A bench without its peer is left out."""
 
 from __future__ import annotations
 
@@ -9,31 +9,29 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-HELPERS = {
-    "bench_arguments",
-    "figures",
-    "real_parts",
-    "run_smoke",
-    "tesseract_cell",
-    "tesseract_peer",
-    "toolbox",
-    "weakenings",
-}
+ROOMS = ("soundness", "speed")
+SHARED = {"__init__", "real_parts", "tesseract_cell", "tesseract_peer", "weakenings"}  # are no benches
 LONGEST_S = 300
 
 
 def benches() -> list[Path]:
     """The scripts that are benches."""
-    return [path for path in sorted(HERE.glob("*.py")) if path.stem not in HELPERS]
+    return [path for room in ROOMS for path in sorted((HERE / room).glob("*.py")) if path.stem not in SHARED]
 
 
 def main() -> int:
-    names = sys.argv[1:] or [path.stem for path in benches()]
+    names = set(sys.argv[1:])
+    unknown = names - {path.stem for path in benches()}
+    if unknown:
+        raise SystemExit(f"no bench: {', '.join(sorted(unknown))}")
     env = {**os.environ, "PYTHONPATH": str(HERE.parent)}
     bad = 0
-    for name in names:
+    for path in benches():
+        name = path.stem
+        if names and name not in names:
+            continue
         start = time.perf_counter()
-        command = [sys.executable, str(HERE / f"{name}.py"), "--smoke"]
+        command = [sys.executable, "-m", f"bench.{path.parent.name}.{name}", "--smoke"]
         done = subprocess.run(
             command, env=env, cwd=HERE.parent, capture_output=True, text=True, check=False, timeout=LONGEST_S
         )

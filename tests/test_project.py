@@ -5,6 +5,9 @@ import runpy
 
 from support.paths import ROOT
 
+from bench import figures, run_smoke
+from bench.soundness.weakenings import MUTANTS
+
 PACKAGES = ("cell", "ik", "slicing")
 
 
@@ -27,23 +30,21 @@ def test_every_public_name_has_a_docstring_with_a_module_example():
 
 
 def test_every_mutant_stands_once_in_the_code():
-    mutants = runpy.run_path(str(ROOT / "bench" / "weakenings.py"))["MUTANTS"]
-    assert len(mutants) >= 25
-    for mutant in mutants:
+    assert len(MUTANTS) >= 25
+    for mutant in MUTANTS:
         assert (ROOT / mutant.module).read_text(encoding="utf-8").count(mutant.text) == 1, mutant
         assert all((ROOT / "tests" / name).is_file() for name in mutant.tests), mutant
 
 
 def test_the_benches_figures_are_up_to_date_in_their_readme():
-    figures = runpy.run_path(str(ROOT / "bench" / "figures.py"))
-    assert figures["readme"]() == (ROOT / "bench" / "README.md").read_text(encoding="utf-8")
-    for name, document in figures["documents"]().items():
-        assert (ROOT / "bench" / "figures" / f"{name}.json").read_text(encoding="utf-8") == figures["text_of"](document)
-        assert (ROOT / "bench" / f"{name}.py").is_file()
+    assert figures.readme() == (ROOT / "bench" / "README.md").read_text(encoding="utf-8")
+    for name, document in figures.documents().items():
+        assert (ROOT / "bench" / "figures" / f"{name}.json").read_text(encoding="utf-8") == figures.text_of(document)
+        assert len(list((ROOT / "bench").glob(f"*/{name}.py"))) == 1
         assert {"date", "machine", "against"} <= set(document)
         assert "ratio" in document or "result" in document
 
 
 def test_every_bench_has_a_smoke_run():
-    for path in runpy.run_path(str(ROOT / "bench" / "run_smoke.py"))["benches"]():
+    for path in run_smoke.benches():
         assert "parsed(" in (text := path.read_text(encoding="utf-8")) or '"--smoke"' in text, path

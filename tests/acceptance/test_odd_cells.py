@@ -1,6 +1,6 @@
 """Cells of models as other people write them: what is called feasible is so to a second engine on the shapes as given.
 
-bench/odd_cells.py looks at hundreds.
+bench/soundness/odd_cells.py looks at hundreds.
 """
 
 from dataclasses import replace

@@ -1,7 +1,7 @@
 """Verdicts on single targets against py-opw-kinematics: what it finds is found, and nothing it finds was proved out.
 
 The full comparison (10,000 full poses, 10,000 targets of free roll at 720 rolls) is
-``python bench/certificate.py --peers``; here is a slice of it.
+``python -m bench.speed.certificate --peers``; here is a slice of it.
 """
 
 import numpy as np

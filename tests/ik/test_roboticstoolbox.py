@@ -1,18 +1,15 @@
 """The solvers against roboticstoolbox: another library's kinematics and its Levenberg-Marquardt, on the same arm."""
 
-import runpy
-
 import numpy as np
 import pytest
 from support.cells.arms import replaced, sampled, welder
-from support.paths import ROOT
+from support.oracles.toolbox import links_of
 
 from ik.closed_form import recognise
 from ik.closed_form import solve as closed_form
 from ik.dls import solve as damped
 from ik.roll import RollWindow, wrap
 
-BENCH = ROOT / "bench"
 pytest.importorskip("roboticstoolbox", reason="needs roboticstoolbox-python")
 
 
@@ -25,7 +22,7 @@ def arm():
 
 @pytest.fixture(scope="module")
 def toolbox(arm):
-    return runpy.run_path(str(BENCH / "toolbox.py"))["links_of"](arm).compile()
+    return links_of(arm).compile()
 
 
 def test_forward_is_the_toolboxs(arm, toolbox):

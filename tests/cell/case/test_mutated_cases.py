@@ -1,29 +1,18 @@
-"""Mutated case files, a fixed sample of those of bench/case_fuzz.py: each is read, or refused in one line."""
+"""Mutated case files, a fixed sample of those of bench/soundness/case_fuzz.py: each is read, or refused in one line."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
-from support.paths import ROOT
 
-BENCH = str(ROOT / "bench")
+from bench.soundness import case_fuzz as fuzz
+
 READ, PREPARED, FIRST = 500, 8, 7_000_000
 
 
-@pytest.fixture(scope="module")
-def fuzz():
-    sys.path.append(BENCH)  # last: a bench is called as a package is
-    try:
-        import case_fuzz
-    finally:
-        sys.path.remove(BENCH)
-    return case_fuzz
-
-
 @pytest.mark.slow
-def test_every_mutated_case_has_an_answer(fuzz, tmp_path: Path) -> None:
+def test_every_mutated_case_has_an_answer(tmp_path: Path) -> None:
     mutator, wrong, codes, good = fuzz.Mutator(), [], [], []
     fuzz.write_part(tmp_path)
     path = tmp_path / "fuzz.case.yaml"
@@ -43,14 +32,14 @@ def test_every_mutated_case_has_an_answer(fuzz, tmp_path: Path) -> None:
         assert fuzz.answer(path, "prepare")[1] is None, seed
 
 
-def test_a_seed_always_gives_the_same_case(fuzz) -> None:
+def test_a_seed_always_gives_the_same_case() -> None:
     one, other = fuzz.Mutator(), fuzz.Mutator()
     texts = [one.text(seed) for seed in range(20)]
     assert texts == [other.text(seed) for seed in range(20)]
     assert len(set(texts)) == 20
 
 
-def test_a_wrong_answer_is_told(fuzz, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_answer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(_: object) -> None:
         raise KeyError("x")
 

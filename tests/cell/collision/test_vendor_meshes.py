@@ -1,6 +1,7 @@
 """Configurations in which the real arm's surface is inside torch or table: the model must see every one of them.
 
-Found by ``python bench/collision.py`` on the vendor's meshes: link, shape, depth (mm), A1 .. A6, E1, E2 (deg).
+Found by ``python -m bench.soundness.collision`` on the vendor's meshes: link, shape, depth (mm), A1 .. A6, E1, E2
+(deg).
 """
 
 import mujoco

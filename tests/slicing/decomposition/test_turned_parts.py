@@ -72,7 +72,7 @@ def wedge(half: float, radius: float, height: float) -> float:
     return 2 * math.asin(half / radius) * radius * height
 
 
-# a sample of the generator; bench/parts_truth.py runs it by the thousand
+# a sample of the generator; bench/soundness/parts_truth.py runs it by the thousand
 
 
 # 30004: 14 sides far from the origin; 40241: a cone of 14 sides; 710019: a tiny cylinder below a filleted collar;

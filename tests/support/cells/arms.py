@@ -7,7 +7,8 @@ import numpy as np
 
 from cell.mjcf.chain_from_model import chain_of
 from ik.chain import Chain, rotation_about
-from support.paths import ROOT
+
+from ..paths import ROOT
 
 MODEL = ROOT / "models" / "kr70_r2100" / "kr70_r2100.xml"
 JOINTS = [f"A{i}" for i in range(1, 7)]

@@ -7,7 +7,8 @@ from pathlib import Path
 import trimesh
 
 from cell.job.job import Job
-from support.jobs.boss_motion import boss_case, job_of
+
+from ..jobs.boss_motion import boss_case, job_of
 
 LATHE = """<mujoco model="lathe"><compiler angle="degree" autolimits="true"/><worldbody><body name="headstock">
 <geom type="box" size="0.1 0.1 0.45" pos="0 0.25 0.45"/><body name="spindle" pos="0 0.13 0.8">

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from support.cells.odd_models import HOME, Writer, arm_text, table_text, text
+from .odd_models import HOME, Writer, arm_text, table_text, text
 
 HEAVY = '<inertial pos="0 0 0" mass="1" diaginertia=".1 .1 .1"/>'
 KINDS = ("box", "capsule", "cylinder", "ellipsoid", "sphere")

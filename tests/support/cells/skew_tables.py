@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from cell.job.job import Job
-from support.jobs.boss_motion import boss_case, job_of
+
+from ..jobs.boss_motion import boss_case, job_of
 
 SKEW = """<mujoco model="skew"><compiler angle="degree" autolimits="true"/><worldbody><body name="pedestal">
 <geom type="box" size="0.1 0.1 0.1" pos="0 0.6 0.1"/><body name="tilt" pos="0.02 0.01 0.4" euler="1 -2 3">

@@ -11,7 +11,8 @@ from cell.case.read import load_case
 from cell.job.job import Job, prepare
 from cell.verdict.check import check
 from cell.verdict.result import Result
-from support.jobs.cases import boss_mesh
+
+from .cases import boss_mesh
 
 
 def boss_case(folder: Path, name: str = "boss", **sections: Any) -> Path:

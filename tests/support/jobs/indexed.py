@@ -10,7 +10,8 @@ import yaml
 
 from cell.case.read import load_case, parse_case
 from cell.case.sections import Case
-from support.jobs.cases import at, bosses, turned
+
+from .cases import at, bosses, turned
 
 
 def three_bosses(folder: Path, **sections: Any) -> Path:

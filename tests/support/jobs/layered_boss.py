@@ -16,7 +16,8 @@ from cell.planning.context import Context
 from cell.processes.crew import working
 from cell.scene.scene import table_angles
 from cell.verdict.check import SpanVerdict, check_span, off_upright
-from support.jobs.cases import LITTLE, little_case
+
+from .cases import LITTLE, little_case
 
 THIN = {"strategy": "planar", "h_layer_mm": 0.5, "h_min_mm": 0.5, "h_max_mm": 0.5}
 # beside the boss, where no roll keeps the nozzle clear of it at one side

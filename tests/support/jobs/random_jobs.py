@@ -20,8 +20,9 @@ from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.as_asked import check_as_asked
 from cell.verdict.result import Result
 from cell.verification.motion_check import check_motion
-from support.cells.odd_models import odd_models
-from support.cells.odder_models import odder_fixtures, odder_models
+
+from ..cells.odd_models import odd_models
+from ..cells.odder_models import odder_fixtures, odder_models
 
 SAME = 1e-4  # m: least clearances of one way, sampled otherwise
 PATTERNS = ("contour_parallel", "zigzag", "raster", "contour")

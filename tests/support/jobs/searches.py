@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from cell.planning.context import Context
 from cell.scene.scene import table_angles
-from support.jobs.boss_motion import job_of
+
+from .boss_motion import job_of
 
 
 def setup_of(path):

@@ -10,7 +10,8 @@ from ik.closed_form import recognise
 from ik.reachability_proof import certify
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
-from support.cells.arms import OPW, kr70, welder
+
+from ..cells.arms import OPW, kr70, welder
 
 FREE, ANY = RollWindow.free(), SingularityLimits(0.0, 0.0, 0.0)
 

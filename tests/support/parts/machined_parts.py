@@ -17,7 +17,7 @@ import numpy as np
 from manifold3d import CrossSection, Manifold
 from scipy.spatial.transform import Rotation
 
-from support.parts.cad_parts import (
+from .cad_parts import (
     FINE,
     CadPart,
     Section,

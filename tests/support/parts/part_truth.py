@@ -15,7 +15,8 @@ from slicing.decomposition.body_hint import LEAST_SIDES
 from slicing.decomposition.decompose import Decomposition, decompose
 from slicing.mesh.solid import Mesh, PartError
 from slicing.warning import Code, Warning
-from support.parts.cad_parts import CadPart, Stands
+
+from .cad_parts import CadPart, Stands
 
 AXIS_DEG, RADIUS_SHARE, VOLUME_SHARE = 0.05, 1e-3, 5e-3
 DOUBTS = {Code.BODY_RADIUS, Code.BODY_RIVAL, Code.BODY_SMALL, Code.BODY_UNLIKE, Code.BODY_VOLUME}

@@ -16,7 +16,7 @@ import numpy as np
 from manifold3d import CrossSection, Manifold
 from scipy.spatial.transform import Rotation
 
-from support.parts.cad_parts import HUBS, CadPart, Section, Truth, _Build, arrays, hub, radial_cylinder, revolved
+from .cad_parts import HUBS, CadPart, Section, Truth, _Build, arrays, hub, radial_cylinder, revolved
 
 Place = tuple[float, float, float]  # radius of the body, half the width and half the length that there are, mm
 

@@ -15,7 +15,8 @@ from cell.programs.cell_controller import cell_controller
 from cell.programs.export import Exported, export_program
 from cell.programs.krl_read import read_krl
 from cell.programs.program_check import ProgramResult, check_program
-from support.jobs.boss_motion import boss_case, result_of
+
+from ..jobs.boss_motion import boss_case, result_of
 
 LAYER = "boss_L001.src"
 

@@ -8,7 +8,6 @@ The table stands still at its angles; no deposits. What MuJoCo does not test, th
 
 from __future__ import annotations
 
-import sys
 from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,8 +18,6 @@ import numpy as np
 import trimesh
 import yaml
 from scipy.spatial.transform import Rotation
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from cell.rigid import inverse, pose
 from cell.scene.scene import Scene

@@ -1,7 +1,7 @@
 """``rbam check`` on the shipped case, start to end, against the time that importing its libraries takes.
 
-    python bench/check.py                # five alternating pairs of runs
-    python bench/check.py my.case.yaml --runs 9
+    python -m bench.speed.check                # five alternating pairs of runs
+    python -m bench.speed.check my.case.yaml --runs 9
 
 "The imports alone" are a process that does nothing but ``import mujoco, trimesh, scipy``; trimesh brings numpy,
 scipy.sparse, scipy.spatial and networkx. The ratio to it says what slicing, solving, colliding and planning cost,
@@ -24,9 +24,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from bench_arguments import parsed
+from ..bench_arguments import parsed
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 IMPORTS = "import mujoco, trimesh, scipy"
 OWN = "import mujoco, numpy, pydantic, yaml, shapely, manifold3d, rich.console, rich.table"
 WRONG = "slicing: {h_layer: 2}\n"

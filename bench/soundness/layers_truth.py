@@ -1,9 +1,9 @@
 """Layers of random solids against sections that are made without slicing: area, loops, nesting.
 
-    python bench/layers_truth.py                  # 300 solids: a few minutes
-    python bench/layers_truth.py --count 40 --seed 7
-    python bench/layers_truth.py --parts --count 500 --log layers.jsonl   # parts as CAD programs make them
-    python bench/layers_truth.py --sum layers.jsonl
+    python -m bench.soundness.layers_truth                  # 300 solids: a few minutes
+    python -m bench.soundness.layers_truth --count 40 --seed 7
+    python -m bench.soundness.layers_truth --parts --count 500 --log layers.jsonl   # parts as CAD programs make them
+    python -m bench.soundness.layers_truth --sum layers.jsonl
 
 Each solid (holes, islands within holes, cavities with islands, several shells; `tests/random_solids.py`) stands on a
 cylinder and is sliced with every strategy. Planes are cut by manifold3d; cylinders about the body's axis by bending the
@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
 from collections import Counter
 from pathlib import Path
@@ -28,13 +27,6 @@ from typing import Any
 import manifold3d
 import numpy as np
 import shapely
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from bench_arguments import parsed
-from support.parts.cad_parts import cad_part
-from support.parts.independent_sections import section, solid_of_mesh
-from support.parts.random_solids import random_solid, unrolled_section
 
 from slicing import WRONG_LAYER, CylindricalBody, Mesh, PartError, SlicedSubVolume, SlicingParameters, slice_sub_volume
 from slicing.curves.intersect import intersect
@@ -46,6 +38,11 @@ from slicing.mesh.solid import mesh_from_arrays
 from slicing.surfaces.surfaces import Cylinder, Plane
 from slicing.volume.layer_areas import hold_volume
 from slicing.warning import Warning
+from tests.support.parts.cad_parts import cad_part
+from tests.support.parts.independent_sections import section, solid_of_mesh
+from tests.support.parts.random_solids import random_solid, unrolled_section
+
+from ..bench_arguments import parsed
 
 RADIUS, OUT = 40.0, 56.0  # of the body; how far out the solid's middle is
 AREA_MM2, AREA_SHARE = 0.2, 0.01  # bent sections are polygons of 0.8 mm

@@ -1,8 +1,8 @@
 """Infeasible verdicts of random cells against searches of another kind: how many are refuted, is any of them proved?
 
-    python bench/second_opinion.py                          # 60 random cases
-    python bench/second_opinion.py --cases 500 --seed 7 --keep refuted/
-    python bench/second_opinion.py --samplings              # the same curves sampled in three ways: same verdict?
+    python -m bench.soundness.second_opinion  # 60 random cases
+    python -m bench.soundness.second_opinion --cases 500 --seed 7 --keep refuted/
+    python -m bench.soundness.second_opinion --samplings  # the same curves sampled in three ways: same verdict?
 
 Targets: rolls every 0.5 deg, all branches, with limits, margins and clearance. Beads: a graph of rolls every 2 deg, in
 which the roll may turn as far as the joints are fast enough for, its edges followed along the closed form. Travels: a
@@ -23,21 +23,19 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-from bench_arguments import parsed  # noqa: E402
-from support.jobs.random_bosses import random_case  # noqa: E402
-
-from cell import InputError, Result, check, load_case, prepare  # noqa: E402
-from cell.planning.context import (  # noqa: E402
+from cell import InputError, Result, check, load_case, prepare
+from cell.planning.context import (
     Context,
     settings_of,
 )
-from cell.rigid import frames  # noqa: E402
-from ik import closed_form  # noqa: E402
-from ik.joint_turns import with_turns  # noqa: E402
-from ik.roll import apply_roll, wrap  # noqa: E402
-from ik.singularity import margins  # noqa: E402
+from cell.rigid import frames
+from ik import closed_form
+from ik.joint_turns import with_turns
+from ik.roll import apply_roll, wrap
+from ik.singularity import margins
+from tests.support.jobs.random_bosses import random_case
+
+from ..bench_arguments import parsed
 
 ALONE = ("collision", "singular", "joint_limit", "unreachable")
 FINE, WIDE = np.deg2rad(0.5), np.deg2rad(2.0)  # rolls of targets and of beads

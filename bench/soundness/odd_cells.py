@@ -1,8 +1,8 @@
 """Cells of models as other people write them: what is called feasible is looked at by a second engine.
 
-    python bench/odd_cells.py                       # 200 random cells
-    python bench/odd_cells.py --count 60 --seed 7 --keep FOLDER    # cells with a finding are kept there
-    python bench/odd_cells.py --odder               # of the kinds of tests/support/cells/odder_models.py too
+    python -m bench.soundness.odd_cells                       # 200 random cells
+    python -m bench.soundness.odd_cells --count 60 --seed 7 --keep FOLDER    # cells with a finding are kept there
+    python -m bench.soundness.odd_cells --odder               # of the kinds of tests/support/cells/odder_models.py too
 
 Arms, torches and tables are of ``tests/support/cells/odd_models.py``, parts and placements of
 ``tests/support/jobs/random_jobs.py``; the table stands, indexes or moves along. Every motion that a check calls
@@ -22,13 +22,11 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-from bench_arguments import parsed  # noqa: E402
-from support.jobs.random_jobs import odd_job, own_result  # noqa: E402
-from support.oracles.witness import Witness  # noqa: E402
+from cell import InputError
+from tests.support.jobs.random_jobs import odd_job, own_result
+from tests.support.oracles.witness import Witness
 
-from cell import InputError  # noqa: E402
+from ..bench_arguments import parsed
 
 EVERY = 20.0  # s between two counts
 

@@ -1,7 +1,7 @@
 """Every part with its table fixed, indexed and moving along: how upright, how long, and what the axes are asked for.
 
-    python bench/table_modes.py                       # the shipped parts in all three modes, as rows of a table
-    python bench/table_modes.py --part boiler --mode fixed coordinated --json rows.jsonl
+    python -m bench.speed.table_modes                       # the shipped parts in all three modes, as rows of a table
+    python -m bench.speed.table_modes --part boiler --mode fixed coordinated --json rows.jsonl
 
 A fixed table stands at the case's pose, or at the best one found where the case has none; poses of an indexed one are
 searched. All are asked to be within 10 degrees of upright, which the moving one alone has to keep.
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -21,14 +20,14 @@ from typing import Any
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-from bench_arguments import parsed  # noqa: E402
+from cell import Case, load_case, prepare, with_changes
+from cell.case.table_section import Table
+from cell.verdict.as_asked import check_as_asked
+from cell.verdict.table_use import table_use
 
-from cell import Case, load_case, prepare, with_changes  # noqa: E402
-from cell.case.table_section import Table  # noqa: E402
-from cell.verdict.as_asked import check_as_asked  # noqa: E402
-from cell.verdict.table_use import table_use  # noqa: E402
+from ..bench_arguments import parsed
+
+ROOT = Path(__file__).resolve().parents[2]
 
 CASES = {
     "propeller, one blade": "propeller_free",

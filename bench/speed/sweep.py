@@ -1,7 +1,7 @@
 """What a sweep costs a pose, what its screening saves, and what a second worker gives.
 
-    python bench/sweep.py                       # the shipped propeller, 75 poses, one and two workers in turns
-    python bench/sweep.py my.case.yaml --runs 5
+    python -m bench.speed.sweep                       # the shipped propeller, 75 poses, one and two workers in turns
+    python -m bench.speed.sweep my.case.yaml --runs 5
 
 Runs with one and with two workers take turns, so that both suffer alike from whatever else the machine does; starting
 processes and preparing the case is left out by a first run of each. The two have to give the same rows, bit by bit.
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import statistics
-import sys
 import time
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
@@ -20,14 +19,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from bench_arguments import parsed
-
 from cell import DEFAULT_CASE, Case, check, grid, load_case, prepare
 from cell.pose_sweep.grid import Pose
 from cell.pose_sweep.sweep import Work, fingerprint
 from cell.pose_sweep.workers import completed, processes
 from cell.table_poses.hopeless_poses import screen, screen_all
+
+from ..bench_arguments import parsed
 
 
 @dataclass(frozen=True)

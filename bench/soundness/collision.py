@@ -1,7 +1,7 @@
 """Collision verdicts of the model's shapes against the real arm's meshes: is a true hit missed?
 
-    python bench/collision.py MESHES                  # a folder with base_link.stl, link_1.stl .. link_6.stl, metres
-    python bench/collision.py MESHES --count 1000 --seed 7
+    python -m bench.soundness.collision MESHES  # a folder with base_link.stl, link_1.stl .. link_6.stl, metres
+    python -m bench.soundness.collision MESHES --count 1000 --seed 7
 
 The meshes are the vendor's (package kuka_iontec_support of kroshu/kuka_robot_descriptions, with the arm at home; this
 project does not contain them). Random configurations of arm and table: half of them anywhere in the ranges, half with
@@ -22,12 +22,12 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-from bench_arguments import left_out, parsed  # noqa: E402
+from cell import load_case, prepare
+from cell.scene.scene import Scene
 
-from cell import load_case, prepare  # noqa: E402
-from cell.scene.scene import Scene  # noqa: E402
+from ..bench_arguments import left_out, parsed
+
+ROOT = Path(__file__).resolve().parents[2]
 
 LINKS = tuple(f"link_{i}" for i in range(1, 7))
 POINTS = 6000  # a link, over its surface: about 10 mm apart

@@ -1,7 +1,7 @@
 """The propeller's path at many table poses, collision included, against the bare calls that this needs.
 
-    python bench/poses.py                             # 1,000 poses; some minutes
-    python bench/poses.py --poses 200 --roll free
+    python -m bench.speed.poses                             # 1,000 poses; some minutes
+    python -m bench.speed.poses --poses 200 --roll free
 
 At every pose each target gets its configurations, and these are checked for collision, least cost first, until one
 is free or none is left. Bare are: MuJoCo's kinematics and collision for just those configurations, and one closed form
@@ -11,25 +11,24 @@ a target. Both sides take turns, pose by pose, so that a busy machine slows them
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-from bench_arguments import parsed  # noqa: E402
+from cell import Job, load_case, prepare, with_changes
+from cell.case.roll_text import parse_roll
+from cell.collision.checker import Checker
+from cell.planning.configurations import evaluate
+from cell.planning.context import settings_of
+from cell.scene.placement import place
+from ik import closed_form
+from ik.roll import apply_roll
 
-from cell import Job, load_case, prepare, with_changes  # noqa: E402
-from cell.case.roll_text import parse_roll  # noqa: E402
-from cell.collision.checker import Checker  # noqa: E402
-from cell.planning.configurations import evaluate  # noqa: E402
-from cell.planning.context import settings_of  # noqa: E402
-from cell.scene.placement import place  # noqa: E402
-from ik import closed_form  # noqa: E402
-from ik.roll import apply_roll  # noqa: E402
+from ..bench_arguments import parsed
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def verdicts(job: Job, checker: Checker, placed, clearance: float, roll_step: float):

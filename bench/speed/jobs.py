@@ -1,4 +1,4 @@
-"""One check in several processes: ``python bench/jobs.py [--parts pad] [--targets 6000] [--jobs 1 2]``.
+"""One check in several processes: ``python -m bench.speed.jobs [--parts pad] [--targets 6000] [--jobs 1 2]``.
 
 The same part is checked with each number of processes. Told are wall time; processor time of all of them; that on the
 critical path, which is the first process' own and of each round of work that of the worker that had most to do, and so
@@ -16,18 +16,16 @@ import hashlib
 import resource
 import sys
 import time
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 if __name__ == "__main__":  # a worker runs this file as well, and needs none of them for it
-    from bench_arguments import parsed
-    from real_parts import FILLS, PARTS, ROLLS, job_of
-
     from cell.part_chunks.chunking import USUAL, Chunking
     from cell.planning.context import Context
     from cell.processes.crew import processor_time, working
     from cell.scene.scene import table_angles
     from cell.verdict.check import SpanVerdict, check_span, off_upright
+
+    from ..bench_arguments import parsed
+    from .real_parts import FILLS, PARTS, ROLLS, job_of
 
 MB = 1024.0  # of ru_maxrss, kB on Linux
 

@@ -1,14 +1,14 @@
 """Real parts through ``rbam check``, of any size: what each stage costs a target, memory, and how large the files are.
 
-    python bench/parts.py --parts pad --targets 1000 10000 --roll free --fill zigzag
-    python bench/parts.py --parts pad branch --twins none share layer all far    # infeasible ones beside the feasible
-    python bench/parts.py --targets 50000 --no-help --figures bench/figures/parts.json
+    python -m bench.speed.parts --parts pad --targets 1000 10000 --roll free --fill zigzag
+    python -m bench.speed.parts --parts pad branch --twins none share layer all far  # infeasible ones as well
+    python -m bench.speed.parts --targets 50000 --no-help --figures bench/figures/parts.json
 
-Each part (``bench/real_parts.py``) is a process of its own, so that memory is its own and imports are counted. Time is
-processor time of all threads, in ms a target; wall time stands beside the total. Stages: imports; slicing and sampling;
-the scene; planning (beads, travels, home); checks after planning (refined, corners, time law); the least clearance;
-what would help; the page; the JSON document. Functions that a stage is timed by are in STAGES; what none of them takes
-is "other".
+Each part (``bench/speed/real_parts.py``) is a process of its own, so that memory is its own and imports are counted.
+Time is processor time of all threads, in ms a target; wall time stands beside the total. Stages: imports; slicing and
+sampling; the scene; planning (beads, travels, home); checks after planning (refined, corners, time law); the least
+clearance; what would help; the page; the JSON document. Functions that a stage is timed by are in STAGES; what none of
+them takes is "other".
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from collections.abc import Callable  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent))
+ROOT = Path(__file__).resolve().parents[2]
+
 
 NO_TWIN = "none"
 COLUMNS = ("imports", "slicing", "scene", "planning", "after", "clearance", "other", "help", "page", "json")
@@ -95,8 +95,7 @@ def run(part: str, targets: int, fill: str, roll: str, twin: str, help_too: bool
     clock = Clock()
     absent = clock.hook()
     clock.seconds["imports"] = time.process_time() - BEGUN[0]
-    sys.path.insert(0, str(HERE))
-    from real_parts import job_of  # the builders of the parts are no stage of a check
+    from .real_parts import job_of  # the builders of the parts are no stage of a check
 
     begun = time.process_time()
     job = job_of(part, targets, fill, roll, twin == NO_TWIN, "share" if twin == NO_TWIN else twin)
@@ -160,9 +159,9 @@ HEAD += ["json, MB"]
 def measured(asked: tuple[str, int, str, str, str], *, help_too: bool, longest_s: float) -> Any:
     """The same in a process of its own; None where it takes too long."""
     ask = json.dumps([*asked, help_too])
-    command = [sys.executable, str(HERE / "parts.py"), "--one", ask]
+    command = [sys.executable, "-m", "bench.speed.parts", "--one", ask]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=longest_s)
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=longest_s, cwd=ROOT)
     except subprocess.TimeoutExpired:
         return None
     if done.returncode:
@@ -171,7 +170,7 @@ def measured(asked: tuple[str, int, str, str, str], *, help_too: bool, longest_s
 
 
 def arguments() -> argparse.Namespace:
-    from bench_arguments import parsed
+    from ..bench_arguments import parsed
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     several: dict[str, Any] = {"nargs": "+"}
@@ -193,7 +192,7 @@ def main() -> None:
     if args.one:
         print(json.dumps(run(*json.loads(args.one))))
         return
-    from figures import table_of
+    from ..figures import table_of
 
     rows, absent = [], set()
     for part in args.parts:
@@ -220,7 +219,7 @@ def main() -> None:
 
 def put_figures(path: Path, rows: list[list[Any]]) -> None:
     """The table into a document of figures, beside what else it holds."""
-    from figures import text_of
+    from ..figures import text_of
 
     document = json.loads(path.read_text(encoding="utf-8"))
     document["date"] = time.strftime("%Y-%m-%d")

@@ -1,4 +1,4 @@
-"""Cost of planning a motion, a target, as parts grow: ``python bench/motion.py [--targets 1000 10000 100000]``.
+"""Cost of planning a motion, a target, as parts grow: ``python -m bench.speed.motion [--targets 1000 10000 100000]``.
 
 Round bosses of thin layers on a shaft, as many as give the wanted number of targets. Of every part the same number of
 targets is planned, whole beads spread evenly over it with the travels between them, once with the growing part and once
@@ -9,7 +9,6 @@ job ready (slicing, sampling, composing the cell).
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -19,15 +18,14 @@ import numpy as np
 import trimesh
 import yaml
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from bench_arguments import parsed
-
 from cell import Failure, Job, load_case, prepare
 from cell.planning.context import Context
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_bead
 from cell.planning.travels.travel import travel
 from cell.scene.scene import table_angles
+
+from ..bench_arguments import parsed
 
 LAYER = 0.3  # mm
 RADIUS, HEIGHT, PITCH, SHAFT = 14.0, 60.0, 75.0, 30.0  # mm; with room for the torch beside a boss

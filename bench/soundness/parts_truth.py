@@ -1,10 +1,10 @@
 """Decompose parts of known truth by the hundred: right, refused, doubted or silently wrong.
 
-python bench/parts_truth.py 200                          # seeds 0 .. 199
-python bench/parts_truth.py 200 --first 1000 --log parts.jsonl
-python bench/parts_truth.py 200 --varied                 # parts of tests/support/parts/varied_parts.py instead
-python bench/parts_truth.py 200 --machined               # parts of tests/support/parts/machined_parts.py instead
-python bench/parts_truth.py --sum parts.jsonl            # what the log holds
+python -m bench.soundness.parts_truth 200  # seeds 0 .. 199
+python -m bench.soundness.parts_truth 200 --first 1000 --log parts.jsonl
+python -m bench.soundness.parts_truth 200 --varied  # parts of tests/support/parts/varied_parts.py instead
+python -m bench.soundness.parts_truth 200 --machined  # parts of tests/support/parts/machined_parts.py instead
+python -m bench.soundness.parts_truth --sum parts.jsonl  # what the log holds
 
 The log takes a line a part as it is judged, so that a run may be ended at any time; seeds that it holds are not judged
 again.
@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -24,15 +23,13 @@ from typing import Any
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]  # before bench/slicing.py, which is not the package
-from bench_arguments import parsed  # noqa: E402
-from support.parts.cad_parts import FORMATS, CadPart, cad_part  # noqa: E402
-from support.parts.machined_parts import machined_part  # noqa: E402
-from support.parts.part_truth import Judgement, judged  # noqa: E402
-from support.parts.varied_parts import varied_part  # noqa: E402
+from slicing import PartError, load_mesh
+from tests.support.parts.cad_parts import FORMATS, CadPart, cad_part
+from tests.support.parts.machined_parts import machined_part
+from tests.support.parts.part_truth import Judgement, judged
+from tests.support.parts.varied_parts import varied_part
 
-from slicing import PartError, load_mesh  # noqa: E402
+from ..bench_arguments import parsed
 
 
 def one(seed: int, make: Callable[[int], CadPart]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """A table that moves along the beads, ours against mink's differential tasks on the same targets and rolls.
 
-    python bench/table_in_motion.py                   # the boiler's first 120 targets
-    python bench/table_in_motion.py --case valve --targets 300
+    python -m bench.speed.table_in_motion                   # the boiler's first 120 targets
+    python -m bench.speed.table_in_motion --case valve --targets 300
 
 mink follows the targets one after the other: the TCP relative to the part (RelativeFrameTask), the wire straight down
 (AxisAlignTask) with a small weight, joint limits kept. Nothing else is asked of it: no clearance, no margin, nothing
@@ -12,7 +12,6 @@ is at the targets; speeds are those that the deposition speed asks for from targ
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -20,18 +19,18 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-from bench_arguments import left_out, parsed  # noqa: E402
+from cell import Job, load_case, prepare, with_changes
+from cell.coordination.table_schedule import Schedule
+from cell.job.job import speeds
+from cell.job.table_winding import freedom_of, upright_of
+from cell.rigid import inverse
+from cell.scene.standalone import standalone_xml
+from cell.scene.table_kinematics import TableKinematics
+from cell.verdict.as_asked import check_as_asked
 
-from cell import Job, load_case, prepare, with_changes  # noqa: E402
-from cell.coordination.table_schedule import Schedule  # noqa: E402
-from cell.job.job import speeds  # noqa: E402
-from cell.job.table_winding import freedom_of, upright_of  # noqa: E402
-from cell.rigid import inverse  # noqa: E402
-from cell.scene.standalone import standalone_xml  # noqa: E402
-from cell.scene.table_kinematics import TableKinematics  # noqa: E402
-from cell.verdict.as_asked import check_as_asked  # noqa: E402
+from ..bench_arguments import left_out, parsed
+
+ROOT = Path(__file__).resolve().parents[2]
 
 STEPS, DT, CLOSE = 200, 0.1, 1e-6  # of mink's solver a target; m and rad
 

@@ -1,4 +1,4 @@
-"""Planning beads against Tesseract's Descartes planner: ``python bench/tesseract.py --python VENV/bin/python``.
+"""Planning beads against Tesseract's Descartes planner: ``python -m bench.speed.tesseract --python VENV/bin/python``.
 
 The other Python needs ``tesseract-robotics==0.5.1`` and numpy; it is a process of its own that takes turns with ours,
 bead by bead. Same targets, rolls, joint limits, shapes, tested pairs and clearance; no deposits, no travels. Told are
@@ -25,9 +25,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from bench_arguments import left_out, parsed
-from motion import job_of, setup_of
-from tesseract_cell import write_cell
 
 from cell import load_case, prepare
 from cell.collision.proofs.between_samples import unproven_steps
@@ -38,6 +35,10 @@ from cell.planning.edge_tracking import track_edges
 from cell.planning.part_plan import plan_bead
 from cell.planning.station_search import ROUNDS, Ends, StationSearch
 from ik.chain import Floats
+
+from ..bench_arguments import left_out, parsed
+from .motion import job_of, setup_of
+from .tesseract_cell import write_cell
 
 TOUCH = 2e-4  # m that two collision libraries may differ
 LOCATE = "import tesseract_robotics as t; print(t.__path__[0])"
@@ -82,7 +83,7 @@ class Descartes:
         self._process = subprocess.Popen(command, text=True, **pipes)  # type: ignore[call-overload]
         self._folder = folder
         if not self._process.stdout.readline():
-            raise SystemExit("Tesseract did not start: bench/tesseract_peer.py by hand says why")
+            raise SystemExit("Tesseract did not start: bench/speed/tesseract_peer.py by hand says why")
 
     def run(self, bead: Bead) -> tuple[Floats | None, float]:
         """Plan one bead."""

@@ -1,6 +1,6 @@
 """Programs in KRL made by a grammar and broken: each ends in a program or in one line with file and line number.
 
-    python bench/program_fuzz.py --n 2000
+    python -m bench.soundness.program_fuzz --n 2000
 
 The grammar is tests/support/programs/broken_programs.py, of which the tests run 150. A program that is read is written
 and read again, which has to give the same text.
@@ -11,25 +11,22 @@ from __future__ import annotations
 import argparse
 import random
 import re
-import sys
 import tempfile
 import time
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def main() -> int:
-    from support.programs.broken_programs import broken
-    from support.programs.programs import controller, written
-
     from cell.errors import InputError
     from cell.programs.controller import ReadLimits
     from cell.programs.krl_read import read_krl
     from cell.programs.krl_write import write_krl
+    from tests.support.programs.broken_programs import broken
+    from tests.support.programs.programs import controller, written
 
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--n", type=int, default=2000)

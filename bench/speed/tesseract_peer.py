@@ -1,6 +1,6 @@
-"""Tesseract's Descartes planner, for ``bench/tesseract.py``; run by the Python that has tesseract-robotics.
+"""Tesseract's Descartes planner, for ``bench/speed/tesseract.py``; run by the Python that has tesseract-robotics.
 
-    python bench/tesseract_peer.py FOLDER        # cell.urdf, cell.srdf, targets.npz
+    python -m bench.speed.tesseract_peer FOLDER        # cell.urdf, cell.srdf, targets.npz
 
 A line "FIRST STOP targets" or "FIRST STOP edges" on stdin is a bead to plan, free of collision at its targets
 or between them too. Answers with a line of JSON; writes q_FIRST.npy. Only ``solve`` is timed, not making the program.

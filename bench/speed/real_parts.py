@@ -29,8 +29,8 @@ import numpy as np
 import trimesh
 import yaml
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "models" / "parts")]
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "models" / "parts"))
 from propeller import Propeller  # noqa: E402
 from propeller import blade as propeller_blade  # noqa: E402
 from solids import mesh_of, tube  # noqa: E402

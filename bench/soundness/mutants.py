@@ -1,8 +1,8 @@
 """Weakenings of what is proved or checked, one at a time in a copy of the tree: a test must fail for each.
 
-    python bench/mutants.py                          # all of them, with the tests named beside each
-    python bench/mutants.py --only cell/collision/proofs/between_samples.py   # those of one module
-    python bench/mutants.py --list
+    python -m bench.soundness.mutants                          # all of them, with the tests named beside each
+    python -m bench.soundness.mutants --only cell/collision/proofs/between_samples.py   # those of one module
+    python -m bench.soundness.mutants --list
 
 A mutant (``weakenings.py``) is a module, the exact text that is replaced, and what takes its place. A text that stands
 nowhere, or twice, is said: the list has to follow the code. One that changes no verdict says why beside it
@@ -23,9 +23,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from weakenings import MUTANTS, Mutant
+from .weakenings import MUTANTS, Mutant
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 COPIED = ("cell", "ik", "slicing", "models", "tests", "bench", "docs", "pyproject.toml", "README.md")
 LONGEST = 1800  # s a mutant
 
@@ -91,7 +91,7 @@ def document(rows: list[list[str]], baseline: str) -> dict[str, Any]:
         "question": "proofs and checks, weakened",
         "against": "the tests of what is weakened",
         "result": f"{len(rows)} weakenings: {killed} killed, {argued} argued equivalent, {left} survive",
-        "command": "python bench/mutants.py --figures bench/figures/mutants.json",
+        "command": "python -m bench.soundness.mutants --figures bench/figures/mutants.json",
         "date": time.strftime("%Y-%m-%d"),
         "machine": "shared, 2 cores, Linux x86-64; other programs beside it",
         "about": "weakenings of what is proved or checked, one at a time: a test must fail for each",
@@ -113,7 +113,7 @@ def main() -> int:
         for mutant in mutants:
             print(f"listed       {mutant.module}: {_short(mutant)}")
         return 0
-    from figures import text_of
+    from ..figures import text_of
 
     rows: list[list[str]] = []
     with tempfile.TemporaryDirectory() as folder:

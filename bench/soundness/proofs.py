@@ -1,7 +1,7 @@
 """Targets that are called proved out of reach, against two searches that know nothing of the proof.
 
-    python bench/proofs.py                        # about a minute; a line every EVERY seconds
-    python bench/proofs.py --arms 200 --targets 200
+    python -m bench.soundness.proofs                        # about a minute; a line every EVERY seconds
+    python -m bench.soundness.proofs --arms 200 --targets 200
 
 Arms are random ones of the class of the closed form, with straight and bent wrists, tools, limits and bases at random;
 their frames are exact, or off by what rounding leaves (1e-5 or 1e-4 m and rad). Targets are poses of the arm itself or
@@ -19,14 +19,8 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from bench_arguments import parsed
-from support.cells.arms import random_class_arm, random_pose, replaced
 
 from ik import Chain, RollWindow, SingularityLimits, certify, dls
 from ik.chain import Floats, rotation_about
@@ -34,6 +28,9 @@ from ik.closed_form import TOLERANCE, SphericalWristArm, recognise, solve
 from ik.joint_turns import excess
 from ik.roll import apply_roll
 from ik.singularity import margins
+from tests.support.cells.arms import random_class_arm, random_pose, replaced
+
+from ..bench_arguments import parsed
 
 NOISE = (0.0, 1e-5, 1e-4)
 EVERY = 20.0  # s between two lines: a run that is cut off has told what it found

@@ -1,7 +1,7 @@
 """Inverse kinematics measured against peers, in one run on one thread: microseconds a target.
 
-    python bench/ik.py                   # about a minute
-    python bench/ik.py --targets 500 --repeat 5
+    python -m bench.speed.ik                   # about a minute
+    python -m bench.speed.ik --targets 500 --repeat 5
 
 The arm is the shipped KUKA KR 70 R2100 with its flange as TCP; the targets are poses of configurations drawn evenly
 from its joint limits, so every one of them can be reached. Slow solvers get fewer targets; each row is the fastest of
@@ -26,16 +26,15 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from bench_arguments import parsed
-from toolbox import links_of
-
 from cell.mjcf.chain_from_model import chain_of
 from ik import Chain, RollWindow, Solver, closed_form, dls
 from ik.chain import Floats
 from ik.joint_turns import excess
+from tests.support.oracles.toolbox import links_of
 
-MODEL = Path(__file__).resolve().parents[1] / "models" / "kr70_r2100" / "kr70_r2100.xml"
+from ..bench_arguments import parsed
+
+MODEL = Path(__file__).resolve().parents[2] / "models" / "kr70_r2100" / "kr70_r2100.xml"
 JOINTS = [f"A{i}" for i in range(1, 7)]
 OPW = {"a1": 0.175, "a2": -0.050, "b": 0.0, "c1": 0.575, "c2": 0.890, "c3": 1.035, "c4": 0.185}
 

@@ -1,7 +1,7 @@
 """Verdicts of single targets against py-opw-kinematics, in full: is anything found that was proved out, or missed?
 
-    python bench/verdicts.py                          # 10,000 full poses, 10,000 targets of free roll at 720 rolls
-    python bench/verdicts.py --targets 1000 --rolls 72
+    python -m bench.soundness.verdicts  # 10,000 full poses, 10,000 targets of free roll at 720 rolls
+    python -m bench.soundness.verdicts --targets 1000 --rolls 72
 
 The shipped arm with the shipped torch, poses anywhere in and around its reach. Rolls are tried coarse ones first, and a
 target that has been found is not tried again. A slice of this is a test (tests/acceptance/test_peers.py).
@@ -13,22 +13,18 @@ import argparse
 import sys
 import time
 from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-from bench_arguments import left_out, parsed  # noqa: E402
+from ik import RollWindow
 
-from ik import RollWindow  # noqa: E402
+from ..bench_arguments import left_out, parsed
 
 if find_spec("py_opw_kinematics") is None:
     left_out("py-opw-kinematics is not installed")
 
-from support.oracles.peers import FREE, certified, found_by_opw, poses  # noqa: E402
-
-from ik.roll import apply_roll  # noqa: E402
+from ik.roll import apply_roll
+from tests.support.oracles.peers import FREE, certified, found_by_opw, poses
 
 CHUNK = 200_000  # poses that opw is given at once
 

@@ -1,6 +1,6 @@
 """Mutated case files: whatever stands in one, the answer is an exit code of 0, 1 or 2, in bounded time and memory.
 
-    python bench/case_fuzz.py --count 2000 --seed 1            # read and prepared; --check checks them as well
+    python -m bench.soundness.case_fuzz --count 2000 --seed 1  # read and prepared; --check checks them as well
 
 Cases are the shipped ones with a small part in place of theirs, mutated in their content or in their text. Each is
 named by its seed: the same seed gives the same file, which --show prints. What was wrong is printed at once, and every
@@ -29,10 +29,10 @@ from typing import Any
 
 import trimesh
 import yaml
-from bench_arguments import parsed
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))  # bench/slicing.py is not the package
+from ..bench_arguments import parsed
+
+ROOT = Path(__file__).resolve().parents[2]
 CASES = sorted((ROOT / "models" / "cases").glob("*.case.yaml"))
 PART = {"sub_volumes": ["block.stl"], "body": {"radius_mm": 20}, "rotation_deg": 180}
 NUMBERS = (
@@ -321,11 +321,11 @@ def main() -> int:
         return 0
     # a process of its own, so that a crash of a library is seen as well
     stop = "check" if args.check else "read" if args.read else "prepare"
-    code = f"import sys; sys.path.append({str(Path(__file__).parent)!r}); import case_fuzz; "
+    code = "from bench.soundness import case_fuzz; "
     code += f"case_fuzz.work(range({args.seed}, {args.seed + args.count}), {stop!r})"
     env = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     wrong = False
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env) as child:
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env, cwd=ROOT) as child:
         assert child.stdout is not None
         for line in child.stdout:
             wrong |= line.startswith("seed ")

@@ -1,7 +1,7 @@
 """The roll certificate measured against sampling the roll, in one run on one thread: microseconds a target.
 
-    python bench/certificate.py                   # under half a minute
-    python bench/certificate.py --targets 4000 --rolls 72
+    python -m bench.speed.certificate                   # under half a minute
+    python -m bench.speed.certificate --targets 4000 --rolls 72
 
 The arm is the shipped KUKA KR 70 R2100 with the shipped torch, the roll about the wire is free, and the targets are
 hard: the TCP lies where the reach ends, the wire points anywhere. Sampling finds configurations or it does not; the
@@ -27,10 +27,6 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from bench_arguments import parsed
-from toolbox import links_of
-
 from cell import load_case, prepare
 from cell.mjcf.chain_from_model import chain_of
 from cell.rigid import inverse
@@ -39,8 +35,11 @@ from ik.chain import Floats
 from ik.joint_turns import excess
 from ik.roll import apply_roll
 from ik.singularity import margins
+from tests.support.oracles.toolbox import links_of
 
-MODELS = Path(__file__).resolve().parents[1] / "models"
+from ..bench_arguments import parsed
+
+MODELS = Path(__file__).resolve().parents[2] / "models"
 JOINTS = [f"A{i}" for i in range(1, 7)]
 OPW = {"a1": 0.175, "a2": -0.050, "b": 0.0, "c1": 0.575, "c2": 0.890, "c3": 1.035, "c4": 0.185}
 SHOULDER = np.array([0.0, 0.0, 0.575])  # of the arm, m

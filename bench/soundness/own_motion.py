@@ -1,7 +1,7 @@
 """Every motion that a check calls feasible is feasible to the check of motions, with the same least clearance.
 
-    python bench/own_motion.py                       # 1000 random cases
-    python bench/own_motion.py --count 60 --seed 7 --keep FOLDER    # cases that fail are kept there
+    python -m bench.soundness.own_motion                       # 1000 random cases
+    python -m bench.soundness.own_motion --count 60 --seed 7 --keep FOLDER    # cases that fail are kept there
 
 Placements, fixtures, patterns, leads, roll windows, clearances and tables are drawn at random; most cases of which no
 motion is found are skipped quickly. Exit code 1 if any motion is refused.
@@ -17,12 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-from bench_arguments import parsed  # noqa: E402
-from support.jobs.random_jobs import own_motion, random_job  # noqa: E402
+from cell import InputError
+from tests.support.jobs.random_jobs import own_motion, random_job
 
-from cell import InputError  # noqa: E402
+from ..bench_arguments import parsed
 
 
 def main() -> int:

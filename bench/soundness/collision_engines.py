@@ -1,8 +1,8 @@
 """MuJoCo's collision detection, as scenes use it, against a second engine (coal): pairs of all kinds, and whole cells.
 
-    python bench/collision_engines.py                        # 400 random cells, 50 configurations each: 20,000
-    python bench/collision_engines.py --pairs 2000           # as many configurations of every pair of kinds
-    python bench/collision_engines.py --cells 20 --each 10 --seed 5
+    python -m bench.soundness.collision_engines  # 400 random cells, 50 configurations each: 20,000
+    python -m bench.soundness.collision_engines --pairs 2000  # as many configurations of every pair of kinds
+    python -m bench.soundness.collision_engines --cells 20 --each 10 --seed 5
 
 Missed is what MuJoCo calls free and coal calls deeper than 0.2 mm; wrong is a distance within the reach that differs by
 more than 0.1 mm. Cells are of all kinds of shapes that a model may hold, and the second engine goes through all pairs:
@@ -22,15 +22,13 @@ from types import SimpleNamespace
 import mujoco
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-from bench_arguments import parsed  # noqa: E402
-from support.cells.random_cells import KINDS, put, random_cell, random_pair, write_meshes  # noqa: E402
-from support.oracles.second_engine import SecondEngine, placed, shape_of, signed_distance  # noqa: E402
+from cell import InputError, compose, prepare
+from cell.collision.checker import Checker
+from cell.mjcf.detection import make_detectable
+from tests.support.cells.random_cells import KINDS, put, random_cell, random_pair, write_meshes
+from tests.support.oracles.second_engine import SecondEngine, placed, shape_of, signed_distance
 
-from cell import InputError, compose, prepare  # noqa: E402
-from cell.collision.checker import Checker  # noqa: E402
-from cell.mjcf.detection import make_detectable  # noqa: E402
+from ..bench_arguments import parsed
 
 DEEP, EXACT, REACH = 2e-4, 1e-4, 0.05
 EVERY = 20.0  # s between two lines of cells: a run that is cut off has told what it found

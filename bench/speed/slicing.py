@@ -1,7 +1,7 @@
 """Slicing measured against trimesh's `section_multiplane` and manifold3d's `slice`, in one run on one thread.
 
-    python bench/slicing.py                   # about two minutes
-    python bench/slicing.py --repeat 7 --no-memory
+    python -m bench.speed.slicing                   # about two minutes
+    python -m bench.speed.slicing --repeat 7 --no-memory
 
 Every row gives closed, ordered loops of points and the area inside of them for every layer; what is in and out of a
 row is said in its name and in bench/figures/slicing.json. Each row is the fastest of its repeats, and the rows take
@@ -37,15 +37,14 @@ import manifold3d
 import numpy as np
 import trimesh
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from bench_arguments import parsed
-
 from slicing import CylindricalBody, Mesh, SlicingParameters, slice_sub_volume
 from slicing.curves.intersect import intersect_offsets
 from slicing.mesh.solid import Floats, Ints, mesh_from_arrays
 from slicing.surfaces.surfaces import Plane
 
-ROOT = Path(__file__).resolve().parents[1]
+from ..bench_arguments import parsed
+
+ROOT = Path(__file__).resolve().parents[2]
 UP = (0.0, 0.0, 1.0)
 BODY_MM, BOSS_MM, STEP_MM = 60.0, 20.0, 1.6
 

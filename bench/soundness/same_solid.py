@@ -1,7 +1,7 @@
 """The same solid as another mesh: the same body, sub-volumes and layers.
 
-    python bench/same_solid.py                       # 100 parts of tests/support, each otherwise in two ways
-    python bench/same_solid.py --count 20 --seed 500 --varied
+    python -m bench.soundness.same_solid                       # 100 parts of tests/support, each otherwise in two ways
+    python -m bench.soundness.same_solid --count 20 --seed 500 --varied
 
 Ways: turned and moved, a file in inches, other diagonals, refined, faces shuffled, another file. Of one sub-volume the
 layers of a strategy are compared: how many, areas, lengths, loops. What differs is printed with the seed; the exit code
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -21,20 +20,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]  # before bench/slicing.py, which is not the package
-from bench_arguments import parsed  # noqa: E402
-from scipy.spatial.transform import Rotation  # noqa: E402
-from support.parts.cad_parts import FORMATS, CadPart, cad_part  # noqa: E402
-from support.parts.machined_parts import machined_part  # noqa: E402
-from support.parts.same_solid import retriangulated, shuffled, split  # noqa: E402
-from support.parts.varied_parts import varied_part  # noqa: E402
+from slicing import Mesh, PartError, SlicingParameters, load_mesh, slice_sub_volume
+from slicing.decomposition.decompose import decompose
+from slicing.layers.body_ends import body_ends
+from slicing.mesh.load import solid_from_arrays
+from tests.support.parts.cad_parts import FORMATS, CadPart, cad_part
+from tests.support.parts.machined_parts import machined_part
+from tests.support.parts.same_solid import retriangulated, shuffled, split
+from tests.support.parts.varied_parts import varied_part
 
-from slicing import Mesh, PartError, SlicingParameters, load_mesh, slice_sub_volume  # noqa: E402
-from slicing.decomposition.decompose import decompose  # noqa: E402
-from slicing.layers.body_ends import body_ends  # noqa: E402
-from slicing.mesh.load import solid_from_arrays  # noqa: E402
+from ..bench_arguments import parsed
 
 INCH = 25.4
 WAYS = ("turned", "inches", "diagonals", "refined", "shuffled", "file")
