@@ -27,11 +27,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain import Chain, Floats
-from .closed_form import SphericalWristArm, recognise, solve
+from .closed_form import solve
 from .joint_turns import SLACK, excess
 from .roll import RollWindow, apply_roll, wrap
 from .roll_bounds import NO_REACH, OVER_LIMIT, TOO_NEAR, Bools, Ints, RollBounds
 from .singularity import SingularityLimits, margins
+from .spherical_wrist import SphericalWristArm, recognise
 
 REACHABLE, UNREACHABLE, UNDECIDED = 0, 1, 2
 CAUSES = ("unreachable", "joint_limit", "singular")  # by rank, see roll_interval
@@ -95,7 +96,7 @@ def certify(
         Ts_base_target: targets at roll 0, (m, 4, 4), m, base frame.
         window: rolls allowed. A single roll is settled by its eight branches alone.
         limits: singularity margins a configuration must keep (the geometric ones); the defaults where left out.
-        form: its constants, from ``closed_form.recognise``; found where left out.
+        form: its constants, from ``spherical_wrist.recognise``; found where left out.
         max_depth: how often the first intervals are halved at most.
         first_step: greatest width of the first intervals, rad.
         block: targets that go down the levels together: bounds the memory.

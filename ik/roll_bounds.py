@@ -27,9 +27,10 @@ from numpy.typing import NDArray
 
 from .angle_bounds import PAD_ANGLE, azimuth, from_forearm, into_forearm, lead, middle, sight, triangle
 from .chain import Chain, Floats
-from .closed_form import ROUNDING, SphericalWristArm
+from .closed_form import ROUNDING
 from .roll import wrap
 from .singularity import SingularityLimits
+from .spherical_wrist import SphericalWristArm
 
 PAD_LENGTH = 1e-9
 POINT = 1e-4  # m; nearer to A2's axis rounding blurs the wrist centre's direction, so that it counts as any

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain import Chain, Floats
-from .closed_form import SphericalWristArm
+from .spherical_wrist import SphericalWristArm
 
 KINDS = ("wrist", "elbow", "shoulder", "sigma")
 NEIGHBOURS = 4  # configurations of which one is looked at first
@@ -56,7 +56,7 @@ def margins(chain: Chain, form: SphericalWristArm | None, q: Floats) -> Floats:
 
     Args:
         chain: the arm with its tool.
-        form: the arm's constants if it has a spherical wrist (``closed_form.recognise``), else None.
+        form: the arm's constants if it has a spherical wrist (``spherical_wrist.recognise``), else None.
         q: configurations, (..., n), rad.
 
     Returns:

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from . import closed_form, dls
+from . import closed_form, dls, spherical_wrist
 from .chain import Chain, Floats
 from .joint_turns import SLACK, excess, standings, with_turns
 from .roll import RollWindow, wrap
@@ -70,8 +70,8 @@ class Solver:
     """
 
     chain: Chain
-    form: closed_form.SphericalWristArm | None
-    geometry: closed_form.SphericalWristArm | None
+    form: spherical_wrist.SphericalWristArm | None
+    geometry: spherical_wrist.SphericalWristArm | None
     seeds: int = 16
 
     @classmethod
@@ -87,11 +87,11 @@ class Solver:
         """
         if kind not in SOLVERS:
             raise ValueError(f"solver {kind!r}: allowed are {', '.join(SOLVERS)}")
-        form = closed_form.recognise(chain, closed_form.TOLERANCE)
+        form = spherical_wrist.recognise(chain, spherical_wrist.TOLERANCE)
         if kind == "closed_form" and form is None:
             raise ValueError("solver closed_form: this arm has none (it needs A2 parallel to A3 and a spherical wrist)")
         # an arm too far off for proofs still has the margins of the one next to it
-        geometry = form or closed_form.recognise(chain, closed_form.NEAR_CLASS)
+        geometry = form or spherical_wrist.recognise(chain, spherical_wrist.NEAR_CLASS)
         return cls(chain, None if kind == "dls" else form, geometry)
 
     @property

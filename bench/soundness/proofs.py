@@ -24,10 +24,11 @@ import numpy as np
 
 from ik import Chain, RollWindow, SingularityLimits, certify, dls
 from ik.chain import Floats, rotation_about
-from ik.closed_form import TOLERANCE, SphericalWristArm, recognise, solve
+from ik.closed_form import solve
 from ik.joint_turns import excess
 from ik.roll import apply_roll
 from ik.singularity import margins
+from ik.spherical_wrist import TOLERANCE, SphericalWristArm, recognise
 from tests.support.cells.arms import random_class_arm, random_pose, replaced
 
 from ..bench_arguments import parsed

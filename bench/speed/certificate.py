@@ -30,7 +30,7 @@ import numpy as np
 from cell import load_case, prepare
 from cell.mjcf.chain_from_model import chain_of
 from cell.rigid import inverse
-from ik import Chain, RollWindow, SingularityLimits, certify, closed_form, dls
+from ik import Chain, RollWindow, SingularityLimits, certify, closed_form, dls, spherical_wrist
 from ik.chain import Floats
 from ik.joint_turns import excess
 from ik.roll import apply_roll
@@ -79,7 +79,7 @@ def hard_targets(count: int, seed: int) -> Floats:
 
 
 def ours(chain: Chain, limits: SingularityLimits, Ts: Floats, rolls: Floats) -> list[Row]:
-    form = closed_form.recognise(chain)
+    form = spherical_wrist.recognise(chain)
     assert form is not None
 
     def certificate() -> tuple[float, float]:

@@ -27,7 +27,7 @@ import mujoco
 import numpy as np
 
 from cell.mjcf.chain_from_model import chain_of
-from ik import Chain, RollWindow, Solver, closed_form, dls
+from ik import Chain, RollWindow, Solver, closed_form, dls, spherical_wrist
 from ik.chain import Floats
 from ik.joint_turns import excess
 from tests.support.oracles.toolbox import links_of
@@ -56,7 +56,7 @@ class Row:
 
 
 def ours(chain: Chain, count: int) -> list[Row]:
-    form = closed_form.recognise(chain)
+    form = spherical_wrist.recognise(chain)
     assert form is not None
     solver = Solver.for_chain(chain)
     free, full = RollWindow.free(), RollWindow.fixed(0.0)

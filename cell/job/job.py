@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ik.chain import Chain, Floats
-from ik.closed_form import TOLERANCE, misfits
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
 from ik.solver import Solver
+from ik.spherical_wrist import TOLERANCE, misfits
 from slicing import (
     NO_ENDS,
     WRONG_LAYER,

@@ -18,8 +18,9 @@ from support.cells.arms import (
     with_tool,
 )
 
-from ik.closed_form import reach_excess, recognise, solve, solve_branch, wrist_centre
+from ik.closed_form import reach_excess, solve, solve_branch, wrist_centre
 from ik.roll import wrap
+from ik.spherical_wrist import recognise
 
 
 def form_of(chain):

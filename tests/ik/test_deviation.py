@@ -7,12 +7,13 @@ import pytest
 from support.cells.arms import kr70, random_class_arm, random_pose, replaced, sampled, welder
 
 from ik.chain import Chain, rotation_about
-from ik.closed_form import TOLERANCE, recognise, solve
+from ik.closed_form import solve
 from ik.reachability_proof import certify
 from ik.roll import RollWindow, apply_roll
 from ik.roll_bounds import RollBounds
 from ik.singularity import SingularityLimits, margins
 from ik.solver import Solver
+from ik.spherical_wrist import TOLERANCE, recognise
 
 
 def shaken(chain: Chain, by: float, seed: int) -> Chain:

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.cells.arms import kr70, offset_wrist_arm, replaced, sampled, seven_joint_arm, welder
 
-from ik import closed_form, dls
+from ik import closed_form, dls, spherical_wrist
 from ik.chain import Floats
 from ik.dls_kernel import Tool
 from ik.joint_turns import excess
@@ -89,7 +89,7 @@ def random_targets(chain, count, seed):
 
 
 def reachable_by_closed_form(chain, Ts, rolls):
-    form = closed_form.recognise(chain)
+    form = spherical_wrist.recognise(chain)
     q = closed_form.solve(form, apply_roll(Ts[:, None], rolls))
     return (excess(chain, q) <= 0).all(axis=-1).any(axis=(1, 2))
 
@@ -105,7 +105,7 @@ def test_free_roll_targets_are_found_where_the_closed_form_gets_there():
 
 def test_the_unreachable_is_never_found():
     chain = welder()
-    form = closed_form.recognise(chain)
+    form = spherical_wrist.recognise(chain)
     Ts = random_targets(chain, 300, seed=4)
     beyond = np.abs(closed_form.reach_excess(form, Ts)) > 1e-6
     assert beyond.sum() > 20
@@ -120,7 +120,7 @@ def test_every_solution_is_one_of_the_closed_forms():
     chain = welder()
     Ts = chain.forward(sampled(chain, 120, seed=5, inside=np.deg2rad(3)))
     found = dls.solve(chain, Ts, FULL)
-    q = closed_form.solve(closed_form.recognise(chain), Ts)
+    q = closed_form.solve(spherical_wrist.recognise(chain), Ts)
     gap = np.abs(wrap(found.q[:, :, None] - q[:, None])).max(axis=-1)
     nearest = np.where(np.isnan(gap), np.inf, gap).min(axis=2)[found.ok]
     # the tolerance of 1e-7 m grows where the arm is close to a singularity

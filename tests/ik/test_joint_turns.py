@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.cells.arms import kr70, offset_wrist_arm, random_class_arm, replaced, sampled, seven_joint_arm, welder
 
-from ik.closed_form import recognise
 from ik.joint_turns import excess, standings, with_turns
 from ik.roll import RollWindow, apply_roll, roll_of, wrap
 from ik.singularity import KINDS, SingularityLimits, least_singular_value, margins, smallest_singular_value
+from ik.spherical_wrist import recognise
 
 TURN = 2 * np.pi
 ANGLES = st.floats(-20.0, 20.0)

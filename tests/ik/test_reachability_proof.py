@@ -20,12 +20,13 @@ from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.planning.configurations import evaluate
 from cell.scene.placement import place
-from ik.closed_form import SphericalWristArm, recognise, solve, wrist_centre
+from ik.closed_form import solve, wrist_centre
 from ik.joint_turns import with_turns
 from ik.reachability_proof import REACHABLE, UNDECIDED, UNREACHABLE, certify
 from ik.roll import RollWindow, apply_roll
 from ik.roll_bounds import RollBounds
 from ik.singularity import SingularityLimits, margins
+from ik.spherical_wrist import SphericalWristArm, recognise
 
 FREE = RollWindow.free()
 PROPELLER = MODEL.parents[1] / "cases" / "propeller.case.yaml"

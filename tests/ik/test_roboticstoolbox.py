@@ -5,10 +5,10 @@ import pytest
 from support.cells.arms import replaced, sampled, welder
 from support.oracles.toolbox import links_of
 
-from ik.closed_form import recognise
 from ik.closed_form import solve as closed_form
 from ik.dls import solve as damped
 from ik.roll import RollWindow, wrap
+from ik.spherical_wrist import recognise
 
 pytest.importorskip("roboticstoolbox", reason="needs roboticstoolbox-python")
 

@@ -12,7 +12,8 @@ from support.jobs.boss_motion import boss_case, result_of
 from cell.failure import Seen
 from cell.verification.bead_samples import Grain, dense, rows_of
 from cell.verification.collisions import _wire_collisions
-from ik.closed_form import recognise, solve
+from ik.closed_form import solve
+from ik.spherical_wrist import recognise
 
 BESIDE = 12e-3  # m that the wire is beside the boss before and after
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from ik.chain import Floats
-from ik.closed_form import recognise
 from ik.reachability_proof import certify
 from ik.roll import RollWindow
 from ik.singularity import SingularityLimits
+from ik.spherical_wrist import recognise
 
 from ..cells.arms import OPW, kr70, welder
 
