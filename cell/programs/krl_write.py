@@ -13,17 +13,15 @@ and all numbers have the digits that 0.05 mm and 0.05 degrees at the part need: 
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ik.chain import Floats
 
-from ..case.controller_section import KRL_WORDS, MOST_PROGRAM_NAME
 from .controller import Controller
 from .hooks import hook_lines
+from .krl_modules import ModuleNames, module_contents, split_content
 from .orientation import pose_of, run_on
 from .program import BaseFrame, Event, Happens, MoveKind, Program, ToolFrame
 
@@ -48,24 +46,6 @@ MM, DEG = 4, 5  # decimals
 FRAME_MM, FRAME_DEG = 5, 6  # of frames, which move every point
 
 
-@dataclass(frozen=True)
-class ModuleContent:
-    """What one module holds, or the main module between two calls.
-
-    Attributes:
-        layer: its number in the program, -1 of the main module.
-        items: numbers of moves, and events, in order.
-    """
-
-    layer: int
-    items: list[int | Event] = field(default_factory=list)
-
-    @property
-    def moves(self) -> int:
-        """How many moves it holds."""
-        return sum(isinstance(item, int) for item in self.items)
-
-
 def write_krl(program: Program, controller: Controller) -> dict[str, str]:
     """Write a program.
 
@@ -81,19 +61,19 @@ def write_krl(program: Program, controller: Controller) -> dict[str, str]:
             base, an arc starts or ends or a wait stands where a corner is rounded, or events are out of order.
     """
     _check(program)
-    names = _Names(controller.program)
+    names = ModuleNames(controller.program)
     main = _Writer(program, controller)
     main.add(*INI, f"$ADVANCE = {controller.advance}", "$IPO_MODE = #BASE", "$ORI_TYPE = #VAR")
     if program.moves.table_axes.any():
         main.add("$ASYNC_AXIS = $ASYNC_AXIS B_AND 'B111100'")
     files = {f"{names.main}.src": ""}
     in_main = 0  # moves of the main module, whose pieces lie between layers
-    for piece in _pieces(program):
+    for piece in module_contents(program):
         if piece.layer < 0 and in_main + piece.moves <= controller.points_a_module:
             main.write(piece.items)
             in_main += piece.moves
             continue
-        parts = _split(program, piece, controller.points_a_module)
+        parts = split_content(program, piece, controller.points_a_module)
         for number, items in enumerate(parts):
             name = names.module(piece.layer, number, len(parts))
             main.add(f"{name} ( )")
@@ -126,71 +106,6 @@ def _check(program: Program) -> None:
         stops = event.kind in (Happens.ARC_ON, Happens.ARC_OFF, Happens.WAIT)
         if stops and event.before and (moves.blend[event.before - 1] > 0 or moves.blend_share[event.before - 1] > 0):
             raise ValueError(f"{event.kind.value} stands where a corner is rounded: before move {event.before}")
-
-
-def _pieces(program: Program) -> Iterator[ModuleContent]:
-    """The program cut into layers and what lies between them; a layer that is not closed is none."""
-    events, place, layer = program.events, 0, 0
-    last_end = max((i for i, event in enumerate(events) if event.kind == Happens.LAYER_END), default=-1)
-    piece = ModuleContent(-1)
-    for move in range(len(program.moves) + 1):
-        while place < len(events) and events[place].before == move:
-            event = events[place]
-            place += 1
-            if event.kind == Happens.LAYER_START and piece.layer < 0 and place <= last_end:
-                if piece.items:
-                    yield piece
-                piece, layer = ModuleContent(layer), layer + 1
-            piece.items.append(event)
-            if event.kind == Happens.LAYER_END and piece.layer >= 0:
-                yield piece
-                piece = ModuleContent(-1)
-        if move < len(program.moves):
-            piece.items.append(move)
-    if piece.items:
-        yield piece
-
-
-def _split(program: Program, piece: ModuleContent, most: int) -> list[list[int | Event]]:
-    """The items of a piece in modules of at most so many moves, cut after exact stops where there are any."""
-    blended = (program.moves.blend > 0) | (program.moves.blend_share > 0)
-    parts: list[list[int | Event]] = []
-    part: list[int | Event] = []
-    moves = stop = 0  # items of the part up to its last exact stop
-    for item in piece.items:
-        if isinstance(item, int):
-            if moves == most:
-                cut = stop if stop > len(part) // 2 else len(part)
-                parts.append(part[:cut])
-                part, stop = part[cut:], 0
-                moves = sum(isinstance(one, int) for one in part)
-            moves += 1
-        part.append(item)
-        if isinstance(item, int) and not blended[item]:
-            stop = len(part)
-    return [*parts, part]
-
-
-class _Names:
-    """Names of modules: at most 24 characters, each once, capitals or not."""
-
-    def __init__(self, main: str) -> None:
-        if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]{{0,{MOST_PROGRAM_NAME - 1}}}", main) or main.upper() in KRL_WORDS:
-            raise ValueError(f"{main} is not a name of a module")
-        self.main = main
-        self._taken = {main.upper()}
-        self._pieces = 0
-
-    def module(self, layer: int, number: int, parts: int) -> str:
-        if layer < 0:
-            self._pieces += number == 0
-        tail = f"_L{layer:03d}" if layer >= 0 else f"_P{self._pieces - 1:03d}"
-        tail += f"_{number}" if parts > 1 else ""
-        room = MOST_PROGRAM_NAME - len(tail)
-        while (name := self.main[:room] + tail).upper() in self._taken:
-            room -= 1
-        self._taken.add(name.upper())
-        return name
 
 
 @dataclass
