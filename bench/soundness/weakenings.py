@@ -217,6 +217,9 @@ MUTANTS = (
     Mutant("cell/mjcf/couplings.py", "elif kind in (EQ.mjEQ_CONNECT, EQ.mjEQ_WELD):", "elif kind == EQ.mjEQ_WELD:", ("cell/mjcf/test_couplings.py",)),
     Mutant("cell/mjcf/couplings.py", "            looked_at.check_tendons(number)\n", "            pass\n", ("cell/mjcf/test_couplings.py",)),
     Mutant("cell/planning/infeasible_part.py", "lost in bare.items() if not free.get(i)}", "lost in bare.items()}", ("cell/planning/test_ways_found.py",)),
+    Mutant("cell/planning/collision_free_rolls.py", "outside | (turn < rolls[b] - rolls[a])", "outside | (turn < 0.2 * (rolls[b] - rolls[a]))", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
+    Mutant("cell/planning/collision_free_rolls.py", "known.held[:-1] + known.held[1:] < np.diff(known.roll)", "known.held[:-1] + known.held[1:] < 0.2 * np.diff(known.roll)", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
+    Mutant("cell/planning/collision_free_rolls.py", "< MOST_DETOUR * context.screen", "< 0.1 * MOST_DETOUR * context.screen", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
     Mutant("cell/planning/infeasible_part.py", "rest = frozenset(range(first, stop)) - target_failures.keys()", "rest = frozenset[int]()", ("cell/planning/test_infeasible_part.py",)),
     Mutant("cell/planning/lockouts.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_lockouts.py",)),
     Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),
@@ -233,6 +236,7 @@ MUTANTS = (
     Mutant("cell/programs/export.py", "    if other is not None:\n", "    if False:\n", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/export.py", "    if gap.share(written.thinning) > 1:\n", "    if False:\n", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/export.py", "    if result.findings:\n", "    if False:\n", ("cell/programs/test_export.py",)),
+    Mutant("cell/remedy_search/search.py", "if row.reason is not None}", "if row.failure is not None}", ("cell/remedy_search/test_search.py",)),
     Mutant("cell/remedy_search/search.py", "found = check(*self.start.changed(change, size))", "found = check(*self.start.changed(change, 0.0))", ("cell/remedy_search/test_search.py",)),
     Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),
 )  # fmt: skip

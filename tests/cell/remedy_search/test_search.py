@@ -10,6 +10,7 @@ import yaml
 from cell.case.read import load_case, with_changes
 from cell.cli.main import main
 from cell.job.job import prepare
+from cell.planning import infeasible_part
 from cell.remedy_search import search as remedies_module
 from cell.remedy_search.changes import Start, single_changes, table_pose_change
 from cell.remedy_search.screening import Screening
@@ -160,6 +161,20 @@ def test_screening_refuses_nothing_that_can_be_reached(make_case):
             keeps = margins(solver.chain, solver.geometry, c.q) >= start.job.singularity_limits.values(True)
             sampled = keeps.all(axis=-1).any(axis=(1, 2)).reshape(len(Ts), -1).any(axis=1)
             assert screening.reached[change][k][sampled].all()
+
+
+def test_what_a_changed_case_leaves_open_is_not_called_mended(make_case, monkeypatch):
+    monkeypatch.setattr(infeasible_part, "FLOOR", 0)
+    lid = {"name": "lid", "box": {"size_mm": [10, 300, 300]}, "position_mm": [-78, 0, 120], "on": "table"}
+    result = check(prepare(load_case(make_case(**FEW, fixtures=[lid]))), 90, 180)
+    found = groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
+    search = remedies_module._RemedySearch(result, found, lambda: None, np.inf)
+    one = next(change for change in search.changes if not change.other_targets)
+    after = check(*search.start.changed(one, one.steps[0]))
+    left_open = {i for i, row in enumerate(after.rows) if not row.looked_at}
+    assert left_open
+    every = np.arange(len(result.rows))
+    assert search._blame(one, one.steps[0], every, True) == left_open | set(after.failures)
 
 
 def test_nothing_is_made_up_where_nothing_helps(make_case):
