@@ -6,7 +6,6 @@ import typing
 from pathlib import Path
 
 from pydantic.fields import FieldInfo
-from pydantic_core import PydanticUndefined
 
 from cell import Case
 from cell.case.fields import description_of, keys_of
@@ -46,7 +45,7 @@ def _summary(section: type) -> str:
 def _default(field: FieldInfo, inner: type | None) -> str:
     if field.is_required():
         return "needed"
-    value = field.default if field.default is not PydanticUndefined else []
+    value = field.get_default(call_default_factory=True)
     if inner is not None and isinstance(value, inner):
         return ""
     if value is None:

@@ -33,7 +33,8 @@ class Robot(Section):
         description="angles of the model's other hinges; left out: as in its key home, else at zero",
     )
     held_mm: dict[str, Coordinate] = Field(
-        default_factory=dict, description="positions of the model's slides (a track, a lift); left out: likewise"
+        default_factory=dict,
+        description="positions of the model's slides (a track, a lift), such as {RAIL: 500}; left out: likewise",
     )
     flange: Name = Field("flange", description="site that the tool is mounted on")
     base: Name = Field("base_link", description="body whose frame the report's base_* values are given in")

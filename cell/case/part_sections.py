@@ -59,7 +59,8 @@ class Part(Section):
     """
 
     absent: bool = Field(
-        False, description="true: nothing is built, the cell stands alone (for `rbam check --program`)"
+        False,
+        description="true, or `part: none`: nothing is built, the cell stands alone (for `rbam check --program`)",
     )
     mesh: FileName | None = Field(None, description="mesh of the whole part: body and sub-volumes are found in it")
     toolpath: FileName | None = Field(

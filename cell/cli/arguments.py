@@ -297,14 +297,14 @@ REPLAY_TEXT = """\
 Opens MuJoCo's viewer. Without a display use --web, --picture or --video. Keys: space plays and pauses, left and
 right step by target, up and down by bead, + and - change the speed, n goes to the next infeasible target, t shows
 targets, o normals, c changes the colours, v the view. An infeasible case shows its infeasible targets and what is
-wrong there. --motion shows a motion file, feasible or not, with the findings of a check. --program shows a robot
+wrong there. --motion-in shows a motion file, feasible or not, with the findings of a check. --program shows a robot
 program with its lines.
 
 examples:
   rbam replay --picture torch.png --view torch --target 40
   rbam replay --video film.mp4 --speed 20 --size 1920x1080
   rbam replay my.case.yaml --sweep map.json --pose best --web
-  rbam replay my.case.yaml --motion theirs.csv"""
+  rbam replay my.case.yaml --motion-in theirs.csv"""
 
 
 def _version() -> str:
@@ -326,7 +326,9 @@ def _replay_arguments(replay: argparse.ArgumentParser) -> None:
     replay.add_argument(
         "--speed", type=float, metavar="X", help="seconds of motion in a second (default 5; of a film 10)"
     )
-    replay.add_argument("--motion", metavar="F", help="show the motion of a .csv or .npz file, feasible or not")
+    replay.add_argument(
+        "--motion-in", metavar="F.csv|F.npz", help="show this motion, feasible or not, instead of searching one"
+    )
     replay.add_argument("--program", metavar="F.src", help="show the motion of a robot program, feasible or not")
     replay.add_argument("--loop", action="store_true", help="start again at the end")
     replay.add_argument(

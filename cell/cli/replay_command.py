@@ -40,14 +40,14 @@ def run(args: argparse.Namespace) -> int:
 def _show(args: argparse.Namespace, case: Case) -> None:
     if args.speed is not None and not 0 < args.speed < float("inf"):
         raise InputError(f"--speed: {args.speed} is not a number above 0")
-    if args.motion is not None or args.program is not None:
+    if args.motion_in is not None or args.program is not None:
         _motion_alone(args)
     from ..atomic_files import check_outputs
     from ..case.files import case_files
 
     outputs = {"--picture": args.picture, "--video": args.video}
     check_outputs(
-        outputs, [*case_files(case), *(path for path in (args.motion, args.program, args.sweep) if path is not None)]
+        outputs, [*case_files(case), *(path for path in (args.motion_in, args.program, args.sweep) if path is not None)]
     )
     case = _at_pose(args, case)
     if args.picture:
@@ -68,16 +68,16 @@ def _motion_alone(args: argparse.Namespace) -> None:
     """Refuse what would put a motion from a file elsewhere, and a name that is none of a motion."""
     from ..motion.motion_file import check_suffix
 
-    given = "--motion" if args.motion is not None else "--program"
-    if args.motion is not None and args.program is not None:
-        raise InputError("--program: does not go with --motion; show one after the other")
+    given = "--motion-in" if args.motion_in is not None else "--program"
+    if args.motion_in is not None and args.program is not None:
+        raise InputError("--program: does not go with --motion-in; show one after the other")
     for option in ("--e1", "--e2", "--sweep", "--pose"):
         if getattr(args, option.removeprefix("--")) is not None:
             raise InputError(f"{option}: does not go with {given}, which holds its own table angles")
     if args.jobs is not None:
         raise InputError(f"--jobs: does not go with {given}, with which no motion is searched")
-    if args.motion is not None:
-        check_suffix(args.motion)
+    if args.motion_in is not None:
+        check_suffix(args.motion_in)
 
 
 def _at_pose(args: argparse.Namespace, case: Case) -> Case:
@@ -119,17 +119,17 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
     job = prepare(case)
     if args.program is not None:
         return _checked_program(args, job)
-    if args.motion is None:
+    if args.motion_in is None:
         return check_as_asked(job, Bars(sys.stderr), jobs=jobs)
     from ..motion.file_order import read_in_order
     from ..verification.motion_check import check_motion
     from ..view.shown_motion import played
 
-    job, read = read_in_order(args.motion, job)
+    job, read = read_in_order(args.motion_in, job)
     found = check_motion(job, read)
     if found.findings and not is_quiet():
         count = len(found.findings)
-        sys.stderr.write(f"rbam: {args.motion}: infeasible, {count} finding(s); rbam check --motion-in lists them\n")
+        sys.stderr.write(f"rbam: {args.motion_in}: infeasible, {count} finding(s); rbam check --motion-in lists them\n")
     return played(job, found, args.target)
 
 

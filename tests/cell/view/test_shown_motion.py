@@ -98,7 +98,7 @@ def test_the_command_draws_a_motion_from_a_file(
 ) -> None:
     path, png = tmp_path / "m.csv", tmp_path / "m.png"
     write_motion(path, result.motion)
-    argv = ["replay", str(boss), "--motion", str(path), "--picture", str(png), "--size", "160x120"]
+    argv = ["replay", str(boss), "--motion-in", str(path), "--picture", str(png), "--size", "160x120"]
     assert main(argv) == 0
     assert capsys.readouterr().err == ""
     assert png.read_bytes() == picture(shown(result, result.motion, path), width=160, height=120)

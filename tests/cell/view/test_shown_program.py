@@ -77,7 +77,7 @@ def test_replay_takes_a_program_and_refuses_what_does_not_go_with_it(
     boss_program().read(tmp_path)
     case, program = boss_case(tmp_path, roll={"fixed_deg": 20.0}), str(tmp_path / "boss.src")
     picture = tmp_path / "a.png"
-    assert main(["replay", str(case), "--program", program, "--motion", "a.csv", "--picture", str(picture)]) == 2
+    assert main(["replay", str(case), "--program", program, "--motion-in", "a.csv", "--picture", str(picture)]) == 2
     assert "does not go with --motion" in capsys.readouterr().err
     assert main(["replay", str(case), "--program", program, "--e1", "3", "--picture", str(picture)]) == 2
     assert "does not go with --program" in capsys.readouterr().err
