@@ -90,12 +90,7 @@ def test_a_room_imports_lower_floors_alone(package: str) -> None:
     for path in modules(package):
         room = name_of(path)[1]
         for name in imports(path):
-            if (
-                name[0] == package
-                and len(name) > 1
-                and name[1] != room
-                and (ROOT / package / name[1]).with_suffix("").name
-            ):
+            if name[0] == package and len(name) > 1 and name[1] != room:
                 other = name[1]
                 if other in floor and floor[other] >= floor[room]:
                     wrong.append(f"{path.relative_to(ROOT)} imports {'.'.join(name)}")
@@ -194,6 +189,23 @@ def test_every_room_names_its_modules() -> None:
 
 
 NO_MODULES = {"web", "table", "cell"}  # a folder of pages and scripts; a section of a case; who takes toolpaths
+
+
+def test_tests_stand_in_the_rooms_of_what_they_test() -> None:
+    """Every folder of tests is a room of the packages, and every room with modules of its own has tests."""
+    rooms = {
+        folder.relative_to(ROOT)
+        for package in ("cell", "slicing", "ik")
+        for folder in (ROOT / package).rglob("*")
+        if folder.is_dir() and list(folder.glob("*.py"))
+    }
+    tests = {
+        folder.relative_to(ROOT / "tests")
+        for package in ("cell", "slicing", "ik")
+        for folder in (ROOT / "tests" / package).rglob("*")
+        if folder.is_dir() and list(folder.glob("test_*.py"))
+    }
+    assert tests == rooms
 
 
 def test_no_room_is_too_large() -> None:
