@@ -124,8 +124,8 @@ class BeadParameters:
     metal_share: Annotated[
         tuple[Annotated[float, Ge(0.01), Le(1)], Annotated[float, Ge(1), Le(100)]] | None,
         Meaning(
-            "least and greatest metal per length that a bead may carry, as a share of the usual; the speed "
-            "changes for it; none: 1"
+            "least and greatest metal per length that a bead may carry, as a share of the nominal amount; the "
+            "speed changes for it; none: always the nominal amount"
         ),
     ] = None
     seam: Annotated[
@@ -144,7 +144,10 @@ class BeadParameters:
     ] = None
     lead_in_mm: Annotated[
         Distance,
-        Meaning("length of closed beads before the seam; an open bead first runs back by it, within the layer"),
+        Meaning(
+            "length of a closed bead before its seam; of an open bead the arc starts this far inside it, runs back to "
+            "its start, and then forward"
+        ),
     ] = 0.0
     lead_out_mm: Annotated[
         Distance, Meaning("length of closed beads past the seam; an open bead runs back by it at its end")

@@ -67,7 +67,7 @@ class Checks(Section):
     )
     off_bead_mm: Distance = Field(0.05, description="motions from files: largest distance of the TCP from the bead")
     off_wire_deg: Annotated[float, within(0, 180)] = Field(
-        0.05, description="motions from files: largest angle of the wire to its direction"
+        0.05, description="motions from files: largest angle between the wire and the direction of the target"
     )
     gravity_max_deg: Annotated[float, within(0, 180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null: no limit"
