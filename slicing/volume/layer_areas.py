@@ -185,7 +185,7 @@ def _outside(mesh: Mesh, body: Body) -> Mesh:
     low, high = float(mesh.bounds[0, 2]) - 1.0, float(mesh.bounds[1, 2]) + 1.0
     surface = body.surface
     heights = [low, high]
-    if not isinstance(surface, Cylinder):
+    if not surface.is_straight:
         heights += [z + by for z in surface.chain(1e-3).z.tolist() for by in (-1e-6, 1e-6) if low < z < high]
     z = np.sort(np.array(heights))
     radius = surface.radius_at(z)

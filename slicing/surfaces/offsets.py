@@ -1,0 +1,93 @@
+"""What all surfaces that layers lie on answer, and what those that go round an axis answer besides.
+
+Layers are often offsets of one surface: those have a `family` in common and differ by their `level`.
+
+    Cylinder((0.0, 0.0), 20.0).is_offset_of(Cylinder((0.0, 0.0), 21.73))      # True
+    Cylinder((0.0, 0.0), 20.0).axis_points, Plane(point, normal).axis_points     # ((0.0, 0.0),), ()
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import Self, TypeGuard
+
+from ..mesh.closest_point import least_over_triangles
+from ..mesh.solid import Floats
+
+
+class Offsets(ABC):
+    """What planes, cylinders, cones and profiles answer alike: which surfaces are offsets of one another.
+
+    Attributes:
+        is_flat: whether it is a plane.
+        is_straight: whether it is the same at every height of its axis, as planes and cylinders are.
+        bends: whether it may have corners, as profiles have.
+    """
+
+    is_flat = False
+    is_straight = True
+    bends = False
+
+    @property
+    def ends(self) -> tuple[bool, bool]:
+        """Whether it meets its axis at its lower end, and at its upper one."""
+        return False, False
+
+    @property
+    def axis_points(self) -> tuple[tuple[float, float], ...]:
+        """Where the axis is that it goes round, (x, y), mm: one point; none for planes."""
+        return ()
+
+    @property
+    @abstractmethod
+    def family(self) -> object:
+        """What the surface and its offsets have in common."""
+
+    @property
+    @abstractmethod
+    def level(self) -> float:
+        """How far out it lies among its offsets, mm."""
+
+    @abstractmethod
+    def distance(self, points: Floats) -> Floats:
+        """Signed distance (n,) from points (n, 3), mm, positive outside."""
+
+    def is_offset_of(self, other: Offsets) -> TypeGuard[Self]:
+        """Whether the other surface is this one, so far inward or outward."""
+        return self.family == other.family
+
+    def facing(self, axis_point: tuple[float, float]) -> tuple[Floats, Floats] | None:
+        """The straight line of the surface that faces an axis: a point (2,) of the plane through both, and its normal.
+
+        None where thickness over an axis is the same along the whole surface.
+        """
+        return None
+
+
+class AboutAxis(Offsets):
+    """What goes round an axis parallel to z.
+
+    Attributes:
+        axis_point: (x, y) of the axis, mm, part frame.
+    """
+
+    axis_point: tuple[float, float]
+
+    @property
+    def axis_points(self) -> tuple[tuple[float, float], ...]:
+        """Where its axis is, (x, y), mm."""
+        return (self.axis_point,)
+
+    @property
+    def widest(self) -> float:
+        """A radius that it does not exceed anywhere, mm; inf where none is known."""
+        return math.inf
+
+    def ruling_from_apex(self, radius: float) -> tuple[Floats, Floats] | None:
+        """Radii and heights (2,) of the straight line from its apex out to a radius, mm; None where it has no apex."""
+        return None
+
+    def least_distance(self, triangles: Floats) -> float:
+        """Least distance from triangles (n, 3, 3), their insides too, mm; 0 where they reach inside."""
+        return least_over_triangles(triangles, self.distance)
