@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..mesh.solid import Bools, Floats
-from .offsets import AboutAxis
+from .offsets import GRAZING_RAD, AboutAxis, farthest_turn
 from .profile import ProfileChain
 from .rays import across_axis
 
@@ -112,6 +112,26 @@ class Cylinder(AboutAxis):
         if ((turn > 0).all(axis=1) | (turn < 0).all(axis=1)).any():
             return 0.0  # the axis passes through a face
         return max(nearest - self.radius, 0.0)
+
+    def away_from(self, axis_point: tuple[float, float], middle: float, half: float) -> tuple[float, float]:
+        """Least and greatest distance from an axis that it has within a sector about it, mm.
+
+        It is nearest straight across from its own axis, and ever farther away to either side.
+
+        Args:
+            axis_point: of the axis.
+            middle: angle of the sector's middle, rad.
+            half: half the sector's angle, rad.
+        """
+        across = (axis_point[0] - self.axis_point[0], axis_point[1] - self.axis_point[1], 0.0)
+        turn, apart = farthest_turn(across, middle, half), math.hypot(*across)
+        away, far = abs(self.radius - apart), self.radius + apart
+        if turn < GRAZING_RAD and apart < self.radius:
+            sine = apart * math.sin(turn)
+            # |far e - apart| = radius, without the difference of like numbers that a great radius brings
+            square = (self.radius - sine) * (self.radius + sine)
+            far = (self.radius - apart) * (self.radius + apart) / (math.sqrt(square) + apart * math.cos(turn))
+        return away, far
 
     def ray_distance(self, points: Floats, normals: Floats) -> Floats:
         """Distance (n,) from points (n, 3), going against unit normals (n, 3), to the outermost crossing, mm.

@@ -10,10 +10,24 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Self, TypeGuard
 
 from ..mesh.closest_point import least_over_triangles
 from ..mesh.solid import Floats
+
+GRAZING_RAD = 0.5 * (math.pi - 1e-3)  # a plane seen from an axis at more than this is taken to be endless
+
+
+def farthest_turn(direction: Sequence[float], middle: float, half: float) -> float:
+    """Greatest angle between a direction (x, y, ..) and those of a sector, rad, not less than half the sector's.
+
+    Args:
+        direction: of any length.
+        middle: angle of the sector's middle, rad.
+        half: half the sector's angle, rad.
+    """
+    return abs((middle - math.atan2(direction[1], direction[0]) + math.pi) % (2 * math.pi) - math.pi) + half
 
 
 class Offsets(ABC):
@@ -83,6 +97,11 @@ class AboutAxis(Offsets):
     def widest(self) -> float:
         """A radius that it does not exceed anywhere, mm; inf where none is known."""
         return math.inf
+
+    @property
+    def apex_z(self) -> float | None:
+        """Height of the point in which all its rulings meet, mm; None where there is none."""
+        return None
 
     def ruling_from_apex(self, radius: float) -> tuple[Floats, Floats] | None:
         """Radii and heights (2,) of the straight line from its apex out to a radius, mm; None where it has no apex."""

@@ -7,6 +7,7 @@ plane.lifted(plane.unrolled(points))
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..mesh.solid import Bools, Floats
-from .offsets import Offsets
+from .offsets import GRAZING_RAD, Offsets, farthest_turn
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,20 @@ class Plane(Offsets):
             half_mm: half the length of the triangles' sides at most; it does not matter: triangles are flat.
         """
         return np.asarray(height <= below_mm)
+
+    def away_from(self, axis_point: tuple[float, float], middle: float, half: float) -> tuple[float, float]:
+        """Least and greatest distance from an axis that it has within a sector about it, mm.
+
+        Args:
+            axis_point: of the axis.
+            middle: angle of the sector's middle, rad.
+            half: half the sector's angle, rad.
+        """
+        away = -float(self.distance(np.array([[*axis_point, 0.0]]))[0])
+        if away <= 0:  # beyond the axis: anything may be
+            return -math.inf, math.inf
+        turn = farthest_turn(self.normal, middle, half)
+        return away, away / math.cos(turn) if turn < GRAZING_RAD else math.inf
 
     def ray_distance(self, points: Floats, normals: Floats) -> Floats:
         """Distance (n,) from points (n, 3), going against unit normals (n, 3), mm; inf along the plane."""
