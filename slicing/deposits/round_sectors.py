@@ -17,7 +17,7 @@ from slicing.arrays import Floats
 
 from ..layers.layer import Layer
 from ..layers.poles import poles
-from ..surfaces.charts import lengths_along, meridian_of, on_surface
+from ..surfaces.meridians import lengths_along, meridian_of, on_surface
 from ..surfaces.surfaces import Round
 
 SECTOR = np.deg2rad(15.0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..curves.loops import Curve
 from ..mesh.solid import PartError
-from ..surfaces.charts import lengths_along, meridian_of
+from ..surfaces.meridians import lengths_along, meridian_of
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 from .layer import Layer
 

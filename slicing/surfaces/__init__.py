@@ -2,5 +2,6 @@
 
 Modules: ``surfaces`` (all kinds), with ``planes``, ``cylinders``, ``cones`` and ``revolved_profiles``, and ``offsets``
 (what all of them answer); ``bodies`` (round bodies), ``profile`` (turned profiles), ``rays`` (from points back to
-them), ``offset_families`` (offsets of one surface together), ``charts`` (maps into the plane).
+them), ``offset_families`` (offsets of one surface together), ``charts`` and ``pole_chart``
+(maps into the plane), ``meridians`` (profiles by arc length).
 """
