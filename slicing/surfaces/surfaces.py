@@ -8,7 +8,9 @@ material is laid from the inside outward.
     body.normals(points)             # unit, away from the axis
 
 What a caller wants to know of a surface it asks the surface (`slicing.surfaces.offsets`): `is_flat`, `is_straight`,
-`bends`, `ends`. Where another room does a thing in a way of its own on each kind, it has one function a kind.
+`bends`, `ends`. Where another room does a thing in a way of its own on each kind, a table there names a function for
+every kind; where most kinds do it alike, one function does it and those that differ are registered with it
+(`functools.singledispatch`).
 """
 
 from .cones import Cone
