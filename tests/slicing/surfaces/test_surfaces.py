@@ -163,3 +163,10 @@ def test_triangles_are_as_far_from_a_cylinder_as_from_the_cone_and_the_profile_t
 def test_what_a_cylinder_runs_through_is_at_no_distance_from_it():
     pierced = np.array([[[-90.0, -90.0, 3.0], [90.0, -90.0, 4.0], [0.0, 90.0, 5.0]]])
     assert Cylinder(AXIS, 20.0).least_distance(pierced) == 0.0
+
+
+@pytest.mark.parametrize("deep", [True, False])
+def test_a_side_dips_into_a_cylinder_as_deep_as_its_half_length_says(deep):
+    cylinder, half = Cylinder(AXIS, 100.0), 9.0
+    away = math.hypot(100.5, half) + (-1e-6 if deep else 1e-6)  # its middle lies just within the offset, or outside
+    assert cylinder.may_reach(np.array([away - 100.0]), 0.5, half).tolist() == [deep]
