@@ -59,7 +59,7 @@ class Family(ABC):
         """What parts of faces add to the areas (k,): those (p,) beyond one level each, as above."""
 
 
-class _Evenly(Family):
+class _SummedFamily(Family):
     """Members whose areas follow from the sums of their flux, and of its moment along the axis."""
 
     def whole(self, below: Ints, flux: Floats, z: Floats) -> Floats:
@@ -86,21 +86,21 @@ class _Evenly(Family):
         """Areas (k,) from the flux on each member, and its moment along the axis."""
 
 
-class _Planes(_Evenly):
+class _ParallelPlanes(_SummedFamily):
     """Parallel planes: flux is area."""
 
     def _areas(self, flux: Floats, moment: Floats) -> Floats:
         return flux
 
 
-class _Cylinders(_Evenly):
+class _CoaxialCylinders(_SummedFamily):
     """Cylinders about one axis: the flux of (x, y, 0) / rho² is area by radius."""
 
     def _areas(self, flux: Floats, moment: Floats) -> Floats:
         return self.levels * flux
 
 
-class _Cones(_Evenly):
+class _CoaxialCones(_SummedFamily):
     """Cones of one angle about one axis: the radius grows with z."""
 
     def _areas(self, flux: Floats, moment: Floats) -> Floats:
@@ -108,7 +108,7 @@ class _Cones(_Evenly):
         return np.asarray((radius * flux + cone.slope * moment) / math.cos(math.radians(cone.half_angle_deg)))
 
 
-class _Profiles(Family):
+class _ProfileOffsets(Family):
     """Offsets of one profile: each stretches the flux of its own faces by a factor that changes with z."""
 
     @cached_property
@@ -133,10 +133,10 @@ class _Profiles(Family):
 
 
 FAMILIES: dict[type, Callable[[Sequence[Any]], Family]] = {
-    Plane: _Planes,
-    Cylinder: _Cylinders,
-    Cone: _Cones,
-    Revolved: _Profiles,
+    Plane: _ParallelPlanes,
+    Cylinder: _CoaxialCylinders,
+    Cone: _CoaxialCones,
+    Revolved: _ProfileOffsets,
 }
 
 
