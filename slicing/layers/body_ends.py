@@ -122,7 +122,7 @@ def _turned(body: Body, low: float, high: float):  # type: ignore[no-untyped-def
     import manifold3d
 
     surface = body.surface
-    inner = surface.chain(1e-3).z if surface.bends else np.zeros(0)
+    inner = np.zeros(0) if surface.is_straight else surface.chain(1e-3).z  # a cone's tip, a profile's points
     z = np.concatenate([[low], inner[(inner > low) & (inner < high)], [high]])
     radius = surface.radius_at(z)
     polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
