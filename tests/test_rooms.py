@@ -153,7 +153,8 @@ ANY_VALUES = {
         cell/report/motion_report cell/report/program_document cell/report/sweep_lines
         cell/verdict/all_reasons cell/verdict/result cell/verdict/table_use cell/verdict/words
         cell/verification/bead_order cell/view/sweep_map_picture slicing/beads/overhang
-        slicing/beads/thickness_policy slicing/document slicing/surfaces/surfaces slicing/warning""",
+        slicing/beads/thickness_policy slicing/document slicing/surfaces/cones slicing/surfaces/cylinders
+        slicing/surfaces/planes slicing/surfaces/revolved_profiles slicing/warning""",
     "the variables of a KRL program": "cell/programs/krl/data cell/programs/krl/state cell/programs/krl/values",
     "columns of a table, or keyword arguments": """
         cell/planning/densify cell/programs/program cell/scene/scene cell/scene/workpiece""",

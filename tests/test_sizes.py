@@ -38,7 +38,6 @@ MORE_PARAMETERS = {
     "slicing/curves/revolved.py:_whole": "faces as columns",
     "slicing/curves/slabs.py:_chords": "faces as columns",
     "slicing/paper/adhesion.py:_integral": "the terms of one formula",
-    "slicing/strategies/nonuniform.py:_at_height": "a cut with all that it varies",
 }
 
 

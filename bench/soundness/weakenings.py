@@ -25,6 +25,7 @@ NEAR = "acceptance/test_near_misses.py"
 HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/proofs/test_coupled_bounds.py"
 LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/verification/test_accelerations.py"
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_deviation.py"
+SURFACES = "slicing/surfaces/test_surfaces.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_unsupported.py"
 
@@ -166,6 +167,14 @@ MUTANTS = (
     Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("slicing/volume/test_solid_flux.py", "slicing/volume/test_layer_areas.py")),
     Mutant("slicing/volume/layer_areas.py", "4.0 * ends[1]", "3.9 * ends[1]", ("slicing/volume/test_layer_areas.py",)),
     Mutant("slicing/layers/thickness.py", "np.minimum(to_below, to_body)", "to_below", ("slicing/strategies/test_layers.py", "slicing/curves/test_analytic_sections.py")),
+    Mutant("slicing/surfaces/cylinders.py", "inner**2 + half * half", "inner**2", (SURFACES,)),
+    Mutant("slicing/surfaces/cylinders.py", "math.sqrt(square) + apart", "math.sqrt(square) + 2.0 * apart", (SURFACES,)),
+    Mutant("slicing/surfaces/cylinders.py", "            return 0.0  # the axis passes through a face\n", "            pass\n", (SURFACES,)),
+    Mutant("slicing/surfaces/planes.py", "away / math.cos(turn)", "away", (SURFACES,)),
+    Mutant("slicing/surfaces/bodies.py", "low[0] <= ON_AXIS_MM, high[0] <= ON_AXIS_MM", "high[0] <= ON_AXIS_MM, low[0] <= ON_AXIS_MM", ("slicing/surfaces/test_bodies.py",)),
+    Mutant("slicing/surfaces/charts.py", "float(part.area * self.spacing_share(at, np.array([[0.0, 1.0]]))[0])", "float(part.area)", ("slicing/surfaces/test_charts.py",)),
+    Mutant("slicing/surfaces/pole_chart.py", "np.diff(up_to) / self.longer(", "np.diff(up_to) * self.longer(", ("slicing/surfaces/test_charts.py",)),
+    Mutant("slicing/beads/regions.py", "(0, 1, -1) if chart.turn_mm else (0,)", "(0,)", ("slicing/beads/test_infill.py", "slicing/beads/test_fill.py")),
     # motions and programs held against their limits, ways of the table, proofs of reach, lost parts
     Mutant("cell/verification/motion_check.py", "        *_gravity_findings(job, fine, on),\n", "", (LIMITS,)),
     Mutant("cell/verification/motion_check.py", "        *_hanging_findings(job, motion),\n", "", (OVERHANG,)),

@@ -15,7 +15,7 @@ air. Layers over the end of a body, where its surface meets the axis, are laid f
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,10 +25,10 @@ from ..layers.layer import Layer, SlicedSubVolume
 from ..layers.outside_body import body_section
 from ..layers.poles import poles
 from ..mesh.solid import Bools, Floats, PartError
-from ..surfaces.charts import Chart, FlatChart, PoleChart, RoundChart, lengths_along
-from ..surfaces.surfaces import Cylinder, Plane
+from ..surfaces.charts import Chart, FlatChart, RoundChart
+from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Round
 from ..warning import Code, Warning
-from .over_ends import View, area_about_pole, views_over_ends
+from .over_ends import Border, View, views_over_ends
 from .overhang_regions import SIMPLE_MM, one_period, region_of_curves
 
 ALLOWED = 0.5  # of a bead's width that may stand out
@@ -74,12 +74,7 @@ class Overhang:
 
         held = np.zeros(len(points), dtype=bool)
         for chart, region in self.out:
-            flat = chart.flat(points)
-            if isinstance(chart, RoundChart):  # points of several curves, each by itself
-                surface = chart.surface
-                x, y = (points[:, k] - surface.axis_point[k] for k in range(2))
-                turn = (np.arctan2(y, x) - chart.angle + np.pi) % (2 * np.pi) - np.pi
-                flat = np.stack([chart.radius * turn, lengths_along(chart.meridian, surface, points)], axis=1)
+            flat = chart.flat_each(points)
             held |= np.asarray(shapely.contains_xy(region.buffer(EDGE_MM), flat[:, 0], flat[:, 1]))
         return held
 
@@ -123,16 +118,7 @@ def overhangs(sliced: SlicedSubVolume, allowed_mm: float) -> tuple[Overhang, ...
 def _overhang(sliced: SlicedSubVolume, layer: Layer, below: Layer | None, allowed_mm: float) -> Overhang:
     """The part of one layer that overhangs."""
     under = [] if below is None else _put_onto(layer, below)
-    if below is not None and not isinstance(layer.surface, Plane) and any((*poles(layer), *poles(below))):
-        views, whole = views_over_ends(layer, below, under)
-    else:
-        chart = _chart(layer, under)
-        region = region_of_curves(chart, [(curve.points, curve.winding) for curve in layer.curves])
-        support = region_of_curves(chart, under)
-        if isinstance(chart, FlatChart):
-            support = support.union(_body_below(sliced, chart.surface, below, region))
-        whole = View(chart, one_period(chart, region), support)
-        views = [whole]
+    views, whole = VIEWS[type(layer.surface)](sliced, layer, layer.surface, below, under)
     far, place = _farthest_of(views)
     height = sliced.parameters.h_layer_mm if sliced.stands_on_plate else 0.5 * sum(layer.thickness_mm)
     angle = math.degrees(math.atan2(far, max(height, 1e-9))) if far > 0.0 else 0.0
@@ -159,20 +145,20 @@ def _told(found: Overhang, views: Sequence[View], whole: View, allowed_mm: float
     out = [(v.chart, v.region.difference(v.support.buffer(allowed_mm))) for v in views]
     near = whole.support.buffer(SIMPLE_MM)
     pieces = [piece for piece in shapely.get_parts(whole.region) if not piece.intersects(near)]
-    area, begins = sum(_area(*one) for one in out), sum(_area(whole.chart, piece) for piece in pieces)
+    area, begins = sum(chart.area(own) for chart, own in out), sum(whole.chart.area(piece) for piece in pieces)
     if area < LEAST_MM2:
         return found
     return replace(found, area_mm2=area, begins_mm2=min(begins, area), out=tuple(out))
 
 
-def _put_onto(layer: Layer, below: Layer) -> list[tuple[Floats, int]]:
+def _put_onto(layer: Layer, below: Layer) -> list[Border]:
     """The borders of the layer below on this layer's surface, along its normals, with their turns about the axis."""
     surface, out = layer.surface, []
     offsets = surface.is_offset_of(below.surface)  # lines between points stay lines
     for curve in below.curves:
         points = curve.points if offsets else _dense(curve.points)
         points = points - surface.distance(points)[:, None] * surface.normals(points)
-        out.append((points, 0 if isinstance(surface, Plane) else curve.winding))
+        out.append((points, 0 if surface.is_flat else curve.winding))
     return out
 
 
@@ -186,14 +172,38 @@ def _dense(points: Floats) -> Floats:
     return points[piece] + share[:, None] * (ends - points)[piece]
 
 
-def _chart(layer: Layer, under: Sequence[tuple[Floats, int]]) -> FlatChart | RoundChart:
-    """One chart for a layer and what lies below it: its plane, or right round the axis."""
-    if isinstance(layer.surface, Plane):
-        return FlatChart(layer.surface)
+def _views_flat(
+    sliced: SlicedSubVolume, layer: Layer, plane: Plane, below: Layer | None, under: Sequence[Border]
+) -> tuple[list[View], View]:
+    """A plane as it is, on the layer below and on the body."""
+    chart = FlatChart(plane)
+    region = region_of_curves(chart, [(curve.points, curve.winding) for curve in layer.curves])
+    support = region_of_curves(chart, under).union(_body_below(sliced, plane, below, region))
+    whole = View(chart, region, support)
+    return [whole], whole
+
+
+def _views_round(
+    sliced: SlicedSubVolume, layer: Layer, surface: Round, below: Layer | None, under: Sequence[Border]
+) -> tuple[list[View], View]:
+    """What goes round the axis: unrolled right round, but about its ends as a map of the pole."""
+    if below is not None and any((*poles(layer), *poles(below))):
+        return views_over_ends(surface, layer, below, under)
     loops = [curve.points for curve in layer.curves]
-    chart = RoundChart.around(layer.surface, loops + [p for p, _ in under], ring=True)
-    ahead = np.concatenate(loops)[:, :2].mean(axis=0) - layer.surface.axis_point
-    return replace(chart, angle=math.atan2(ahead[1], ahead[0]))
+    chart = RoundChart.around(surface, loops + [p for p, _ in under], ring=True)
+    ahead = np.concatenate(loops)[:, :2].mean(axis=0) - surface.axis_point
+    chart = replace(chart, angle=math.atan2(ahead[1], ahead[0]))
+    region = region_of_curves(chart, [(curve.points, curve.winding) for curve in layer.curves])
+    whole = View(chart, one_period(chart, region), region_of_curves(chart, under))
+    return [whole], whole
+
+
+VIEWS: dict[type, Callable[..., tuple[list[View], View]]] = {
+    Plane: _views_flat,
+    Cylinder: _views_round,
+    Cone: _views_round,
+    Revolved: _views_round,
+}
 
 
 def _body_below(sliced: SlicedSubVolume, plane: Plane, below: Layer | None, region: Any) -> Any:
@@ -204,9 +214,9 @@ def _body_below(sliced: SlicedSubVolume, plane: Plane, below: Layer | None, regi
         return shapely.Polygon()
     down = sliced.parameters.h_layer_mm
     if below is not None:
-        if not isinstance(below.surface, Plane):
+        if not plane.is_offset_of(below.surface):
             return shapely.Polygon()
-        down = -float(plane.distance(np.array([below.surface.point]))[0])
+        down = plane.height_over(below.surface)
     _, low, _, high = region.bounds
     low, high = (
         max(low - 1.0, sliced.body_z_mm[0] - plane.point[2]),
@@ -240,22 +250,6 @@ def _farthest(region: Any, support: Any) -> tuple[float, Floats, Floats]:
     k = int(np.argmax(away))
     foot = shapely.get_coordinates(shapely.shortest_line(shapely.Point(points[k]), support))[-1]
     return float(away[k]), points[k], foot
-
-
-def _area(chart: Chart, region: Any) -> float:
-    """Area on the surface of a region in the chart, mm²."""
-    import shapely
-
-    if isinstance(chart, PoleChart):
-        return area_about_pole(chart, region)
-    if isinstance(chart, FlatChart) or isinstance(chart.surface, Cylinder):
-        return float(region.area)
-    total = 0.0
-    for part in shapely.get_parts(region):
-        if part.area > 0.0:
-            at = np.array([part.centroid.coords[0]])
-            total += float(part.area * chart.spacing_share(at, np.array([[0.0, 1.0]]))[0])
-    return total
 
 
 def worst_angle(found: Sequence[Overhang]) -> float | None:

@@ -15,7 +15,7 @@ divided there (`Joint`); the pieces reach so far over the cut that their outermo
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,12 +27,11 @@ from ..layers.outside_body import region_of
 from ..layers.poles import round_about
 from ..mesh.solid import Floats, PartError
 from ..surfaces.charts import Chart, FlatChart, PoleChart, RoundChart
-from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved
+from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Round
 
 LEAST_AREA_MM2 = 1e-6
 MOST_STRETCH = 1.25  # a region over a pole is divided where parallels come out longer
 BETTER = 0.9  # and what is left of that is less than this share of it
-FINE_CUT = 256  # chords in a quarter of the parallel that divides it
 DOUBTFUL_RAD = 0.5 * math.pi  # borders with steps so far round the axis pass by the pole
 
 
@@ -95,14 +94,21 @@ def islands(layer: Layer, joint: Joint | None = None) -> list[Island]:
     Raises:
         PartError: the region goes round an end that its surface does not have, or over both ends at once.
     """
+    return ISLANDS[type(layer.surface)](layer, layer.surface, joint)
+
+
+def _flat_islands(layer: Layer, plane: Plane, joint: Joint | None) -> list[Island]:
+    """The regions of a plane, in its own coordinates."""
+    chart = FlatChart(plane)
+    region = region_of([chart.flat(curve.points) for curve in layer.curves if curve.closed])
+    return [Island(chart, part) for part in _polygons(region)]
+
+
+def _round_islands(layer: Layer, surface: Round, joint: Joint | None) -> list[Island]:
+    """The regions of what goes round an axis: beside its ends, right round, and over each end."""
     import shapely
 
-    surface = layer.surface
     closed = [curve for curve in layer.curves if curve.closed]
-    if isinstance(surface, Plane):
-        plane = FlatChart(surface)
-        region = region_of([plane.flat(curve.points) for curve in closed])
-        return [Island(plane, part) for part in _polygons(region)]
     lower, rings, upper = round_about(layer)
     found: list[Island] = []
     for curve in closed:
@@ -118,7 +124,6 @@ def islands(layer: Layer, joint: Joint | None = None) -> list[Island]:
         found += _rings(surface, [(curve.points, curve.winding) for curve in rings])
     for border, side in ((lower, -1), (upper, 1)):
         if border is not None:
-            assert isinstance(surface, Cone | Revolved)  # by _round_about
             over = PoleChart.around(surface, [border.points], side)
             found.append(Island(over, shapely.Polygon(over.flat(border.points)).buffer(0)))
     for curve in closed:
@@ -129,12 +134,20 @@ def islands(layer: Layer, joint: Joint | None = None) -> list[Island]:
     return [island for island in found if island.area_mm2 > LEAST_AREA_MM2]
 
 
-def _chart_beside(surface: Cylinder | Cone | Revolved, points: Floats) -> RoundChart | PoleChart:
+ISLANDS: dict[type, Callable[..., list[Island]]] = {
+    Plane: _flat_islands,
+    Cylinder: _round_islands,
+    Cone: _round_islands,
+    Revolved: _round_islands,
+}
+
+
+def _chart_beside(surface: Round, points: Floats) -> RoundChart | PoleChart:
     """The chart that distorts a region least that holds no pole."""
     best: RoundChart | PoleChart = RoundChart.around(surface, [points], ring=False)
     turn = np.abs(np.diff(np.arctan2(*(points[[*range(len(points)), 0], :2] - surface.axis_point).T[::-1])))
     doubtful = bool((np.minimum(turn, 2 * math.pi - turn) > DOUBTFUL_RAD).any())
-    if isinstance(surface, Cylinder) or (best.stretch[1] < 1.0 + 1e-6 and not doubtful):
+    if best.stretch[1] < 1.0 + 1e-6 and not doubtful:
         return best
     for end, side in zip(surface.ends, (-1, 1), strict=True):
         if end:
@@ -160,15 +173,14 @@ def _divided(island: Island, joint: Joint) -> list[Island]:
     import shapely
 
     chart = island.chart
-    if not isinstance(chart, PoleChart) or chart.stretch[1] <= MOST_STRETCH:
+    if not isinstance(chart, PoleChart) or chart.stretch[1] <= MOST_STRETCH:  # only maps of a pole are divided
         return [island]
     far = float(np.hypot(*shapely.get_coordinates(island.region).T).max())
     cut = _best_cut(chart, far, 2.0 * joint.width_mm)
     if cut is None:
         return [island]
-    pole = shapely.Point(0.0, 0.0)
-    inner = island.region.intersection(pole.buffer(cut + joint.over_mm, FINE_CUT))
-    rest = _polygons(island.region.difference(pole.buffer(max(cut - joint.over_mm, 1e-3), FINE_CUT)))
+    inner = island.region.intersection(chart.within(cut + joint.over_mm))
+    rest = _polygons(island.region.difference(chart.within(max(cut - joint.over_mm, 1e-3))))
     if not rest or any(piece.buffer(-0.5 * joint.width_mm).is_empty for piece in rest):
         return [island]
     own = replace(chart, stretch=(chart.stretch[0], float(chart.longer(_up_to(chart, cut + joint.over_mm)).max())))
@@ -219,14 +231,14 @@ def _recharted(chart: PoleChart, piece: Any) -> Island:
     return island
 
 
-def _rings(surface: Cylinder | Cone | Revolved, rings: Sequence[tuple[Floats, int]]) -> list[Island]:
+def _rings(surface: Round, rings: Sequence[tuple[Floats, int]]) -> list[Island]:
     """The region between borders that go round: right round the axis, or about a pole where that distorts less."""
     import shapely
 
     points = [border for border, _ in rings]
     chart = RoundChart.around(surface, points, ring=True)
     for end, side in zip(surface.ends, (-1, 1), strict=True):
-        if end and not isinstance(surface, Cylinder):
+        if end:
             over = PoleChart.around(surface, points, side, whole=False)
             if over.stretch[1] < BETTER * chart.stretch[1]:
                 region = shapely.Polygon()
@@ -269,14 +281,12 @@ def _with_hole(island: Island, curve: Curve) -> Island:
     from shapely import affinity
 
     chart = island.chart
-    assert not isinstance(chart, FlatChart)
     hole = shapely.Polygon(chart.flat(curve.points)).buffer(0)
     if chart.period is not None:
         island = replace(island, holes=(*island.holes, hole))
         return island.repeated(0.0)
-    turns = 2 * math.pi * chart.radius if isinstance(chart, RoundChart) and chart.slope == 0.0 else 0.0
-    for k in (0, 1, -1) if turns else (0,):
-        moved = affinity.translate(hole, k * turns)
+    for k in (0, 1, -1) if chart.turn_mm else (0,):
+        moved = affinity.translate(hole, k * chart.turn_mm)
         if hole.area < island.region.area and island.region.intersects(moved):
             return replace(island, region=island.region.difference(moved))
     return island

@@ -23,11 +23,14 @@ clockwise.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
 from ..mesh.solid import Floats, Ints, Mesh
-from ..surfaces.surfaces import Cone, Cylinder, Plane, Surface
+from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Surface
 from .cone_levels import STEEPEST, cone_curves
 from .face_intervals import FaceIntervals
 from .loops import Curve, assembled, chain
@@ -44,7 +47,6 @@ def intersect(
     mesh: Mesh,
     surface: Surface,
     tolerance_mm: float = 0.01,
-    facing: Floats | None = None,
     nudge_mm: float = NUDGE_MM,
     faces: Ints | None = None,
 ) -> list[Curve]:
@@ -55,8 +57,6 @@ def intersect(
         surface: where to cut. Points of the result lie within nudge_mm (or the mesh's rounding) outside of
             it.
         tolerance_mm: greatest distance between the exact curve and the chord of two successive points.
-        facing: unit (2,) direction in xy: loops of a round surface wholly on the other side of its axis are
-            left out.
         nudge_mm: how far outside the surface the cut is really made.
         faces: (k,) numbers of the triangles to look at; all whose extent reaches the surface when not given.
 
@@ -64,39 +64,10 @@ def intersect(
         Closed curves, outer loops counter-clockwise seen from outside, holes clockwise; empty if there are
         none.
     """
+    way = WAYS[type(surface)]
     if faces is None:
-        faces = _reaching(mesh, surface, nudge_mm)
-    if len(faces) == 0:
-        return []
-    if isinstance(surface, Plane | Cylinder):
-        (curves,) = level_curves(mesh, surface, np.zeros(1), tolerance_mm, nudge_mm, faces)
-    else:
-        near = np.unique(mesh.faces[faces])
-        surface = surface.offset(_nudge(surface.distance(mesh.vertices[near]), nudge_mm, mesh.noise_mm))
-        curves = round_curves(mesh, faces, surface, tolerance_mm)
-    return _facing(curves, surface, facing)
-
-
-def _reaching(mesh: Mesh, surface: Surface, nudge_mm: float) -> Ints:
-    """Triangles (k,) that may reach a surface: by their corners where its inside is convex, and by spheres around them.
-
-    A triangle with all corners inside lies inside. One with all corners outside of a cylinder may dip into it as far
-    as a side of two radii's length can, or hold the whole circle.
-    """
-    centres, radii = mesh.bounding_spheres
-    faces, farthest = None, nudge_mm + REACH_MM + 2.0 * mesh.noise_mm  # that the cut may really lie outside
-    if isinstance(surface, Plane | Cylinder):
-        height = surface.distance(mesh.vertices)
-        low = height <= farthest
-        if isinstance(surface, Cylinder):
-            distance, widest = height + surface.radius, float(radii.max(initial=0.0))
-            inner = max(surface.radius + farthest, 0.0)
-            low = (distance * distance <= inner**2 + widest**2) | (distance <= 2.0 * widest)
-        a, b, c = ((low + 2 * (height > nudge_mm).view(np.uint8)).take(corner) for corner in mesh.corners)
-        faces = np.flatnonzero((a | b | c) == 3)
-        centres, radii = centres[faces], radii[faces]
-    near = np.flatnonzero(np.abs(surface.distance(centres)) <= radii + farthest)
-    return near if faces is None else faces[near]
+        faces = way.reaching(mesh, surface, nudge_mm)
+    return way.on_one(mesh, surface, tolerance_mm, nudge_mm, faces) if len(faces) else []
 
 
 def intersect_offsets(
@@ -113,20 +84,77 @@ def intersect_offsets(
     Returns:
         The curves on every offset.
     """
-    heights = np.asarray(heights_mm, dtype=np.float64)
-    if isinstance(base, Plane | Cylinder):
-        return level_curves(mesh, base, heights, tolerance_mm)
-    if isinstance(base, Cone) and abs(base.slope) >= STEEPEST and len(heights):
-        return cone_curves(mesh, base, heights, tolerance_mm)
+    return WAYS[type(base)].on_offsets(mesh, base, np.asarray(heights_mm, dtype=np.float64), tolerance_mm)
+
+
+def _all_at_once(
+    mesh: Mesh, surface: Plane | Cylinder, tolerance_mm: float, nudge_mm: float, faces: Ints
+) -> list[Curve]:
+    (curves,) = level_curves(mesh, surface, np.zeros(1), tolerance_mm, nudge_mm, faces)
+    return curves
+
+
+def _band_by_band(
+    mesh: Mesh, surface: Cone | Revolved, tolerance_mm: float, nudge_mm: float, faces: Ints
+) -> list[Curve]:
+    near = np.unique(mesh.faces[faces])
+    outside = _nudge(surface.distance(mesh.vertices[near]), nudge_mm, mesh.noise_mm)
+    return round_curves(mesh, faces, surface.offset(outside), tolerance_mm)
+
+
+def _offset_by_offset(mesh: Mesh, base: Surface, heights: Floats, tolerance_mm: float) -> list[list[Curve]]:
     intervals = FaceIntervals.about(mesh, base)
     return [intersect(mesh, base.offset(h), tolerance_mm, faces=intervals.at(h)) for h in heights.tolist()]
 
 
-def _facing(curves: list[Curve], surface: Surface, facing: Floats | None) -> list[Curve]:
-    """The curves that are not wholly on the side of the axis away from a direction."""
-    if facing is None or isinstance(surface, Plane):
-        return curves
-    return [c for c in curves if ((c.points[:, :2] - surface.axis_point) @ facing > 0).any()]
+def _on_cones(mesh: Mesh, base: Cone, heights: Floats, tolerance_mm: float) -> list[list[Curve]]:
+    if abs(base.slope) >= STEEPEST and len(heights):
+        return cone_curves(mesh, base, heights, tolerance_mm)
+    return _offset_by_offset(mesh, base, heights, tolerance_mm)
+
+
+def _reach_mm(mesh: Mesh, nudge_mm: float) -> float:
+    """How far outside a surface the cut may really lie."""
+    return nudge_mm + REACH_MM + 2.0 * mesh.noise_mm
+
+
+def _by_spheres(mesh: Mesh, surface: Surface, nudge_mm: float) -> Ints:
+    """Triangles (k,) that may reach a surface, by spheres around them."""
+    centres, radii = mesh.bounding_spheres
+    return np.flatnonzero(np.abs(surface.distance(centres)) <= radii + _reach_mm(mesh, nudge_mm))
+
+
+def _by_corners(mesh: Mesh, surface: Plane | Cylinder, nudge_mm: float) -> Ints:
+    """The same where the surface's inside is convex: a triangle with all corners inside lies inside."""
+    centres, radii = mesh.bounding_spheres
+    height, farthest = surface.distance(mesh.vertices), _reach_mm(mesh, nudge_mm)
+    low = surface.may_reach(height, farthest, float(radii.max(initial=0.0)))
+    a, b, c = ((low + 2 * (height > nudge_mm).view(np.uint8)).take(corner) for corner in mesh.corners)
+    faces = np.flatnonzero((a | b | c) == 3)
+    return faces[np.flatnonzero(np.abs(surface.distance(centres[faces])) <= radii[faces] + farthest)]
+
+
+@dataclass(frozen=True)
+class _Way:
+    """How curves on a kind of surface are found.
+
+    Attributes:
+        reaching: the triangles that may reach it.
+        on_one: the curves on it.
+        on_offsets: the curves on its offsets.
+    """
+
+    reaching: Callable[..., Ints]
+    on_one: Callable[..., list[Curve]]
+    on_offsets: Callable[..., list[list[Curve]]]
+
+
+WAYS: dict[type, _Way] = {
+    Plane: _Way(_by_corners, _all_at_once, level_curves),
+    Cylinder: _Way(_by_corners, _all_at_once, level_curves),
+    Cone: _Way(_by_spheres, _band_by_band, _on_cones),
+    Revolved: _Way(_by_spheres, _band_by_band, _offset_by_offset),
+}
 
 
 def _nudge(heights: Floats, nudge_mm: float, noise_mm: float) -> float:

@@ -21,16 +21,9 @@ from ..mesh.edge_table import neighbours
 from ..mesh.solid import Floats, Ints
 from ..warning import Warning
 from .axis_candidates import FEW_SIDES, LEVEL, MANY_SIDES, Roundness, candidates, rotation_to_z
+from .bands import HALF_FACET_RAD, LEAST_TURN, FoundBand
 from .robust_line import biweights, densest
-from .turned_faces import (
-    FEW_SIDES_RAD,
-    HALF_FACET_RAD,
-    LEAST_TURN,
-    FoundBand,
-    PartFaces,
-    find_bands,
-    ridge_weights,
-)
+from .turned_faces import FEW_SIDES_RAD, PartFaces, find_bands, ridge_weights
 
 __all__ = ["LEVEL", "Axis", "find_axis", "measured", "rotation_to_z"]
 

@@ -20,7 +20,8 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints
 from ..mesh.edge_table import neighbours
-from .turned_faces import COPLANAR_RAD, FEW_SIDES_RAD, HALF_FACET_RAD
+from .bands import HALF_FACET_RAD
+from .turned_faces import COPLANAR_RAD, FEW_SIDES_RAD
 
 SAMPLES = 1500  # faces looked at
 FROM_CURVED, FROM_PATCHES = 0.45, 0.35  # shares drawn from the curved ones by area, and evenly over their patches

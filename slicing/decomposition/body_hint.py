@@ -14,7 +14,8 @@ import numpy as np
 from ..mesh.solid import Floats, Mesh, PartError
 from ..warning import Code, Warning
 from .axis import Axis, find_axis
-from .turned_faces import FEW_SIDES_RAD, HINTED_TURN, LEAST_TURN, PartFaces
+from .bands import LEAST_TURN
+from .turned_faces import FEW_SIDES_RAD, HINTED_TURN, PartFaces
 
 AXIS_SHARE = 1e-5  # of the extent: an axis this close to z, to the origin or to a hint is there
 HINT_SHARE = 1e-2  # of the extent: how far a hint's axis may be off the one found

@@ -36,6 +36,7 @@ from ..mesh.solid import Floats, Ints, Mesh, PartError, mesh_from_arrays
 from ..surfaces.bodies import Body, ConicalBody, CylindricalBody, RevolvedBody
 from ..warning import Code, Warning
 from .axis import Axis, parallel_axis
+from .bands import Band, FoundBand
 from .body_hint import LEAST_SIDES, BodyHint, hinted_axis, part_frame
 from .cut import Cut, CutPiece, arrays_of, clearance, cut_off, solid_of
 from .doubts import (
@@ -57,7 +58,7 @@ from .doubts import (
 from .outline import Outline, body_outline, without_collars
 from .outline_ends import carried_through
 from .piece_doubts import doubtful_pieces
-from .turned_faces import HINTED_TURN, Band, FoundBand, PartFaces, find_bands
+from .turned_faces import HINTED_TURN, PartFaces, find_bands
 
 SAME_HEIGHT = 1e-3  # of the part's extent: centroids at one height
 HINT_MM = 0.01  # how far a hint's radius may

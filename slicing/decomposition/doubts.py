@@ -18,9 +18,9 @@ from ..arrays import Floats
 from ..mesh.face_measures import enclosed_volume, face_normals
 from ..warning import Code, Warning
 from .axis import Axis
+from .bands import Band, FoundBand
 from .cut import Cut, CutPiece
 from .outline import Outline, hills
-from .turned_faces import Band, FoundBand
 
 VISIBLE_MM = 0.1  # a polygon's flats farther inside the cylinder than this are worth a warning
 MISSING = 2e-4  # of the whole volume: what does not add up

@@ -19,8 +19,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..mesh.solid import Floats, Ints
+from .bands import LEAST_COVERAGE, LEAST_TURN, Band, FoundBand
 from .lands import is_land
-from .turned_faces import HINTED_TURN, LEAST_COVERAGE, LEAST_TURN, Band, FoundBand
+from .turned_faces import HINTED_TURN
 
 SAME_POINT_MM, SAME_POINT = 1e-5, 1e-6  # points of an outline closer than this (and that share of r) are one
 SHORT_AND_HIGH = 0.999  # of its length: a ring that stands out this far is a flange

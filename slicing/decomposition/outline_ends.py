@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..mesh.solid import Floats
+from .bands import Band
 from .outline import Outline
-from .turned_faces import FEW_SIDES_RAD, Band
+from .turned_faces import FEW_SIDES_RAD
 
 LEVELS, STEP = 200, 0.05  # looked at beyond an end: at most so many, and how far apart, of the radius
 RIM, LEAST_RIM = 0.02, 1e-7  # of the radius: the greatest and the least length of a rim

@@ -14,7 +14,7 @@ bead, that bead stands out of its layer by half its width (``beyond_borders``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -28,7 +28,7 @@ from ..layers.layer import Layer, SlicedSubVolume
 from ..mesh.hull import hull_planes
 from ..mesh.solid import Mesh
 from ..parameters import BeadParameters
-from ..surfaces.surfaces import Cylinder, Plane, Surface
+from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Round, Surface
 from .round_sectors import sectors
 
 if TYPE_CHECKING:
@@ -177,19 +177,37 @@ def _slab(layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:
 
 def _pieces(layer: Layer, beyond: float) -> Iterator[Floats]:
     """Outlines of a layer's nearly convex pieces, carried on beyond its borders, each (k, 3), mm."""
-    surface = layer.surface
-    if not isinstance(surface, Plane):
-        # rings have no outline to unroll, and cones and profiles are taken by sectors as well
-        rings = any(_winds(surface.axis_point, c.points) for c in layer.curves if c.closed)
-        if rings or not isinstance(surface, Cylinder):
-            yield from (_carried_on(surface, piece, beyond) for piece in sectors(layer, SIMPLIFY_MM))
-            return
+    yield from PIECES[type(layer.surface)](layer, layer.surface, beyond)
+
+
+def _flat_pieces(layer: Layer, surface: Plane, beyond: float) -> Iterator[Floats]:
     for polygon in _polygons(layer, surface, beyond):
         for piece in _cut(polygon):
-            if isinstance(surface, Cylinder):
-                # straight in the unrolled plane is bowed in space: corners alone would cut the crown off
-                piece = piece.segmentize(2 * np.sqrt(SIMPLIFY_MM * surface.radius))
             yield surface.lifted(np.asarray(piece.exterior.coords)[:-1])
+
+
+def _bowed_pieces(layer: Layer, surface: Cylinder, beyond: float) -> Iterator[Floats]:
+    """On a cylinder: as if it were unrolled, but for rings, which have no outline then."""
+    if any(_winds(surface.axis_point, c.points) for c in layer.curves if c.closed):
+        yield from _by_sectors(layer, surface, beyond)
+        return
+    for polygon in _polygons(layer, surface, beyond):
+        for piece in _cut(polygon):
+            # straight in the unrolled plane is bowed in space: corners alone would cut the crown off
+            bowed = piece.segmentize(2 * np.sqrt(SIMPLIFY_MM * surface.radius))
+            yield surface.lifted(np.asarray(bowed.exterior.coords)[:-1])
+
+
+def _by_sectors(layer: Layer, surface: Round, beyond: float) -> Iterator[Floats]:
+    yield from (_carried_on(surface, piece, beyond) for piece in sectors(layer, surface, SIMPLIFY_MM))
+
+
+PIECES: dict[type, Callable[..., Iterator[Floats]]] = {
+    Plane: _flat_pieces,
+    Cylinder: _bowed_pieces,
+    Cone: _by_sectors,
+    Revolved: _by_sectors,
+}
 
 
 def _winds(axis_point: tuple[float, float], points: Floats) -> bool:

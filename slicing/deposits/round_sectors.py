@@ -1,6 +1,6 @@
 """Layers on surfaces of revolution as pieces for the hulls that collide: sector by sector about the axis.
 
-    for points in sectors(layer, sagitta_mm=0.05):      # (k, 3) mm, part frame
+    for points in sectors(layer, surface, sagitta_mm=0.05):      # (k, 3) mm, part frame
 
 A layer's borders alone do not tell how far it stands out between them: what lies over a body's end is bounded by its
 rim, and a profile may bulge. So profile points between the borders are among each sector's points.
@@ -17,8 +17,8 @@ from slicing.arrays import Floats
 
 from ..layers.layer import Layer
 from ..layers.poles import poles
-from ..surfaces.charts import lengths_along, meridian_of, on_surface
-from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved
+from ..surfaces.meridians import lengths_along, meridian_of, on_surface
+from ..surfaces.surfaces import Round
 
 SECTOR = np.deg2rad(15.0)
 SHARED = 0.55  # of a sector to either side of its middle
@@ -29,24 +29,23 @@ OFF_CORNER_MM = 1e-3  # points so near a corner have the normals of its sides, a
 FAN_RAD = 0.3
 
 
-def sectors(layer: Layer, sagitta_mm: float) -> Iterator[Floats]:
+def sectors(layer: Layer, surface: Round, sagitta_mm: float) -> Iterator[Floats]:
     """Points whose hulls hold a layer's region, sector by sector.
 
     Args:
-        layer: on a surface of revolution.
+        layer: the layer.
+        surface: of revolution, that it lies on.
         sagitta_mm: how far hulls may stay inside the surface.
 
     Yields:
         (k, 3) points on the surface, mm.
     """
-    surface = layer.surface
-    assert not isinstance(surface, Plane)
     # straight borders have points at their corners alone: without more of them sectors would be missed
     borders = [_filled(c.points, surface) for c in layer.curves]
     points = np.concatenate(borders)
     angle = np.arctan2(points[:, 1] - surface.axis_point[1], points[:, 0] - surface.axis_point[0])
     first = np.cumsum([0, *(len(border) for border in borders)])
-    profile = None if isinstance(surface, Cylinder) else _Profile(layer, surface, points, sagitta_mm)
+    profile = None if surface.is_straight else _Profile(layer, surface, points, sagitta_mm)
     for low in np.arange(-np.pi, np.pi - 1e-9, SECTOR):
         near = _beside(angle, low + SECTOR / 2, SHARED * SECTOR)
         if near.any():
@@ -57,7 +56,7 @@ def sectors(layer: Layer, sagitta_mm: float) -> Iterator[Floats]:
             yield np.concatenate([points[near], *more])
 
 
-def _filled(loop: Floats, surface: Cylinder | Cone | Revolved) -> Floats:
+def _filled(loop: Floats, surface: Round) -> Floats:
     """A closed curve (n, 3) with points in between where its own are far apart, these put onto its surface."""
     way = np.roll(loop, -1, axis=0) - loop
     count = np.maximum(np.ceil(np.linalg.norm(way, axis=1) / SPACING_MM), 1).astype(np.int64)
@@ -77,10 +76,11 @@ def _beside(angle: Floats, middle: float, width: float) -> np.ndarray:
 class _Profile:
     """The profile below a layer's region."""
 
-    def __init__(self, layer: Layer, surface: Cone | Revolved, points: Floats, sagitta_mm: float) -> None:
+    def __init__(self, layer: Layer, surface: Round, points: Floats, sagitta_mm: float) -> None:
         self.surface, self.poles = surface, poles(layer)
-        apex = np.array([[*surface.axis_point, -surface.radius / surface.slope]]) if isinstance(surface, Cone) else None
-        reach = points if apex is None or not any(self.poles) else np.concatenate([points, apex])
+        reach, apex = points, surface.apex_z
+        if apex is not None and any(self.poles):
+            reach = np.concatenate([points, [[*surface.axis_point, apex]]])
         self.meridian = meridian_of(surface, reach, sagitta_mm)
         self.length = lengths_along(self.meridian, surface, points)
         self.meridian = _with_corners(self.meridian)

@@ -18,14 +18,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..mesh.solid import Mesh
-from ..surfaces.bodies import Body, CylindricalBody, RevolvedBody
-from ..surfaces.surfaces import Revolved
+from ..surfaces.bodies import Body
 
 NO_ENDS = (-math.inf, math.inf)
 GAP_MM, GAP_SHARE = 0.1, 0.005  # how far a profile may lie below the body's surface, and as a share of the radius
 FINE_MM = 0.05  # places along a profile
 BEYOND_MM = 0.1  # what reaches less far over an end does not count
-ON_AXIS_MM = 1e-6
 BODY_SIDES = 512  # sides of the body that is taken off
 
 
@@ -48,15 +46,12 @@ def body_ends(profile: Sequence[tuple[float, float]], body: Body) -> tuple[float
     r, z = (np.interp(fine, at, points[:, k]) for k in range(2))
     x, y = body.axis_xy_mm
     below = -body.surface.distance(np.stack([x + r, np.full(len(r), y), z], axis=1))
-    there = below <= np.maximum(max(GAP_MM, body.off_mm if isinstance(body, CylindricalBody) else 0.0), GAP_SHARE * r)
+    there = below <= np.maximum(max(GAP_MM, body.off_mm), GAP_SHARE * r)
     if not there.any():
         return NO_ENDS
     low, high = float(z[there].min()), float(z[there].max())
-    if isinstance(body, RevolvedBody):  # a profile that is closed on the axis goes round its ends
-        lowest, highest = sorted((body.profile_mm[0], body.profile_mm[-1]), key=lambda point: point[1])
-        low = -math.inf if lowest[0] <= ON_AXIS_MM else low
-        high = math.inf if highest[0] <= ON_AXIS_MM else high
-    return low, high
+    round_low, round_high = body.closes_ends  # a profile that is closed on the axis goes round its ends
+    return -math.inf if round_low else low, math.inf if round_high else high
 
 
 def reach_beyond(heights: np.ndarray, z_mm: tuple[float, float]) -> bool:
@@ -110,21 +105,16 @@ def without_body(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> Mesh:
     return _mesh(mesh, _solid(mesh) - _turned(body, low, high))
 
 
-def closed_over(mesh: Mesh, body: RevolvedBody, z_mm: tuple[float, float]) -> RevolvedBody:
-    """A profile with its end faces where a sub-volume lies over them.
+def closed_over(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> Body:
+    """A body with its end faces where a sub-volume lies over them.
 
     Args:
         mesh: the sub-volume.
         body: the body.
         z_mm: its ends.
     """
-    points = body.profile_mm if body.profile_mm[0][1] <= body.profile_mm[-1][1] else body.profile_mm[::-1]
     low, high = (float(v) for v in mesh.bounds[:, 2])
-    if low < z_mm[0] - BEYOND_MM and points[0][0] > ON_AXIS_MM:
-        points = ((0.0, points[0][1]), *points)
-    if high > z_mm[1] + BEYOND_MM and points[-1][0] > ON_AXIS_MM:
-        points = (*points, (0.0, points[-1][1]))
-    return RevolvedBody(points, body.axis_xy_mm)
+    return body.with_end_faces(low < z_mm[0] - BEYOND_MM, high > z_mm[1] + BEYOND_MM)
 
 
 def _turned(body: Body, low: float, high: float):  # type: ignore[no-untyped-def]
@@ -132,10 +122,8 @@ def _turned(body: Body, low: float, high: float):  # type: ignore[no-untyped-def
     import manifold3d
 
     surface = body.surface
-    z = np.array([low, high])
-    if isinstance(surface, Revolved):
-        inner = surface.chain(1e-3).z
-        z = np.concatenate([[low], inner[(inner > low) & (inner < high)], [high]])
+    inner = np.zeros(0) if surface.is_straight else surface.chain(1e-3).z  # a cone's tip, a profile's points
+    z = np.concatenate([[low], inner[(inner > low) & (inner < high)], [high]])
     radius = surface.radius_at(z)
     polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
     solid = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), BODY_SIDES)

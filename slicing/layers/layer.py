@@ -16,7 +16,7 @@ from ..curves.intersect import Curve
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
 from ..surfaces.bodies import STRATEGIES, Body, ConicalBody, CylindricalBody, RevolvedBody
-from ..surfaces.surfaces import Plane, Surface
+from ..surfaces.surfaces import Surface
 from .thickness import bead_thickness, thickness_range
 
 __all__ = [
@@ -59,7 +59,7 @@ class Layer:
     @property
     def on_body(self) -> bool:
         """Whether it lies right on the body, as first layers do but for planes."""
-        return self.index == 0 and not isinstance(self.surface, Plane)
+        return self.index == 0 and not self.surface.is_flat
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from ..curves.loops import Curve
 from ..curves.slabs import Bands
 from ..mesh.solid import Floats
 from ..surfaces.bodies import Body
-from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved
+from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Round
 
 LEAST_AREA_MM2 = 1e-6  # what is left of a region that only touches the body's side
 
@@ -117,9 +118,7 @@ def region_of(loops: list[Floats]) -> Any:
     return region
 
 
-def body_section(
-    plane: Plane, surface: Cylinder | Cone | Revolved, low: float, high: float, tolerance_mm: float
-) -> Any:
+def body_section(plane: Plane, surface: Round, low: float, high: float, tolerance_mm: float) -> Any:
     """Where a plane parallel to z cuts a body of revolution.
 
     Args:
@@ -132,14 +131,36 @@ def body_section(
     Returns:
         A shapely geometry in the coordinates of `Plane.unrolled`.
     """
-    import shapely
-
     axis = np.append(surface.axis_point, 0.0)
     centre = plane.unrolled(axis[None])[0]
     height = abs(float(plane.distance(axis[None])[0]))
-    if isinstance(surface, Cylinder):
-        half = math.sqrt(max(surface.radius**2 - height**2, 0.0))
-        return shapely.box(centre[0] - half, low, centre[0] + half, high) if half > 0.0 else shapely.Polygon()
+    return SECTIONS[type(surface)](surface, centre, height, (low, high), tolerance_mm)
+
+
+def _strip(surface: Cylinder, centre: Floats, height: float, between: tuple[float, float], tolerance_mm: float) -> Any:
+    """Of a cylinder: a strip along its axis.
+
+    Args:
+        surface: the body's.
+        centre: (2,) its axis at z = 0 in the plane's coordinates.
+        height: of the plane over the axis, mm.
+        between: least and greatest second coordinate that count, mm.
+        tolerance_mm: it does not matter: the border is straight.
+    """
+    import shapely
+
+    half = math.sqrt(max(surface.radius**2 - height**2, 0.0))
+    low, high = between
+    return shapely.box(centre[0] - half, low, centre[0] + half, high) if half > 0.0 else shapely.Polygon()
+
+
+def _section_by_bands(
+    surface: Cone | Revolved, centre: Floats, height: float, between: tuple[float, float], tolerance_mm: float
+) -> Any:
+    """Of a cone or a profile: band by band between hyperbolas, sampled to the tolerance."""
+    import shapely
+
+    low, high = between
     bands = Bands.of(surface.chain(0.05 * tolerance_mm))
     border = np.concatenate([[low - centre[1]], bands.z, [high - centre[1]]])
     border = np.clip(border, low - centre[1], high - centre[1])
@@ -157,6 +178,13 @@ def body_section(
         other = np.stack([centre[0] - u, centre[1] + v], axis=1)
         parts.append(shapely.Polygon(np.concatenate([side, other[::-1]])).buffer(0))
     return shapely.union_all(parts)
+
+
+SECTIONS: dict[type, Callable[..., Any]] = {
+    Cylinder: _strip,
+    Cone: _section_by_bands,
+    Revolved: _section_by_bands,
+}
 
 
 def _cut_span(bands: Bands, slab: int, begin: float, end: float, height: float) -> tuple[float, float] | None:

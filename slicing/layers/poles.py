@@ -13,7 +13,7 @@ import numpy as np
 
 from ..curves.loops import Curve
 from ..mesh.solid import PartError
-from ..surfaces.charts import lengths_along, meridian_of
+from ..surfaces.meridians import lengths_along, meridian_of
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 from .layer import Layer
 
@@ -29,15 +29,15 @@ def round_about(layer: Layer) -> tuple[Curve | None, list[Curve], Curve | None]:
 
     The borders that go round the axis lie one above the other; what lies between them is in the region by turns.
     """
-    rings = [curve for curve in layer.curves if curve.closed and curve.winding]
-    if not rings or isinstance(layer.surface, Plane):
+    surface, rings = layer.surface, [curve for curve in layer.curves if curve.closed and curve.winding]
+    if isinstance(surface, Plane) or not rings:  # nothing goes round an axis on a plane
         return None, [], None
-    rings = _upwards(layer.surface, rings)
+    rings = _upwards(surface, rings)
     lower = rings.pop(0) if rings[0].winding < 0 else None
     upper = rings.pop() if rings and rings[-1].winding > 0 else None
     by_turns = all(curve.winding == (-1 if k % 2 else 1) for k, curve in enumerate(rings)) and len(rings) % 2 == 0
     once = all(abs(curve.winding) == 1 for curve in (lower, upper) if curve is not None)
-    ends = layer.surface.ends
+    ends = surface.ends
     there = (lower is None or ends[0]) and (upper is None or ends[1])
     if not (by_turns and once and there):
         raise PartError(

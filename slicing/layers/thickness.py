@@ -15,11 +15,14 @@ everywhere: going back along the normal of an offset one meets the next offset a
 
 from __future__ import annotations
 
+from functools import singledispatch
+
 import numpy as np
 
 from ..mesh.solid import Floats
 from ..surfaces.bodies import Body
-from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Surface
+from ..surfaces.offsets import Offsets
+from ..surfaces.surfaces import Cylinder, Plane, Surface
 
 
 def bead_thickness(points: Floats, surface: Surface, below: Surface | None, body: Body, h_layer_mm: float) -> Floats:
@@ -36,9 +39,9 @@ def bead_thickness(points: Floats, surface: Surface, below: Surface | None, body
     Returns:
         (n,) mm, not below 0.
     """
-    if below is None and not isinstance(surface, Plane):
+    if below is None and not surface.is_flat:
         return np.full(len(points), h_layer_mm)
-    if isinstance(surface, Cone | Revolved) and below is not None and surface.is_offset_of(below):
+    if not surface.is_straight and below is not None and surface.is_offset_of(below):
         return np.full(len(points), surface.level - below.level)
     normals = surface.normals(points)
     if below is None:
@@ -51,25 +54,31 @@ def bead_thickness(points: Floats, surface: Surface, below: Surface | None, body
     return np.maximum(np.minimum(to_below, to_body), 0.0)
 
 
-def _even(surface: Surface, below: Surface | None, body: Body, h_layer_mm: float) -> bool:
-    """Whether a layer is known to be as thick everywhere.
+@singledispatch
+def _is_even(surface: Offsets, below: Surface | None, body: Body, h_layer_mm: float) -> bool:
+    """Whether a layer is known to be as thick everywhere."""
+    return False
 
-    Cylinders about the body's axis are, and planes one above the other that pass the body by.
-    """
-    core = body.surface
-    if isinstance(surface, Cylinder):
-        if below is None:
-            return True
-        return isinstance(below, Cylinder) and surface.axis_point == below.axis_point == core.axis_point
-    if not (isinstance(surface, Plane) and isinstance(core, Cylinder) and surface.normal[2] == 0.0):
+
+@_is_even.register(Cylinder)
+def _(surface: Cylinder, below: Surface | None, body: Body, h_layer_mm: float) -> bool:
+    """Cylinders about the body's axis are."""
+    return below is None or (surface.is_offset_of(below) and surface.is_offset_of(body.surface))
+
+
+@_is_even.register(Plane)
+def _(surface: Plane, below: Surface | None, body: Body, h_layer_mm: float) -> bool:
+    """Planes one above the other are that pass the body by."""
+    if surface.normal[2] != 0.0:
         return False
     if below is None:
         gap = h_layer_mm
-    elif isinstance(below, Plane) and below.normal == surface.normal:
-        gap = -float(surface.distance(np.array([below.point]))[0])
+    elif surface.is_offset_of(below):
+        gap = surface.height_over(below)
     else:
         return False
-    return -float(surface.distance(np.array([[*core.axis_point, 0.0]]))[0]) - core.radius >= gap >= 0.0
+    beside = -float(surface.distance(np.array([[*body.surface.axis_point, 0.0]]))[0])
+    return beside - body.surface.widest >= gap >= 0.0
 
 
 def thickness_range(
@@ -91,10 +100,10 @@ def thickness_range(
     Returns:
         Least and greatest, mm.
     """
-    if _even(surface, below, body, h_layer_mm):  # one place is as good as any
+    if _is_even(surface, below, body, h_layer_mm):  # one place is as good as any
         thickness = bead_thickness(loops[0][:1], surface, below, body, h_layer_mm)
         return float(thickness[0]), float(thickness[0])
-    axes = [s.axis_point for s in (body.surface, below) if s is not None and not isinstance(s, Plane)]
+    axes = [axis for s in (body.surface, below) if s is not None for axis in s.axis_points]
     points = np.concatenate([*loops, *(_facing(loop, surface, axis) for loop in loops for axis in axes)])
     thickness = bead_thickness(points, surface, below, body, h_layer_mm)
     return float(thickness.min()), float(thickness.max())

@@ -77,14 +77,29 @@ def nonuniform_layers(
         if not curves:
             return layers
         middle, width = span(curves, offset.axis_point)
-        layer = None
+        found = None
         if width < WIDE_RAD:
-            layer = _flattest(cut, body, parameters, layers[-1], middle, 0.5 * width)
-        layers.append(layer or make_layer(len(layers), offset, curves, surface, body, h))
-        if isinstance(layers[-1].surface, Plane):
-            return planes_from(mesh, body, parameters, layers[-1].surface, layers)
-        assert isinstance(layers[-1].surface, Cylinder)
-        surface = layers[-1].surface
+            found = _flattest(cut, body, parameters, len(layers), _Arc(surface, middle, 0.5 * width))
+        above, layer = found or (offset, make_layer(len(layers), offset, curves, surface, body, h))
+        layers.append(layer)
+        if isinstance(above, Plane):  # from here on the stack is planar
+            return planes_from(mesh, body, parameters, above, layers)
+        surface = above
+
+
+@dataclass(frozen=True)
+class _Arc:
+    """The arc over which the offset of a layer meets the sub-volume.
+
+    Attributes:
+        below: the layer's surface.
+        middle: angle of the arc's middle about its axis, rad.
+        half: half the angle that it spans, rad.
+    """
+
+    below: Cylinder
+    middle: float
+    half: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +120,7 @@ class _Cutter:
 
     def curves(self, surface: Cylinder | Plane) -> list[Curve]:
         """Where a surface meets the mesh; only triangles as far from the body as it lies there are looked at."""
-        low, high = self._reach(surface)
+        low, high = (mm - self.body.radius for mm in surface.away_from(self.body.axis_point, *self._sector))
         faces = self.intervals.between(low, high)
         return without_slivers(intersect(self.mesh, surface, self.tolerance_mm, faces=faces))
 
@@ -131,33 +146,6 @@ class _Cutter:
         if ahead.min() > 0:
             return middle, math.atan(float((aside / ahead).max()))
         return middle, float(np.arctan2(aside, ahead).max())
-
-    def _reach(self, surface: Cylinder | Plane) -> tuple[float, float]:
-        """Least and greatest height over the body that a surface has where the mesh may be.
-
-        A round surface about an axis elsewhere is nearest to the body's axis straight across from its own, and
-        ever farther away to either side.
-        """
-        x, y = self.body.axis_point
-        if isinstance(surface, Plane):
-            away, facing = -float(surface.distance(np.array([[x, y, 0.0]]))[0]), surface.normal
-        else:
-            facing = (x - surface.axis_point[0], y - surface.axis_point[1], 0.0)
-        middle, half = self._sector
-        turn = abs((middle - math.atan2(facing[1], facing[0]) + math.pi) % (2 * math.pi) - math.pi) + half
-        if isinstance(surface, Plane):
-            far = away / math.cos(turn) if turn < WIDE_RAD / 2 else math.inf
-            if away <= 0:  # beyond the axis: no use
-                return -math.inf, math.inf
-        else:
-            apart = math.hypot(*facing)
-            away, far = abs(surface.radius - apart), surface.radius + apart
-            if turn < WIDE_RAD / 2 and apart < surface.radius:
-                sine = apart * math.sin(turn)
-                # |far e - apart| = radius, without the difference of like numbers that a great radius brings
-                square = (surface.radius - sine) * (surface.radius + sine)
-                far = (surface.radius - apart) * (surface.radius + apart) / (math.sqrt(square) + apart * math.cos(turn))
-        return away - self.body.radius, far - self.body.radius
 
 
 def flattened(previous: Cylinder, h_layer_mm: float, middle: float, half: float, height_mm: float) -> Cylinder | Plane:
@@ -189,48 +177,42 @@ def flattened(previous: Cylinder, h_layer_mm: float, middle: float, half: float,
     return Cylinder((float(centre[0]), float(centre[1])), p2 - t)
 
 
+Flattened = tuple[Cylinder | Plane, Layer]
+
+
 def _flattest(
-    cut: _Cutter, body: CylindricalBody, parameters: SlicingParameters, below: Layer, middle: float, half: float
-) -> Layer | None:
-    """The flattest layer that keeps the thickness within h_min in the middle and h_max anywhere.
+    cut: _Cutter, body: CylindricalBody, parameters: SlicingParameters, index: int, arc: _Arc
+) -> Flattened | None:
+    """The flattest layer that keeps the thickness within h_min in the middle and h_max anywhere, and its surface.
 
     None where that is the plain offset of the layer below.
     """
-    h, previous = parameters.h_layer_mm, below.surface
-    assert isinstance(previous, Cylinder)
-    chord_height = (previous.radius + h) * math.cos(half) - previous.radius
+    h, previous = parameters.h_layer_mm, arc.below
+    chord_height = (previous.radius + h) * math.cos(arc.half) - previous.radius
     low, high = max(parameters.h_min_mm, chord_height), h
     if low >= h - SAME_MM:
         return None
-    layer = _at_height(cut, body, parameters, below, middle, half, low)
-    if layer is not None:
-        return layer
+    found = _at_height(cut, body, parameters, index, arc, low)
+    if found is not None:
+        return found
     best = None
     for _ in range(BISECTIONS):
         height = 0.5 * (low + high)
-        layer = _at_height(cut, body, parameters, below, middle, half, height)
-        if layer is None:
+        found = _at_height(cut, body, parameters, index, arc, height)
+        if found is None:
             low = height
         else:
-            best, high = layer, height
+            best, high = found, height
     return best
 
 
 def _at_height(
-    cut: _Cutter,
-    body: CylindricalBody,
-    parameters: SlicingParameters,
-    below: Layer,
-    middle: float,
-    half: float,
-    height_mm: float,
-) -> Layer | None:
+    cut: _Cutter, body: CylindricalBody, parameters: SlicingParameters, index: int, arc: _Arc, height_mm: float
+) -> Flattened | None:
     """The layer with P2 at a height; None if it is thicker than h_max somewhere, or meets nothing."""
-    previous = below.surface
-    assert isinstance(previous, Cylinder)
-    surface = flattened(previous, parameters.h_layer_mm, middle, half, height_mm)
+    surface = flattened(arc.below, parameters.h_layer_mm, arc.middle, arc.half, height_mm)
     curves = cut.curves(surface)
     if not curves:
         return None
-    layer = make_layer(below.index + 1, surface, curves, previous, body, parameters.h_layer_mm)
-    return layer if layer.thickness_mm[1] <= parameters.h_max_mm + SAME_MM else None
+    layer = make_layer(index, surface, curves, arc.below, body, parameters.h_layer_mm)
+    return (surface, layer) if layer.thickness_mm[1] <= parameters.h_max_mm + SAME_MM else None

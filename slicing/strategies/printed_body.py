@@ -77,7 +77,7 @@ def slice_body(mesh: Mesh, body: Body, parameters: SlicingParameters) -> SlicedS
 def _volume_line(mesh: Mesh, base: Plane, layers: list[Layer]) -> list[str]:
     """A line where the sections, joined by the trapezoidal rule, do not make the body's volume."""
     area = np.array([layer.area_mm2 for layer in layers])
-    height = np.array([(np.asarray(layer.surface.point) - base.point)[2] for layer in layers])  # type: ignore[union-attr]
+    height = np.array([layer.surface.level - base.level for layer in layers])
     top = float(np.ptp(mesh.bounds[:, 2]))
     held = float(np.trapezoid(area, height) + area[-1] * (top - height[-1]))
     if abs(held - mesh.volume) <= MOST_OFF * mesh.volume:

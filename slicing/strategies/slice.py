@@ -25,13 +25,11 @@ import numpy as np
 
 from ..curves.intersect import NUDGE_MM, Curve, intersect
 from ..layers.body_ends import NO_ENDS, between, closed_over, over_ends_mm3, reach_beyond, without_body
-from ..layers.layer import Body, CylindricalBody, Layer, RevolvedBody, SlicedSubVolume, require_layers
+from ..layers.layer import Body, Layer, SlicedSubVolume, require_layers
 from ..layers.thickness import resampled
-from ..mesh.closest_point import least_over_triangles
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
 from ..surfaces.bodies import require_fit
-from ..surfaces.surfaces import Plane
 from ..volume.layer_areas import hold_volume
 from ..warning import Code, Warning
 from .cylindrical import cylindrical_layers, span
@@ -40,10 +38,7 @@ from .planar import planar_layers
 
 THIN_SPACING_MM = 0.25  # at which beads are looked at for thin places
 SQUARELY = 0.9  # cosine: caps of a root lie so near the body's surface; walls that lean out over it do not
-GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it
-PROFILE_LIFT = (
-    5e-6  # of a profile's greatest radius: its points are rounded, and a root that follows its bends is off it
-)
+GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it, or as far as the surface that is there
 
 
 def slice_sub_volume(
@@ -71,7 +66,7 @@ def slice_sub_volume(
     require_layers(mesh, parameters.h_layer_mm)
     root, warnings = footprint(mesh, body, parameters.tolerance_mm)
     over = reach_beyond(np.concatenate([curve.points[:, 2] for curve in root]), body_z_mm)
-    if over and isinstance(body, RevolvedBody):
+    if over and body.takes_end_faces:
         body, body_z_mm = closed_over(mesh, body, body_z_mm), NO_ENDS
         root, warnings = footprint(mesh, body, parameters.tolerance_mm)
     elif over:
@@ -130,8 +125,7 @@ def _layers(
     if parameters.strategy == "planar":
         return planar_layers(mesh, body, parameters, root, body_z_mm)
     if parameters.strategy == "nonuniform":
-        assert isinstance(body, CylindricalBody)  # by require_fit
-        return nonuniform_layers(mesh, body, parameters, root)
+        return nonuniform_layers(mesh, body.as_cylinder(), parameters, root)
     if parameters.strategy in ("cylindrical", "conical", "revolved"):
         return cylindrical_layers(mesh, body, parameters, root)  # offsets of the body, whatever its kind
     raise NotImplementedError(f"no layers are made for strategy {parameters.strategy}")
@@ -158,27 +152,21 @@ def footprint(mesh: Mesh, body: Body, tolerance_mm: float) -> tuple[list[Curve],
             f" its outermost point is {max(-float(heights.max()), 0.0):.3f} mm below the body's surface"
         )
     gap = least_distance(mesh, body) if heights.min() > 0 else 0.0
-    most = _greatest_gap(body)
+    most = max(GREATEST_GAP_MM, body.off_mm)
     if gap > most:
         raise PartError(
             f"{mesh.name}: does not touch the body ({body}): the gap is {gap:.3f} mm; at most {most:g} mm is allowed"
         )
     lift = max(_root_lift(mesh, body, heights), gap + NUDGE_MM)
     curves = intersect(mesh, body.surface, tolerance_mm, nudge_mm=lift)
-    if isinstance(body, RevolvedBody) and len(curves) > 1:  # slits along the profile's bends are no holes
-        clear = PROFILE_LIFT * max(r for r, _ in body.profile_mm)
-        whole = intersect(mesh, body.surface, tolerance_mm, nudge_mm=max(lift, clear))
+    if body.rounding_mm > 0.0 and len(curves) > 1:  # slits along the profile's bends are no holes
+        whole = intersect(mesh, body.surface, tolerance_mm, nudge_mm=max(lift, body.rounding_mm))
         curves = whole if 0 < len(whole) < len(curves) else curves
     if not curves:
         raise PartError(f"{mesh.name}: touches the body only in points; a footprint is needed")
     if lift > 1e-3:
         return curves, [f"{mesh.name}: the root is up to {lift:.3f} mm off the body; layer 0 lies at the root"]
     return curves, []
-
-
-def _greatest_gap(body: Body) -> float:
-    """How far off the body's surface a root may lie, mm: as far as the surface that is there."""
-    return max(GREATEST_GAP_MM, body.off_mm if isinstance(body, CylindricalBody) else 0.0)
 
 
 def _root_lift(mesh: Mesh, body: Body, heights: Floats) -> float:
@@ -188,7 +176,7 @@ def _root_lift(mesh: Mesh, body: Body, heights: Floats) -> float:
     that look squarely at the axis with all corners within the greatest gap are the cap; the cut goes just past
     its highest corner.
     """
-    close, over = np.abs(heights) <= _greatest_gap(body), heights > 0.01 * NUDGE_MM
+    close, over = np.abs(heights) <= max(GREATEST_GAP_MM, body.off_mm), heights > 0.01 * NUDGE_MM
     if not (close & over).any():
         return NUDGE_MM
     a, b, c = ((close + 2 * over.view(np.uint8)).take(corner) for corner in mesh.corners)
@@ -210,17 +198,7 @@ def least_distance(mesh: Mesh, body: Body) -> float:
     Returns:
         The gap, mm, never negative.
     """
-    if not isinstance(body, CylindricalBody):
-        return least_over_triangles(mesh.vertices[mesh.faces], body.surface.distance)
-    xy = mesh.vertices[mesh.faces, :2] - body.surface.axis_point
-    start, along = xy, np.roll(xy, -1, axis=1) - xy
-    length2 = (along**2).sum(axis=2)
-    t = np.clip(-(start * along).sum(axis=2) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
-    nearest = float(np.sqrt(((start + t[..., None] * along) ** 2).sum(axis=2).min()))
-    turn = start[..., 0] * along[..., 1] - start[..., 1] * along[..., 0]
-    if ((turn > 0).all(axis=1) | (turn < 0).all(axis=1)).any():
-        return 0.0  # the axis passes through a face
-    return max(nearest - body.radius_mm, 0.0)
+    return body.surface.least_distance(mesh.vertices[mesh.faces])
 
 
 def _hanging_beads(sliced: SlicedSubVolume, root: list[Curve]) -> list[str]:
@@ -235,7 +213,6 @@ def _hanging_beads(sliced: SlicedSubVolume, root: list[Curve]) -> list[str]:
             " the build direction planar beads have no body below them (cylindrical and nonuniform beads do)"
         )
     first = sliced.layers[0].surface
-    assert isinstance(first, Plane)
     lowest = min(float(first.distance(curve.points).min()) for curve in root)
     outside = vertices[surface.distance(vertices) > GREATEST_GAP_MM]
     below = lowest - float(first.distance(outside).min()) if len(outside) else 0.0

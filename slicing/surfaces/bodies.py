@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import get_args
+from typing import Self, get_args
 
 from ..mesh.solid import FARTHEST_MM, PartError
 from ..parameters import Strategy
@@ -21,6 +21,8 @@ from .profile import Profile
 from .surfaces import Cone, Cylinder, Revolved
 
 STRATEGIES = get_args(Strategy)
+ON_AXIS_MM = 1e-6
+ROUNDED = 5e-6  # of a profile's greatest radius: its points are rounded
 
 
 def _require_near(key: str, *values_mm: float) -> None:
@@ -36,8 +38,47 @@ def _require_axis(axis_xy_mm: tuple[float, float]) -> None:
     _require_near("axis_xy_mm", *axis_xy_mm)
 
 
+class BodyOfRevolution:
+    """What most bodies answer; those that answer otherwise say so.
+
+    Attributes:
+        off_mm: largest distance of the real surface from the body's where a sub-volume stands.
+        takes_end_faces: whether its surface can be carried on over its end faces.
+    """
+
+    off_mm = 0.0
+    takes_end_faces = False
+
+    @property
+    def rounding_mm(self) -> float:
+        """How far its surface may lie beside the real one because its points are rounded."""
+        return 0.0
+
+    @property
+    def closes_ends(self) -> tuple[bool, bool]:
+        """Whether its surface goes round its lower end to the axis, and round its upper one."""
+        return False, False
+
+    def with_end_faces(self, low: bool, high: bool) -> Self:
+        """The body whose surface goes round its ends as well, where it can be carried on.
+
+        Args:
+            low: whether round the lower end.
+            high: whether round the upper one.
+        """
+        return self
+
+    def as_cylinder(self) -> CylindricalBody:
+        """Itself, if it is a cylinder.
+
+        Raises:
+            PartError: it is not.
+        """
+        raise PartError(f"{self}: a cylinder is needed as the body")
+
+
 @dataclass(frozen=True)
-class CylindricalBody:
+class CylindricalBody(BodyOfRevolution):
     """A cylinder about an axis parallel to z.
 
     Attributes:
@@ -62,12 +103,16 @@ class CylindricalBody:
         """Its surface."""
         return Cylinder((float(self.axis_xy_mm[0]), float(self.axis_xy_mm[1])), float(self.radius_mm))
 
+    def as_cylinder(self) -> CylindricalBody:
+        """Itself."""
+        return self
+
     def __str__(self) -> str:
         return f"radius {self.radius_mm:g} mm"
 
 
 @dataclass(frozen=True)
-class ConicalBody:
+class ConicalBody(BodyOfRevolution):
     """A cone about an axis parallel to z, endless on the side on which it widens.
 
     Attributes:
@@ -101,7 +146,7 @@ class ConicalBody:
 
 
 @dataclass(frozen=True)
-class RevolvedBody:
+class RevolvedBody(BodyOfRevolution):
     """A profile turned about an axis parallel to z.
 
     Attributes:
@@ -112,6 +157,7 @@ class RevolvedBody:
     profile_mm: tuple[tuple[float, float], ...]
     axis_xy_mm: tuple[float, float] = (0.0, 0.0)
     kind = "revolved"
+    takes_end_faces = True
 
     def __post_init__(self) -> None:
         if any(len(point) != 2 for point in self.profile_mm):
@@ -125,6 +171,31 @@ class RevolvedBody:
     def surface(self) -> Revolved:
         """Its surface."""
         return Revolved((float(self.axis_xy_mm[0]), float(self.axis_xy_mm[1])), self.profile_mm)
+
+    @property
+    def rounding_mm(self) -> float:
+        """How far its surface may lie beside the real one because its points are rounded."""
+        return ROUNDED * max(r for r, _ in self.profile_mm)
+
+    @property
+    def closes_ends(self) -> tuple[bool, bool]:
+        """Whether the profile is closed on the axis at its lower end, and at its upper one."""
+        low, high = sorted((self.profile_mm[0], self.profile_mm[-1]), key=lambda point: point[1])
+        return low[0] <= ON_AXIS_MM, high[0] <= ON_AXIS_MM
+
+    def with_end_faces(self, low: bool, high: bool) -> RevolvedBody:
+        """The profile, lowest point first, with its end faces.
+
+        Args:
+            low: whether with the lower one.
+            high: whether with the upper one.
+        """
+        points = self.profile_mm if self.profile_mm[0][1] <= self.profile_mm[-1][1] else self.profile_mm[::-1]
+        if low and points[0][0] > ON_AXIS_MM:
+            points = ((0.0, points[0][1]), *points)
+        if high and points[-1][0] > ON_AXIS_MM:
+            points = (*points, (0.0, points[-1][1]))
+        return RevolvedBody(points, self.axis_xy_mm)
 
     def __str__(self) -> str:
         return f"revolved profile of {len(self.profile_mm)} points"

@@ -1,6 +1,6 @@
 """Offsets of one surface taken together, and what flux through the faces beyond them says of the areas on them.
 
-    family = Family.of([Cylinder((0.0, 0.0), 20.0), Cylinder((0.0, 0.0), 21.73)])
+    family = family_of([Cylinder((0.0, 0.0), 20.0), Cylinder((0.0, 0.0), 21.73)])
     family.whole(below, flux, z) + family.parts(by, flux, z)
 
 `slicing.volume.solid_flux` tells which field passes a family evenly, and sums its flux over the faces; here that
@@ -11,8 +11,11 @@ factor that changes with z. Faces beyond count whole, those cut by the share of 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -22,30 +25,26 @@ from .surfaces import Cone, Cylinder, Plane, Revolved, Surface
 
 
 @dataclass(frozen=True, eq=False)
-class Family:
+class Family(ABC):
     """Offsets of one surface, k of them, and what flux says of the areas on them.
 
     Attributes:
         surfaces: k, ascending.
-        levels: (k,) how far out each lies.
-        chains: profiles of those whose radius changes with z by more than a slope.
     """
 
-    surfaces: Sequence[Surface]
-    levels: Floats
-    chains: Sequence[ProfileChain]
+    surfaces: Sequence[Any]
 
-    @classmethod
-    def of(cls, surfaces: Sequence[Surface]) -> Family:
-        """A family of its members, ascending."""
-        chains = [surface.chain(1e-3) for surface in surfaces if isinstance(surface, Revolved)]
-        return cls(surfaces, np.array([surface.level for surface in surfaces]), chains)
+    @cached_property
+    def levels(self) -> Floats:
+        """How far out each lies (k,), mm."""
+        return np.array([surface.level for surface in self.surfaces])
 
     @property
     def is_turned(self) -> bool:
         """Whether it matters at what height along the axis flux passes."""
         return not self.surfaces[0].is_straight
 
+    @abstractmethod
     def whole(self, below: Ints, flux: Floats, z: Floats) -> Floats:
         """What faces add to the areas (k,).
 
@@ -54,8 +53,17 @@ class Family:
             flux: (m,) through it.
             z: (m,) height along the axis, where that matters.
         """
-        if self.chains:
-            return self._stretched([below > k for k in range(len(self.levels))], flux, z)
+
+    @abstractmethod
+    def parts(self, by: Ints, flux: Floats, z: Floats) -> Floats:
+        """What parts of faces add to the areas (k,): those (p,) beyond one level each, as above."""
+
+
+class _SummedFamily(Family):
+    """Members whose areas follow from the sums of their flux, and of its moment along the axis."""
+
+    def whole(self, below: Ints, flux: Floats, z: Floats) -> Floats:
+        """What faces add to the areas (k,)."""
 
         def beyond(values: Floats) -> Floats:
             if len(self.levels) == 1:
@@ -63,36 +71,82 @@ class Family:
             sums = np.bincount(below, values, len(self.levels) + 1)
             return np.asarray(np.cumsum(sums[::-1])[::-1][1:], dtype=np.float64)
 
-        return self._weighed(beyond(flux), beyond(flux * z) if self.is_turned else flux[:0])
+        return self._areas(beyond(flux), beyond(flux * z) if self.is_turned else flux[:0])
 
     def parts(self, by: Ints, flux: Floats, z: Floats) -> Floats:
-        """What parts of faces add to the areas (k,): those (p,) beyond one level each, as above."""
-        if self.chains:
-            return self._stretched([by == k for k in range(len(self.levels))], flux, z)
+        """What parts of faces add to the areas (k,)."""
 
         def beyond(values: Floats) -> Floats:
             return np.asarray(np.bincount(by, values, len(self.levels)), dtype=np.float64)
 
-        return self._weighed(beyond(flux), beyond(flux * z) if self.is_turned else flux[:0])
+        return self._areas(beyond(flux), beyond(flux * z) if self.is_turned else flux[:0])
 
-    def _weighed(self, flux: Floats, moment: Floats) -> Floats:
+    @abstractmethod
+    def _areas(self, flux: Floats, moment: Floats) -> Floats:
         """Areas (k,) from the flux on each member, and its moment along the axis."""
-        if isinstance(self.surfaces[0], Plane):
-            return flux
-        radius = np.array([surface.radius for surface in self.surfaces if isinstance(surface, Cylinder | Cone)])
-        if isinstance(self.surfaces[0], Cone):
-            cone = self.surfaces[0]
-            return (radius * flux + cone.slope * moment) / math.cos(math.radians(cone.half_angle_deg))
-        return radius * flux
+
+
+class _ParallelPlanes(_SummedFamily):
+    """Parallel planes: flux is area."""
+
+    def _areas(self, flux: Floats, moment: Floats) -> Floats:
+        return flux
+
+
+class _CoaxialCylinders(_SummedFamily):
+    """Cylinders about one axis: the flux of (x, y, 0) / rho² is area by radius."""
+
+    def _areas(self, flux: Floats, moment: Floats) -> Floats:
+        return self.levels * flux
+
+
+class _CoaxialCones(_SummedFamily):
+    """Cones of one angle about one axis: the radius grows with z."""
+
+    def _areas(self, flux: Floats, moment: Floats) -> Floats:
+        radius, cone = np.array([surface.radius for surface in self.surfaces]), self.surfaces[0]
+        return np.asarray((radius * flux + cone.slope * moment) / math.cos(math.radians(cone.half_angle_deg)))
+
+
+class _ProfileOffsets(Family):
+    """Offsets of one profile: each stretches the flux of its own faces by a factor that changes with z."""
+
+    @cached_property
+    def _chains(self) -> Sequence[ProfileChain]:
+        return [surface.chain(1e-3) for surface in self.surfaces]
+
+    def whole(self, below: Ints, flux: Floats, z: Floats) -> Floats:
+        """What faces add to the areas (k,)."""
+        return self._stretched([below > k for k in range(len(self.levels))], flux, z)
+
+    def parts(self, by: Ints, flux: Floats, z: Floats) -> Floats:
+        """What parts of faces add to the areas (k,)."""
+        return self._stretched([by == k for k in range(len(self.levels))], flux, z)
 
     def _stretched(self, rows: Sequence[Bools], flux: Floats, z: Floats) -> Floats:
-        """The same where each member stretches the flux of its own rows by a factor that changes with z."""
-        step, areas = 1e-4, np.zeros(len(self.chains))
-        for k, (chain, own) in enumerate(zip(self.chains, rows, strict=True)):
+        step, areas = 1e-4, np.zeros(len(self.levels))
+        for k, (chain, own) in enumerate(zip(self._chains, rows, strict=True)):
             at = z[own]
             slope = (chain.radius_at(at + step) - chain.radius_at(at - step)) / (2.0 * step)
             areas[k] = (chain.radius_at(at) * np.hypot(1.0, slope)) @ flux[own]
         return areas
+
+
+FAMILIES: dict[type, Callable[[Sequence[Any]], Family]] = {
+    Plane: _ParallelPlanes,
+    Cylinder: _CoaxialCylinders,
+    Cone: _CoaxialCones,
+    Revolved: _ProfileOffsets,
+}
+
+
+def family_of(surfaces: Sequence[Surface]) -> Family:
+    """The family of its members.
+
+    Args:
+        surfaces: offsets of one another, ascending.
+    """
+    return FAMILIES[type(surfaces[0])](surfaces)
 
 
 def ascending(columns: list[Floats]) -> tuple[Floats, Floats, Floats]:

@@ -13,6 +13,7 @@ from ..mesh.solid import Floats
 
 MOST_STEPS = 400  # of the march back to a surface of revolution
 NEAR_MM, FAR_MM = 1e-10, 1e5  # how near it must come; how far it goes
+STEP_MM = 1e-9  # to either side of a height, so that a step there is seen
 
 
 class Distant(Protocol):
@@ -20,6 +21,18 @@ class Distant(Protocol):
 
     def distance(self, points: Floats) -> Floats:
         """Signed distance (n,), mm, positive outside."""
+
+
+class Wide(Protocol):
+    """What knows its radius at a height."""
+
+    def radius_at(self, z: Floats) -> Floats:
+        """Radius (n,) at heights (n,), mm."""
+
+
+def widest_at(surface: Wide, z: Floats) -> Floats:
+    """Radius (n,) of a surface of revolution at heights, at a step the greater of the two."""
+    return np.maximum(surface.radius_at(z - STEP_MM), surface.radius_at(z + STEP_MM))
 
 
 def across_axis(points: Floats, normals: Floats, axis_point: tuple[float, float], radius: Floats) -> Floats:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from ..layers.outside_body import region_of
 from ..mesh.components import components
 from ..mesh.edge_table import edge_table
 from ..mesh.solid import Floats, Ints, Mesh
+from ..surfaces.offsets import Offsets
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Surface
 from ..warning import Code, Warning
 
@@ -79,9 +81,9 @@ def _largest_side(mesh: Mesh, layers: Sequence[Layer]) -> float:
     """How long a face's side may be: planes cut faces straight, round surfaces bulge between the corners."""
     radius = math.inf
     for layer in layers:
-        if not isinstance(layer.surface, Plane):
+        for axis in layer.surface.axis_points:
             points = np.concatenate([curve.points for curve in layer.curves])
-            radius = min(radius, float(np.hypot(*(points[:, :2] - layer.surface.axis_point).T).min()))
+            radius = min(radius, float(np.hypot(*(points[:, :2] - axis).T).min()))
     if not math.isfinite(radius):
         return math.inf
     return max(math.sqrt(8.0 * SAGITTA_MM * radius), LEAST_SIDE * float(np.ptp(mesh.bounds, axis=0).max()))
@@ -155,7 +157,7 @@ def _crossings(a: Floats, b: Floats, height_a: Floats, height_b: Floats, surface
     """Where the sides from a to b (n, 3), whose ends lie on either side of a surface, meet it."""
     low, high, share = np.zeros(len(a)), np.ones(len(a)), height_a / (height_a - height_b)
     at_low, at_high = height_a, height_b
-    for _ in range(0 if isinstance(surface, Plane) else ROOT_STEPS):
+    for _ in range(0 if surface.is_flat else ROOT_STEPS):
         at = surface.distance(a + share[:, None] * (b - a))
         same = (at > 0.0) == (at_low > 0.0)
         low, at_low = np.where(same, share, low), np.where(same, at, at_low)
@@ -228,11 +230,22 @@ def _against_region(name: str, layer: Layer) -> list[Warning]:
     return found
 
 
-def _flat(surface: Surface, curves: Sequence[Curve]) -> list[Floats] | None:
-    """Loops (n, 2) in one plane, lengths as on the surface or nearly so; None where they go right round the axis."""
-    if isinstance(surface, Plane):
-        return [surface.unrolled(curve.points) for curve in curves]
-    if not isinstance(surface, Cylinder | Cone) or any(curve.winding for curve in curves) or not curves:
+@singledispatch
+def _flat(surface: Offsets, curves: Sequence[Curve]) -> list[Floats] | None:
+    """Loops (n, 2) in one plane, lengths as on the surface or nearly so; None where they cannot be laid there."""
+    return None
+
+
+@_flat.register(Plane)
+def _(surface: Plane, curves: Sequence[Curve]) -> list[Floats] | None:
+    return [surface.unrolled(curve.points) for curve in curves]
+
+
+@_flat.register(Cylinder)
+@_flat.register(Cone)
+def _(surface: Cylinder | Cone, curves: Sequence[Curve]) -> list[Floats] | None:
+    """As on a cylinder; not where they go right round the axis."""
+    if any(curve.winding for curve in curves) or not curves:
         return None
     x, y = surface.axis_point
     angles = [np.arctan2(curve.points[:, 1] - y, curve.points[:, 0] - x) for curve in curves]
@@ -244,7 +257,7 @@ def _flat(surface: Surface, curves: Sequence[Curve]) -> list[Floats] | None:
         return None  # no meridian that no loop passes
     begin = every[(widest + 1) % len(every)] - 1e-9
     radius = float(np.hypot(*(curves[0].points[:, :2] - [x, y]).T).mean())
-    along = 1.0 if isinstance(surface, Cylinder) else math.hypot(1.0, surface.slope)
+    along = math.hypot(1.0, surface.slope)
     return [
         np.stack([radius * ((a - begin) % (2 * math.pi)), along * curve.points[:, 2]], axis=1)
         for a, curve in zip(angles, curves, strict=True)

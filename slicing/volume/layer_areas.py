@@ -29,6 +29,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 
 import numpy as np
 
@@ -39,6 +40,7 @@ from ..layers.poles import poles
 from ..layers.thickness import bead_thickness
 from ..mesh.solid import Floats, Mesh
 from ..surfaces.bodies import Body
+from ..surfaces.offsets import Offsets
 from ..surfaces.surfaces import Cylinder, Plane, Revolved, Surface
 from ..warning import WRONG_LAYER, Code, Warning
 from .borders import hold_borders, reaches
@@ -185,7 +187,7 @@ def _outside(mesh: Mesh, body: Body) -> Mesh:
     low, high = float(mesh.bounds[0, 2]) - 1.0, float(mesh.bounds[1, 2]) + 1.0
     surface = body.surface
     heights = [low, high]
-    if not isinstance(surface, Cylinder):
+    if not surface.is_straight:
         heights += [z + by for z in surface.chain(1e-3).z.tolist() for by in (-1e-6, 1e-6) if low < z < high]
     z = np.sort(np.array(heights))
     radius = surface.radius_at(z)
@@ -207,17 +209,22 @@ def _cut_at(layer: Layer) -> float:
 def _areas_by_solid(flux: SolidFlux, layers: Sequence[Layer], finer: float = 1.0) -> Floats:
     """Areas (k,) of layers' regions by the solid, mm²; NaN where a surface lies too flat across the axis."""
     area = np.full(len(layers), np.nan)
-    steep = [k for k, layer in enumerate(layers) if not _is_flat(layer)]
+    steep = [k for k, layer in enumerate(layers) if not _runs_along(layer.surface, layer)]
     area[steep] = flux.areas_on([layers[k].surface.offset(_cut_at(layers[k])) for k in steep], finer)
     return area
 
 
-def _is_flat(layer: Layer) -> bool:
+@singledispatch
+def _runs_along(surface: Offsets, layer: Layer) -> bool:
     """Whether the field runs along a layer's surface somewhere."""
-    if not isinstance(layer.surface, Revolved):
-        return False
+    return False
+
+
+@_runs_along.register(Revolved)
+def _(surface: Revolved, layer: Layer) -> bool:
+    """On shoulders and end faces it does."""
     z = np.concatenate([curve.points[:, 2] for curve in layer.curves])
-    chain = layer.surface.chain(1e-3)
+    chain = surface.chain(1e-3)
     step = np.diff(np.stack([chain.r, chain.z], axis=1), axis=0)
     # a shoulder or an end face is as high as its layer but for rounding; a layer over a pole has no border there
     lower, upper = poles(layer)
@@ -259,24 +266,30 @@ def laid_volume(layer: Layer, below: Surface | None, body: Body, h_layer_mm: flo
     Returns:
         mm³.
     """
-    surface = layer.surface
     least, most = layer.thickness_mm
     if most - least <= 1e-6:
         return layer.area_mm2 * most
-    straight = surface.is_straight and (below is None or below.is_straight)
-    if straight and isinstance(body.surface, Cylinder) and not any(curve.winding for curve in layer.curves):
-        return _laid_along(layer, below, body, h_layer_mm)
-    return layer.area_mm2 * _mean_thickness(layer, below, body, h_layer_mm)
+    return _laid(layer.surface, layer, below, body, h_layer_mm)
 
 
-def _laid_along(layer: Layer, below: Surface | None, body: Body, h_layer_mm: float) -> float:
-    """Where thickness depends on the way across the axis alone: a boundary integral of its integral."""
-    flat = [layer.surface.unrolled(curve.points) for curve in layer.curves]
+@singledispatch
+def _laid(surface: Offsets, layer: Layer, below: Surface | None, body: Body, h_layer_mm: float) -> float:
+    """Where thickness may be anything: its mean over the region."""
+    return layer.area_mm2 * _mean_thickness(surface, layer, below, body, h_layer_mm)
+
+
+@_laid.register(Plane)
+@_laid.register(Cylinder)
+def _(surface: Plane | Cylinder, layer: Layer, below: Surface | None, body: Body, h_layer_mm: float) -> float:
+    """Where it depends on the way across the axis alone, as on straight bodies: a boundary integral of its integral."""
+    straight = body.surface.is_straight and (below is None or below.is_straight)
+    if not straight or any(curve.winding for curve in layer.curves):
+        return layer.area_mm2 * _mean_thickness(surface, layer, below, body, h_layer_mm)
+    flat = [surface.unrolled(curve.points) for curve in layer.curves]
     along = np.concatenate([loop[:, 0] for loop in flat])
     s = np.linspace(along.min(), along.max(), ALONG)
-    assert isinstance(layer.surface, Plane | Cylinder)
-    points = layer.surface.lifted(np.stack([s, np.zeros(len(s))], axis=1))
-    thickness = bead_thickness(points, layer.surface, below, body, h_layer_mm)
+    points = surface.lifted(np.stack([s, np.zeros(len(s))], axis=1))
+    thickness = bead_thickness(points, surface, below, body, h_layer_mm)
     total = np.append(0.0, np.cumsum(0.5 * (thickness[1:] + thickness[:-1]) * np.diff(s)))
     laid = plain = 0.0
     for loop in flat:
@@ -288,19 +301,24 @@ def _laid_along(layer: Layer, below: Surface | None, body: Body, h_layer_mm: flo
     return laid / plain * layer.area_mm2 if plain > 0 else 0.0
 
 
-def _mean_thickness(layer: Layer, below: Surface | None, body: Body, h_layer_mm: float) -> float:
-    """Mean thickness over a region, on a grid."""
+@singledispatch
+def _mean_thickness(surface: Offsets, layer: Layer, below: Surface | None, body: Body, h_layer_mm: float) -> float:
+    """Mean thickness over a region: along its borders."""
+    border = np.concatenate([curve.points for curve in layer.curves])
+    return float(bead_thickness(border, layer.surface, below, body, h_layer_mm).mean())
+
+
+@_mean_thickness.register(Plane)
+def _(surface: Plane, layer: Layer, below: Surface | None, body: Body, h_layer_mm: float) -> float:
+    """On a plane: on a grid."""
     import shapely
 
-    border = np.concatenate([curve.points for curve in layer.curves])
-    if not isinstance(layer.surface, Plane):
-        return float(bead_thickness(border, layer.surface, below, body, h_layer_mm).mean())
-    region = region_of([layer.surface.unrolled(curve.points) for curve in layer.curves])
+    region = region_of([surface.unrolled(curve.points) for curve in layer.curves])
     low_u, low_v, high_u, high_v = region.bounds
     step = (np.arange(GRID) + 0.5) / GRID
     u, v = np.meshgrid(low_u + step * (high_u - low_u), low_v + step * (high_v - low_v))
     inside = shapely.contains_xy(region, u.ravel(), v.ravel())
-    points = layer.surface.lifted(np.stack([u.ravel()[inside], v.ravel()[inside]], axis=1))
+    points = surface.lifted(np.stack([u.ravel()[inside], v.ravel()[inside]], axis=1))
     if len(points) == 0:
-        points = border
-    return float(bead_thickness(points, layer.surface, below, body, h_layer_mm).mean())
+        points = np.concatenate([curve.points for curve in layer.curves])
+    return float(bead_thickness(points, surface, below, body, h_layer_mm).mean())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import manifold3d
@@ -330,3 +331,21 @@ def test_distances_from_a_border_of_many_sides_are_the_plain_ones() -> None:
     assert distances(points, region.boundary) == pytest.approx(plain, abs=1e-12)
     line = shapely.LineString([(0, 0), (10, 0), (10, 5)])
     assert distances(np.array([[4.0, 3.0], [12.0, 9.0]]), line) == pytest.approx([3.0, math.hypot(2, 4)])
+
+
+@pytest.mark.parametrize("at", [-220.0, 0.0, 220.0])
+def test_a_hole_in_a_helical_strip_is_on_the_turn_on_which_it_is(at):
+    """The strip goes round more than once, beside itself; the hole's own points say no more than where it is."""
+    surface, rise, wide = Cylinder((0.0, 0.0), 20.0), 0.3, 8.0
+
+    def loop(*outline) -> np.ndarray:
+        corners = np.array([*outline, outline[0]])
+        flat = np.concatenate([np.linspace(a, b, 200, endpoint=False) for a, b in itertools.pairwise(corners)])
+        return surface.lifted(np.stack([20.0 * np.radians(flat[:, 0]), rise * flat[:, 0] / 3.6 + flat[:, 1]], axis=1))
+
+    strip = loop((-250.0, -wide), (250.0, -wide), (250.0, wide), (-250.0, wide))
+    hole = loop((at - 5.0, -2.0), (at - 5.0, 2.0), (at + 5.0, 2.0), (at + 5.0, -2.0))
+    area, gone = 20.0 * math.radians(500.0) * 2 * wide, 20.0 * math.radians(10.0) * 4.0
+    curves = (Curve(strip, True, False, area), Curve(hole, True, True, -gone))
+    (island,) = islands(Layer(1, surface, curves, area - gone, (1.7, 1.7)))
+    assert island.area_mm2 == pytest.approx(area - gone, rel=1e-6)

@@ -16,12 +16,12 @@ from support.parts.cad_parts import FORMATS, arrays, boss_fillet, cad_part, fill
 from support.parts.part_truth import judged
 
 from slicing.beads.overhang import overhangs
+from slicing.decomposition.bands import Band
 from slicing.decomposition.body_hint import BodyHint
 from slicing.decomposition.cut import Cut, CutPiece, Sliver
 from slicing.decomposition.decompose import Decomposition, decompose
 from slicing.decomposition.doubts import domed_body, what_is_left
 from slicing.decomposition.outline import Outline
-from slicing.decomposition.turned_faces import Band
 from slicing.layers.body_ends import body_ends
 from slicing.mesh.load import load_mesh
 from slicing.mesh.solid import Mesh, PartError, mesh_from_arrays

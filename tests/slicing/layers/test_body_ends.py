@@ -13,7 +13,7 @@ from slicing.layers.body_ends import NO_ENDS, body_ends, over_ends_mm3
 from slicing.paper.indices import indices, top_angle
 from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
-from slicing.surfaces.bodies import CylindricalBody, RevolvedBody
+from slicing.surfaces.bodies import ConicalBody, CylindricalBody, RevolvedBody
 from slicing.warning import Code
 
 BLADE = box((5, -3, -15), (50, 3, 45), "blade")
@@ -41,6 +41,13 @@ def test_layer_0_ends_where_the_body_ends(strategy):
 def test_what_lies_over_the_ends_is_as_much_as_by_hand():
     assert over_ends_mm3(BLADE, BODY, ENDS) == pytest.approx(SLICE * 40, rel=1e-3)
     assert over_ends_mm3(BLADE, BODY, (-20.0, 20.0)) == pytest.approx(SLICE * 25, rel=1e-3)
+
+
+def test_over_the_end_of_a_cone_lies_no_more_than_its_tip():
+    cone = ConicalBody(20.0, -50.0)
+    radius, high = 20.0 - 15.0 * math.tan(math.radians(50.0)), 20.0 / math.tan(math.radians(50.0)) - 15.0
+    block = box((-10, -10, 0), (10, 10, 40), "block")
+    assert over_ends_mm3(block, cone, (0.0, 15.0)) == pytest.approx(math.pi * radius**2 * high / 3, rel=1e-3)
 
 
 def test_layers_of_a_profile_go_round_its_ends():
