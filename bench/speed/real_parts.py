@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import atexit
 import shutil
+import sys
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,6 +30,7 @@ import trimesh
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "models" / "parts"))
 from propeller import Propeller  # noqa: E402
 from propeller import blade as propeller_blade  # noqa: E402
 from solids import mesh_of, tube  # noqa: E402
