@@ -14,14 +14,15 @@ from .html.sweep_page import html_sweep as html_sweep
 from .job.job import Job as Job
 from .job.job import prepare as prepare
 from .motion.motion import Motion as Motion
+from .motion.motion_file import ReadMotion as ReadMotion
 from .motion.motion_file import read_motion as read_motion
 from .motion.motion_file import write_motion as write_motion
 from .pose_sweep.grid import grid as grid
 from .pose_sweep.ranking import sweep_document as sweep_document
 from .pose_sweep.sweep import sweep as sweep
 from .programs.cell_controller import cell_controller as cell_controller
-from .programs.export import Exported as Exported
 from .programs.export import export_program as export_program
+from .programs.exported.exported import Exported as Exported
 from .programs.krl_read import read_krl as read_krl
 from .programs.program_check import ProgramResult as ProgramResult
 from .programs.program_check import check_program as check_program
@@ -33,7 +34,8 @@ from .scene.compose import Scene as Scene
 from .scene.compose import compose as compose
 from .shipped import DEFAULT_CASE as DEFAULT_CASE
 from .shipped import MODELS_DIR as MODELS_DIR
-from .verdict.check import check as check
+from .verdict.all_reasons import all_reasons as all_reasons
+from .verdict.by_table_mode import check as check
 from .verdict.failure_words import failure_in_words as failure_in_words
 from .verdict.result import Result as Result
 from .verdict.result import TargetVerdict as TargetVerdict
@@ -54,10 +56,12 @@ __all__ = [
     "Motion",
     "MotionResult",
     "ProgramResult",
+    "ReadMotion",
     "Remedy",
     "Result",
     "Scene",
     "TargetVerdict",
+    "all_reasons",
     "cell_controller",
     "check",
     "check_motion",

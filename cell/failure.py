@@ -111,7 +111,7 @@ class RollBetween:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """What is wrong, by how much, and where. :class:`Kind` says which attributes a kind of failure has.
+    """What is wrong, by how much, and where. Which attributes a failure has goes by its kind.
 
     Attributes:
         kind: what is wrong.

@@ -53,12 +53,12 @@ class CaseItem(pytest.Item):
         """
         from .case.read import load_case
         from .job.job import prepare
-        from .verdict.as_asked import check_as_asked
+        from .verdict.by_table_mode import check
 
         case = load_case(self.path)
         if case.expect is None:
             pytest.skip("the case has no expect:")
-        result = check_as_asked(prepare(case))
+        result = check(prepare(case))
         problems = list(differences(case.expect, result))
         if problems:
             raise Unexpected("; ".join(problems))

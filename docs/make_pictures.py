@@ -23,7 +23,6 @@ from cell import MODELS_DIR, Case, Result, check, load_case, parse_case, picture
 from cell.case.part_sections import Support
 from cell.job.job import slice_part
 from cell.job.part_input import read_part
-from cell.verdict.as_asked import check_as_asked
 from cell.view.camera import View
 from cell.view.film import film
 from cell.view.layer_picture import body_of
@@ -116,13 +115,13 @@ def pictures(what: str) -> Iterator[tuple[str, bytes]]:
         case = with_changes(case, support=Support(radius_mm=WIDE_SUPPORT_MM, height_mm=case.support.height_mm))
         yield from seen(check(prepare(case), 90, 180), "collision", ("torch",))
     elif what == "propeller_indexed":
-        result = check_as_asked(prepare(case_of(what)))
+        result = check(prepare(case_of(what)))
         yield f"{what}_torch", picture(result, width=WIDTH, height=HEIGHT, view="torch", target=600)
         yield f"{what}_strip", strip(result, range(len(result.poses)))
         yield f"{what}.webp", moving(result)
     elif what == "boiler_coordinated":
         # one round of the duct, halfway up
-        result = check_as_asked(prepare(case_of(what)))
+        result = check(prepare(case_of(what)))
         t = result.job.targets
         duct = np.flatnonzero(t.path == t.path[len(t) // 2])
         yield f"{what}_strip", strip(result, duct[np.linspace(0, len(duct) - 1, FRAMES).astype(int)].tolist())

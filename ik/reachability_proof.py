@@ -96,13 +96,13 @@ def certify(
         Ts_base_target: targets at roll 0, (m, 4, 4), m, base frame.
         window: rolls allowed. A single roll is settled by its eight branches alone.
         limits: singularity margins a configuration must keep (the geometric ones); the defaults where left out.
-        form: its constants, from ``spherical_wrist.recognise``; found where left out.
+        form: constants of the closed form of an arm with a spherical wrist; found where left out.
         max_depth: how often the first intervals are halved at most.
         first_step: greatest width of the first intervals, rad.
         block: targets that go down the levels together: bounds the memory.
 
     Returns:
-        Certificates. ``UNREACHABLE`` is a proof for every roll of the window, not a search that found nothing.
+        Certificates. ``unreachable`` is a proof for every roll of the window, not a search that found nothing.
 
     Raises:
         ValueError: an arm without a closed form, poses that are not (m, 4, 4) or not finite, a step that is not

@@ -42,7 +42,7 @@ class SingularityLimits:
     sigma: float = 0.02
 
     def values(self, geometric: bool) -> Floats:
-        """The limits in the order of :data:`KINDS`; those that do not apply are -inf.
+        """The limits of wrist, elbow, shoulder and sigma, (4,); those that do not apply are -inf.
 
         Args:
             geometric: whether the arm has a spherical wrist: its margins are angles and a length; else sigma counts.

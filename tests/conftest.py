@@ -47,9 +47,9 @@ def little(tmp_path_factory: pytest.TempPathFactory) -> Result:
     """A feasible result that is quickly had, to look at."""
     from cell.case.read import load_case
     from cell.job.job import prepare
-    from cell.verdict.check import check
+    from cell.verdict.check import check_fixed
 
-    found = check(prepare(load_case(little_case(tmp_path_factory.mktemp("boss")))), 90, 180)
+    found = check_fixed(prepare(load_case(little_case(tmp_path_factory.mktemp("boss")))), 90, 180)
     assert found.motion is not None
     return found
 

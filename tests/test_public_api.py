@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,6 +33,88 @@ def test_every_name_of_the_public_interface_is_there():
         for name in names.split():
             assert getattr(module, name) is not None
             assert name in module.__all__
+
+
+def exported() -> Iterator[tuple[str, Any]]:
+    """Functions and classes that are exported, and what of a class is public, each with the name it is found by."""
+    for package in EXPORTED:
+        module = sys.modules[package]
+        for name in module.__all__:
+            thing = getattr(module, name)
+            if inspect.isfunction(thing):
+                yield f"{package}.{name}", thing
+            elif inspect.isclass(thing) and thing.__module__.split(".")[0] in EXPORTED:
+                yield f"{package}.{name}", thing
+                for key, value in list(vars(thing).items()):
+                    method = value.fget if isinstance(value, property) else getattr(value, "__func__", value)
+                    if not key.startswith("_") and inspect.isfunction(method):
+                        yield f"{package}.{name}.{key}", method
+
+
+def names_of_own_code() -> set[str]:
+    """Functions, classes and constants at the top of any module that cannot be mistaken for a word or a case's key."""
+    found: set[str] = set()
+    for package in EXPORTED:
+        for path in (ROOT / package).rglob("*.py"):
+            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                    found.add(node.name)
+                elif isinstance(node, ast.Assign):
+                    found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+    return {name for name in found if "_" in name.strip("_") or not name.islower()}
+
+
+DOTTED = re.compile(r"(?<![\w./-])(?:cell|slicing|ik)(?:\.[A-Za-z_]\w*)+")
+CODE = re.compile(r"(`+)([A-Za-z_][\w.]*)(?:\(.*?\))?\1")
+
+
+def unknown_names(name: str, thing: Any, internal: set[str]) -> list[str]:
+    """What a docstring refers to that whoever imports the packages does not find."""
+    text = inspect.getdoc(thing) or ""
+    wrong = []
+    for dotted in DOTTED.findall(text):
+        found: Any = sys.modules[dotted.split(".")[0]]
+        public = set(found.__all__)
+        for part in dotted.split(".")[1:]:
+            if part not in public or not hasattr(found, part):
+                wrong.append(dotted)
+                break
+            found = getattr(found, part)
+            public = set(dir(found)) | set(getattr(found, "__dataclass_fields__", ()))
+    package, owner = name.split(".")[:2]
+    known = {one for module in EXPORTED for one in sys.modules[module].__all__}
+    known |= set(dir(getattr(sys.modules[package], owner)))
+    wrong += [word for _, word in CODE.findall(text) if word in internal - known]
+    return wrong
+
+
+def test_docstrings_refer_to_what_is_exported():
+    internal = names_of_own_code()
+    wrong = {name: found for name, thing in exported() if (found := unknown_names(name, thing, internal))}
+    assert wrong == {}
+
+
+def test_a_docstring_that_refers_to_a_module_is_found():
+    def tidy() -> None:
+        """As `cell.prepare`, ``slicing.solid_from_arrays`` and ``Motion``; bead.csv and models/cell.xml are files."""
+
+    def untidy() -> None:
+        """From ``cell.job.job.prepare``, `mesh_from_arrays` or slicing.mesh.solid."""
+
+    internal = names_of_own_code()
+    assert unknown_names("cell.check", tidy, internal) == []
+    assert set(unknown_names("cell.check", untidy, internal)) == {
+        "cell.job.job.prepare",
+        "mesh_from_arrays",
+        "slicing.mesh.solid",
+    }
+
+
+def test_a_job_comes_first_wherever_one_is_taken():
+    for name, thing in exported():
+        if inspect.isfunction(thing) and name.count(".") == 1:
+            parameters = list(inspect.signature(thing).parameters)
+            assert "job" not in parameters[1:] or name == "cell.read_motion", name
 
 
 def example() -> str:
@@ -66,7 +152,7 @@ def test_a_part_from_mesh_to_verdict_in_ten_lines(make_case, tmp_path):
     sliced = slicing.slice(mesh, slicing.Cylinder(radius_mm=20), strategy="nonuniform", h_layer_mm=1.73)
     path = slicing.lay([sliced], pattern="zigzag", width_mm=5)
     job = cell.prepare(cell.load_case(make_case()), toolpath=path)
-    result = cell.check(job, E1_deg=90, E2_deg=180)
+    result = cell.check(job)
     assert result.feasible
     assert result.motion.t_s[-1] > 0
     assert list(cell.remedies(result)) == []

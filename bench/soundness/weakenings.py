@@ -27,6 +27,8 @@ LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/ver
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_deviation.py"
 SURFACES = "slicing/surfaces/test_surfaces.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
+BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
+EXPORTED = "cell/programs/test_exported_files.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_unsupported.py"
 
 
@@ -215,6 +217,16 @@ MUTANTS = (
     Mutant("cell/programs/round_trip.py", "self.position / (OFF + thinning.chord)", "self.position / (20 * OFF + thinning.chord)", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/round_trip.py", '        ("blend", SAME_PLACE),\n', "", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/round_trip.py", "if pair[0][:2] != pair[1][:2] or", "if", ("cell/programs/test_export.py",)),
+    Mutant("cell/verdict/by_table_mode.py", 'if mode != "fixed":', "if False:", (BY_MODE,)),
+    Mutant("cell/verdict/by_table_mode.py", "return _checked(job, progress) if asked is None", "return check_fixed(job, job.case.table.E1_deg, job.case.table.E2_deg, progress) if asked is None", (BY_MODE,)),
+    Mutant("cell/verdict/by_table_mode.py", 'if not abs(angle) < float("inf"):', "if False:", (BY_MODE,)),
+    Mutant("cell/motion/given_motion.py", "if found != shape:", "if False:", (GIVEN,)),
+    Mutant("cell/motion/given_motion.py", 'return read_columns("motion", motion.to_frame(), job)', "return ReadMotion(motion, np.arange(len(motion.t_s)) + 1, ())", (GIVEN,)),
+    Mutant("cell/motion/file_order.py", "return again, renumbered(motion, again)", "return again, motion", (GIVEN,)),
+    Mutant("cell/motion/file_order.py", "    motion = renumbered(motion, job)\n", "", (GIVEN,)),
+    Mutant("cell/programs/exported/exported.py", "if self.fault is not None:", "if False:", (EXPORTED,)),
+    Mutant("cell/programs/exported/exported.py", "[*case_files(self.job.case), *reads]", "reads", (EXPORTED,)),
+    Mutant("cell/programs/exported/written_files.py", "if made and not done and folder is not None:", "if False:", (EXPORTED,)),
     Mutant("cell/programs/program_check.py", "    yield from _tools(run, job)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _bases(run)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _roots(run.program, job)\n", "", (PROGRAMS,)),
@@ -246,6 +258,6 @@ MUTANTS = (
     Mutant("cell/programs/export.py", "    if gap.share(written.thinning) > 1:\n", "    if False:\n", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/export.py", "    if result.findings:\n", "    if False:\n", ("cell/programs/test_export.py",)),
     Mutant("cell/remedy_search/search.py", "if row.reason is not None}", "if row.failure is not None}", ("cell/remedy_search/test_search.py",)),
-    Mutant("cell/remedy_search/search.py", "found = check(*self.start.changed(change, size))", "found = check(*self.start.changed(change, 0.0))", ("cell/remedy_search/test_search.py",)),
+    Mutant("cell/remedy_search/search.py", "found = check_fixed(*self.start.changed(change, size))", "found = check_fixed(*self.start.changed(change, 0.0))", ("cell/remedy_search/test_search.py",)),
     Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),
 )  # fmt: skip

@@ -63,7 +63,7 @@ def job_of(targets: int, folder: Path) -> Job:
 
 
 def setup_of(job: Job) -> Context:
-    """What ``cell.verdict.check.check`` plans with."""
+    """What ``cell.verdict.check.check_fixed`` plans with."""
     table = table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg)
     return Context.of(job, table)
 

@@ -90,7 +90,7 @@ def run(part: str, targets: int, fill: str, roll: str, twin: str, help_too: bool
     import cell.html.check_page
     import cell.remedy_search.search
     import cell.report.check_document
-    import cell.verdict.as_asked as as_asked
+    import cell.verdict.by_table_mode as by_table_mode
 
     clock = Clock()
     absent = clock.hook()
@@ -101,7 +101,7 @@ def run(part: str, targets: int, fill: str, roll: str, twin: str, help_too: bool
     job = job_of(part, targets, fill, roll, twin == NO_TWIN, "share" if twin == NO_TWIN else twin)
     made = time.process_time() - begun
     begun, wall = time.process_time(), time.perf_counter()
-    result = as_asked.check_as_asked(job)
+    result = by_table_mode.check(job)
     checked, wall = time.process_time() - begun, time.perf_counter() - wall
     clock.seconds["other"] = made + checked - sum(v for k, v in clock.seconds.items() if k != "imports")
     remedies = []

@@ -22,7 +22,7 @@ import numpy as np
 
 from cell import Case, load_case, prepare, with_changes
 from cell.case.table_section import Table
-from cell.verdict.as_asked import check_as_asked
+from cell.verdict.by_table_mode import check
 from cell.verdict.table_use import table_use
 
 from ..bench_arguments import parsed
@@ -62,7 +62,7 @@ def measured(case: Case, targets: int | None) -> dict[str, Any]:
             targets=replace(t, closed=t.closed[: last + 1], **{name: getattr(t, name)[:n] for name in columns}),
             beads=(),
         )
-    result = check_as_asked(job)
+    result = check(job)
     row: dict[str, Any] = {
         "targets": len(result.rows),
         "infeasible": {reason: count for reason, count in result.reasons.items() if count},

@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
         case = _with_every_target(case)
     refuse_outputs(args, case, "json", "motion", "html")
     from ..report.check_report import report_lines
-    from ..verdict.as_asked import prepare_and_check
+    from ..verdict.by_table_mode import prepare_and_check
 
     result = prepare_and_check(case, Bars(sys.stderr), jobs=jobs)
     if args.motion:

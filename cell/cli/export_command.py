@@ -6,11 +6,10 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..atomic_files import beside, check_outputs
+from ..atomic_files import check_outputs
 from ..case.files import case_files
 from ..errors import InputError
 from .bar import Bars
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from ..case.sections import Case
     from ..job.job import Job
     from ..motion.motion import Motion
-    from ..programs.export import Exported
+    from ..programs.exported.exported import Exported
 
 
 def run(args: argparse.Namespace) -> int:
@@ -55,17 +54,16 @@ def run(args: argparse.Namespace) -> int:
     if made.fault is not None:
         sys.stderr.write(f"rbam: no program: {made.fault}\n")
         return INFEASIBLE
-    contents = _contents(args, job, made, folder)
-    _write(contents, folder, read)
+    paths = made.write(folder, csv=args.csv, robodk=args.robodk, reads=read)
     if not is_quiet():
-        _told(made, contents, _left_over(made, folder))
+        _told(made, paths, _left_over(made, folder))
     return FEASIBLE
 
 
 def _checked_motion(path: str | None, case: Case, jobs: int) -> tuple[Job, Motion | None]:
     """The motion that is searched, or a file's, and whose it is: layers in the order of building; None: infeasible."""
     if path is None:
-        from ..verdict.as_asked import prepare_and_check
+        from ..verdict.by_table_mode import prepare_and_check
 
         result = prepare_and_check(case, Bars(sys.stderr), jobs=jobs)
         return result.job, result.motion
@@ -88,67 +86,20 @@ def _left_over(made: Exported, folder: Path | None) -> list[str]:
 
 
 def _folder(name: str) -> Path:
-    folder = Path(name)
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"--krl: {name}: is not a folder")
-    if not folder.exists() and not folder.absolute().parent.is_dir():
-        raise InputError(f"--krl: {name}: the folder {folder.absolute().parent} does not exist")
-    return folder
+    """The folder that ``--krl`` names, before the work rather than after it.
 
+    Raises:
+        InputError: it is none, or cannot be made.
+    """
+    from ..programs.exported.written_files import checked_folder
 
-def _contents(args: argparse.Namespace, job: Job, made: Exported, folder: Path | None) -> dict[Path, bytes]:
-    """Everything that is to be written."""
-    import csv
-    import io
-    import json
-
-    from ..report.program_document import export_document
-
-    assert made.result is not None
-    out: dict[Path, bytes] = {}
-    if folder is not None:
-        out |= {folder / name: text.encode("ascii") for name, text in made.files.items()}
-        document = json.dumps(export_document(job, made), indent=1, allow_nan=False)
-        out[folder / f"{made.written.program.name}.json"] = f"{document}\n".encode()
-    if args.csv:
-        from ..programs.pose_table import pose_table
-
-        text = io.StringIO()
-        header, rows = pose_table(job, made.result.run)
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
-        out[Path(args.csv)] = text.getvalue().encode()
-    if args.robodk:
-        from ..programs.robodk_script import robodk_script
-
-        out[Path(args.robodk)] = robodk_script(made.result.program, made.written.program.name).encode(
-            "ascii", "replace"
-        )
-    return out
-
-
-def _write(contents: dict[Path, bytes], folder: Path | None, read: Sequence[str | Path]) -> None:
-    """Write all files or none."""
-    made = folder is not None and not folder.exists()
-    if made and folder is not None:
-        try:
-            folder.mkdir()
-        except OSError as error:
-            raise InputError(f"--krl: {folder}: cannot be made ({error.strerror})") from None
-    done = False
     try:
-        check_outputs({f"file {n}": str(path) for n, path in enumerate(contents)}, read)
-        with ExitStack() as stack:
-            for path, content in contents.items():
-                stack.enter_context(beside(path)).write_bytes(content)
-        done = True
-    finally:
-        if made and not done and folder is not None:
-            folder.rmdir()
+        return checked_folder(name)
+    except InputError as error:
+        raise InputError(f"--krl: {error}") from None
 
 
-def _told(made: Exported, contents: dict[Path, bytes], left_over: list[str]) -> None:
+def _told(made: Exported, paths: Sequence[Path], left_over: list[str]) -> None:
     """What was written, on stdout."""
     import numpy as np
 
@@ -162,7 +113,7 @@ def _told(made: Exported, contents: dict[Path, bytes], left_over: list[str]) -> 
         f"{np.ptp(made.result.run.motion.t_s):.0f} s; read back, run and judged: feasible, within "
         f"{gap.position / METRES_PER_MM:.4f} mm and {np.rad2deg(gap.angle):.4f} deg of the checked motion\n"
     )
-    for path in contents:
+    for path in paths:
         sys.stdout.write(f"  {path}\n")
     for line in made.warnings:
         sys.stdout.write(f"  warning: {line}\n")

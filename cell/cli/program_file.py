@@ -33,7 +33,7 @@ def checked_program(path: str, job: Job) -> ProgramResult:
     from ..programs.krl_read import read_krl
     from ..programs.program_check import check_program
 
-    return check_program(read_krl(path, cell_controller(job)), job)
+    return check_program(job, read_krl(path, cell_controller(job)))
 
 
 def check_program_file(args: argparse.Namespace, case: Case) -> int:

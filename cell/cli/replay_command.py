@@ -113,14 +113,14 @@ def _needs(args: argparse.Namespace, *options: str) -> None:
 
 def _checked(args: argparse.Namespace, case: Case) -> Result:
     from ..job.job import prepare
-    from ..verdict.as_asked import check_as_asked
+    from ..verdict.by_table_mode import check
 
     jobs = jobs_of(args)
     job = prepare(case)
     if args.program is not None:
         return _checked_program(args, job)
     if args.motion_in is None:
-        return check_as_asked(job, Bars(sys.stderr), jobs=jobs)
+        return check(job, jobs=jobs, progress=Bars(sys.stderr))
     from ..motion.file_order import read_in_order
     from ..verification.motion_check import check_motion
     from ..view.shown_motion import played

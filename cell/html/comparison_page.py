@@ -30,7 +30,7 @@ def html_compare(document: dict[str, Any]) -> str:
     """The page of a comparison.
 
     Args:
-        document: from ``cell.compare.compare.compare_document``.
+        document: from ``cell.compare_document``.
 
     Returns:
         The whole file; UTF-8.

@@ -29,7 +29,7 @@ def html_sweep(case: Case, document: dict[str, Any]) -> str:
 
     Args:
         case: what was swept.
-        document: from ``cell.pose_sweep.ranking.sweep_document``.
+        document: from ``cell.sweep_document``.
 
     Returns:
         The whole file; UTF-8.

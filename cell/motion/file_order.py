@@ -1,6 +1,7 @@
-"""A motion from a file, and the job with its layers in the order in which the motion lays them.
+"""A motion, and the job with its layers in the order in which the motion lays them.
 
-    job, read = read_in_order("propeller.csv", job)
+    job, read = read_in_order("propeller.csv", job)      # from a file
+    job, motion = in_one_order(job, motion)              # numbered for another order of the same part
 
 Where the table indexes or moves along and the case gives no poses, the order is the motion's own to choose: each layer
 comes when the motion first welds it. A sub-volume's layers still have to follow one another; what does not is found as
@@ -9,6 +10,7 @@ in any motion, by its beads.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,8 +38,8 @@ def read_in_order(path: str | Path, job: Job) -> tuple[Job, ReadMotion]:
         InputError: as of ``cell.motion.motion_file.read_motion``.
     """
     read = read_motion(path, job)
-    again = in_motion_order(job, read.motion)
-    return (job, read) if again is job else (again, read_motion(path, again))
+    job, motion = in_one_order(job, read.motion)
+    return job, replace(read, motion=motion)
 
 
 def in_motion_order(job: Job, motion: Motion) -> Job:
@@ -47,6 +49,31 @@ def in_motion_order(job: Job, motion: Motion) -> Job:
     if job.order is not None:
         return job  # it has one already, by which the motion was made or read
     return in_order(job, _runs(job, motion))
+
+
+def in_one_order(job: Job, motion: Motion) -> tuple[Job, Motion]:
+    """The job in the order of a motion where that is free, and the motion with the numbers of that job.
+
+    Args:
+        job: of the part that the motion builds, in this order or another.
+        motion: numbered by an order of its own (``motion.order``).
+
+    Returns:
+        The job and the motion, of one order.
+    """
+    motion = renumbered(motion, job)
+    again = in_motion_order(job, motion)
+    return again, renumbered(motion, again)
+
+
+def renumbered(motion: Motion, job: Job) -> Motion:
+    """A motion with its beads and targets numbered as a job has them; its held speed, by targets, is left out."""
+    if motion.order is job.order:
+        return motion
+    bead, target = motion.called
+    if job.order is not None:
+        bead, target = job.order.beads_of_file(bead), job.order.targets_of_file(target)
+    return replace(motion, bead=bead, target=target, held_speed=None, order=job.order)
 
 
 def _runs(job: Job, motion: Motion) -> list[LayerRun]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
+from ..errors import InputError
 from ..job.build_order import BuildOrder
 from .deposition_speed import HeldSpeed
 
@@ -116,6 +117,17 @@ class Motion:
     def travel_time(self) -> float:
         """Seconds of moving with the arc off."""
         return float(self.t_s[-1] - self.t_s[0]) - self.arc_time - self.dwell_time
+
+
+def required(motion: Motion | None) -> Motion:
+    """The motion.
+
+    Raises:
+        InputError: there is none.
+    """
+    if motion is None:
+        raise InputError("no motion: an infeasible part has none (result.feasible says so)")
+    return motion
 
 
 STANDING = 1e-9  # m or rad: less is no way

@@ -17,6 +17,7 @@ import math
 import zipfile
 import zlib
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,7 +30,7 @@ from ..atomic_files import write_bytes, write_csv
 from ..errors import InputError
 from ..job.job import Job
 from ..scene.equipment import one_line
-from .motion import Motion
+from .motion import Motion, required
 
 JUMP_DEG = 60.0  # more between neighbouring rows is no motion: nothing says which way round
 WHOLE_COLUMNS = ("arc", "bead", "layer", "target")
@@ -94,9 +95,10 @@ def write_motion(path: str | Path, motion: Motion) -> None:
         motion: the motion.
 
     Raises:
-        InputError: another suffix, or the file cannot be written.
+        InputError: there is no motion, another suffix, or the file cannot be written.
     """
     check_suffix(path)
+    motion = required(motion)
     if Path(path).suffix.lower() == ".csv":
         write_csv(path, motion.columns(), motion.each_row_deg())
         return
@@ -112,20 +114,36 @@ def read_motion(path: str | Path, job: Job, most_bytes: int = MOST_BYTES) -> Rea
 
     Args:
         path: ends in .csv or .npz.
-        job: names the joints and has the targets.
+        job: from ``cell.prepare``; names the joints and has the targets.
         most_bytes: of the file, unpacked.
 
     Returns:
-        The motion.
+        The motion (its ``.motion``), and what was repaired in it.
 
     Raises:
         InputError: it is larger than that, a column is missing, a value is no number, rows are out of order or too far
             apart, or a number of a bead or target does not exist; one line with the file and the row.
     """
     check_suffix(path)
+    return read_columns(path, (_csv if Path(path).suffix.lower() == ".csv" else _npz)(path, most_bytes), job)
+
+
+def read_columns(path: str | Path, table: Mapping[str, list[str] | Floats], job: Job) -> ReadMotion:
+    """A motion of the columns of a file.
+
+    Args:
+        path: what errors call it.
+        table: the columns by their names.
+        job: names the joints and has the targets.
+
+    Returns:
+        The motion.
+
+    Raises:
+        InputError: as of :func:`read_motion`.
+    """
     names = job.scene.chain.names
     wanted = ["t_s", *(f"{name}_deg" for name in (*names, "E1", "E2")), *WHOLE_COLUMNS]
-    table = (_csv if Path(path).suffix.lower() == ".csv" else _npz)(path, most_bytes)
     missing = [name for name in wanted if name not in table]
     if missing:
         raise InputError(f"{path}: has no column {missing[0]}; a motion needs {', '.join(wanted)}")

@@ -32,7 +32,7 @@ def sweep_document(case: Case, rows: Sequence[dict[str, Any]]) -> dict[str, Any]
 
     Args:
         case: the case.
-        rows: from ``cell.pose_sweep.sweep.sweep``.
+        rows: from ``cell.sweep``.
 
     Returns:
         The document; ``rank`` of a pose is 1 for the best feasible one and null where infeasible, ``best`` the pose of

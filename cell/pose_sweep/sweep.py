@@ -39,7 +39,7 @@ from ..scene.compose import compose
 from ..table_poses.hopeless_poses import Screened, screen_all
 from ..table_poses.suited_poses import alone
 from ..units import METRES_PER_MM
-from ..verdict.check import check
+from ..verdict.check import check_fixed
 from ..verdict.result import Result
 from .grid import Pose
 from .log import Log
@@ -187,7 +187,7 @@ def pose_outcome(job: Job, pose: Pose) -> Row:
     Returns:
         A row of "rbam-sweep/1".
     """
-    result = check(job, pose.E1_deg, pose.E2_deg)
+    result = check_fixed(job, pose.E1_deg, pose.E2_deg)
     row: Row = plain(
         {
             **pose.columns(),
@@ -257,7 +257,7 @@ def sweep(
 
     Args:
         case: the case.
-        poses: from ``cell.pose_sweep.grid.grid``, or E1, E2 pairs, deg.
+        poses: from ``cell.grid``, or E1, E2 pairs, deg.
         jobs: number of processes; default: one for each core.
         log: file of finished poses, one JSON a line; poses that it holds already are not computed again.
         progress: told how far it is.

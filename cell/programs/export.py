@@ -1,7 +1,7 @@
 """A checked motion as a program's text, believed only once it was read back, run and judged.
 
     made = export_program(job, motion)
-    made.fault                                # one line, or None: made.files may be written
+    made.fault                                # one line, or None: made.write(folder) writes it
     made.files                                # texts by the names of their files, the main module first
 
 What is judged is what stands in the text: it is read as anybody's program is.
@@ -10,18 +10,18 @@ What is judged is what stands in the text: it is read as anybody's program is.
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from slicing import Warning
-
 from ..job.job import Job
-from ..motion.motion import Motion
+from ..motion.file_order import in_one_order
+from ..motion.motion import Motion, required
 from ..units import METRES_PER_MM
 from .cell_controller import cell_controller, frames_of
 from .controller import ReadLimits
+from .exported.exported import Exported
 from .from_motion import ProgramOfMotion, program_of_motion
 from .krl_read import read_krl
 from .krl_write import write_krl
@@ -30,40 +30,20 @@ from .program_check import ProgramResult, check_program
 from .round_trip import OFF, TURNED, Gap, compared, difference_of
 
 
-@dataclass(frozen=True, eq=False)
-class Exported:
-    """A program that was written, and the result of its check.
-
-    Attributes:
-        files: text of each file by its name, the main module first.
-        written: what was made of the motion.
-        gap: greatest distance of the text's motion from the checked one; None where the text is another program.
-        result: the check of the text; None likewise.
-        fault: why the program may not be used, one line; None where it may.
-        warnings: typed.
-    """
-
-    files: dict[str, str]
-    written: ProgramOfMotion
-    gap: Gap | None
-    result: ProgramResult | None
-    fault: str | None
-    warnings: tuple[Warning, ...]
-
-
 def export_program(job: Job, motion: Motion) -> Exported:
-    """Write a program of a motion and verify that its text is that motion.
+    """Make a program of a motion and verify that its text is that motion.
 
     Args:
-        job: the job of the motion.
-        motion: the checked motion.
+        job: from ``cell.prepare``, or the job of a result.
+        motion: a checked motion: of a feasible result, or ``.motion`` of ``cell.read_motion``.
 
     Returns:
-        The program, and its fault if there is one.
+        The program, and its fault if there is one. Nothing is written before its method ``write`` is called.
 
     Raises:
-        InputError: what was written cannot be read; one line.
+        InputError: there is no motion (None, of an infeasible result), or what was made cannot be read; one line.
     """
+    job, motion = in_one_order(job, required(motion))
     controller = replace(cell_controller(job), limits=ReadLimits())
     frames = frames_of(job, controller)
     written = program_of_motion(job, motion, frames)
@@ -75,10 +55,10 @@ def export_program(job: Job, motion: Motion) -> Exported:
         again = read_krl(Path(folder) / next(iter(files)), controller)
     other = difference_of(written.program, again)
     if other is not None:
-        return Exported(files, written, None, None, f"{_line(again.line_of(other[0]))}: {other[1]}", told)
-    result = check_program(again, job)
+        return Exported(job, files, written, None, None, f"{_line(again.line_of(other[0]))}: {other[1]}", told)
+    result = check_program(job, again)
     gap = compared(job, motion, written, result.run)
-    return Exported(files, written, gap, result, _fault(gap, written, result), told)
+    return Exported(job, files, written, gap, result, _fault(gap, written, result), told)
 
 
 def _fault(gap: Gap, written: ProgramOfMotion, result: ProgramResult) -> str | None:

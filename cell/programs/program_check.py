@@ -1,6 +1,6 @@
 """A robot program against the cell: run as the controller would, and judged as any motion is.
 
-    result = check_program(read_krl("blade.src", controller), job)
+    result = check_program(job, read_krl("blade.src", controller))
     result.feasible, result.findings[0].reason, str(result.findings[0].line)
 
 The motion goes to ``cell.verification.motion_check``, the one judge. What only a program can have wrong is found here:
@@ -87,12 +87,12 @@ class ProgramResult:
         return not self.findings
 
 
-def check_program(program: Program, job: Job) -> ProgramResult:
+def check_program(job: Job, program: Program) -> ProgramResult:
     """Run a program as the controller would and check it in the cell.
 
     Args:
-        program: read from text, or made of a motion.
-        job: from ``cell.job.job.prepare``.
+        job: from ``cell.prepare``.
+        program: from ``cell.read_krl``.
 
     Returns:
         What was found.

@@ -25,7 +25,7 @@ from ..case.sections import Checks
 from ..failure import Where
 from ..job.job import Job
 from ..progress import Progress, counted
-from ..verdict.check import check
+from ..verdict.check import check_fixed
 from ..verdict.result import Result
 from .angle_changes import RollFree, RollRange
 from .bead_trial import first_failure
@@ -300,7 +300,7 @@ class _RemedySearch:
         if (change, size) not in self.checked:
             self.left -= 1
             self.count()
-            found = check(*self.start.changed(change, size))
+            found = check_fixed(*self.start.changed(change, size))
             # what was not looked at is not mended either
             self.checked[change, size] = {i for i, row in enumerate(found.rows) if row.reason is not None}
             self.unseen[change, size] = found.not_looked_at

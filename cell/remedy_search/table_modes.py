@@ -27,7 +27,7 @@ from ..job.job import Job, prepare
 from ..job.table_groups import table_groups
 from ..progress import Progress, counted
 from ..table_poses.suited_poses import suited_poses
-from ..verdict.as_asked import check_as_asked
+from ..verdict.by_table_mode import check
 from ..verdict.result import Result
 from .remedy import Remedy
 
@@ -69,7 +69,7 @@ class ModeTrial:
         job = prepare(self.case, self.given)
         if self.case.table.mode == "indexed" and not _has_poses(job):
             return False
-        return check_as_asked(job).feasible
+        return check(job).feasible
 
 
 def mode_trials(result: Result) -> Iterator[ModeTrial]:

@@ -51,7 +51,7 @@ def report_document(
     Args:
         result: the verdict.
         remedies: from ``cell.remedies``.
-        all_reasons: by target what excludes its candidates, from ``cell.verdict.all_reasons``; None leaves the key out.
+        all_reasons: by target what excludes its candidates, from ``cell.all_reasons``; None leaves the key out.
 
     Returns:
         The document.

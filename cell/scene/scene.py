@@ -45,7 +45,8 @@ class Scene:
         body_conaffinity: likewise.
         arm_geom: whether a geom belongs to the arm or its tool, (ngeom,).
         tool_geom: whether it moves with the TCP: the tool and the arm's last link, (ngeom,).
-        piece_of_geom: what each geom belongs to, of ``cell.scene.composition.Piece``, (ngeom,).
+        piece_of_geom: what each geom belongs to, (ngeom,): 0 surroundings, 1 robot, 2 tool, 3 positioner, 4 support,
+            5 part, 6 fixture.
         wire_geom: whether it is the tool's wire, (ngeom,).
         put_on_table: whether it is the part, its support or a fixture on the table, (ngeom,).
         arm_joints: ids of the arm's joints, (n,).

@@ -52,8 +52,8 @@ def all_reasons(result: Result) -> dict[int, list[Excluded]]:
 
     Returns:
         By target: one entry a reason that excludes any, in the order of the tests, and "free" with the candidates
-        that pass. With damped least
-        squares, which finds some configurations and not others, "unreachable" counts rolls at which nothing was found.
+        that pass. With damped least squares, which finds some configurations and not others, "unreachable" counts
+        rolls at which nothing was found.
     """
     job = result.job
     every = [i for i, row in enumerate(result.rows) if row.failure is not None]

@@ -1,6 +1,6 @@
-"""The verdict: can the arm weld every target, bead by bead, and what stops it where it cannot.
+"""The verdict at one pose of the table: can the arm weld every target, bead by bead, and what stops it where it cannot.
 
-    result = check(prepare(case), E1_deg, E2_deg)
+    result = check_fixed(prepare(case), E1_deg, E2_deg)
     result.feasible, result.reasons, result.failures
 
 Of a large part that is lost not every target is looked at (``cell.planning.infeasible_part``): those are neither
@@ -35,7 +35,7 @@ from ..planning.lockouts import with_lockouts
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeWays, SpanEnds, with_home
 from ..planning.travels.travel import STRAIGHT, straight_retracts
-from ..processes.crew import processor_time, working
+from ..processes.crew import processor_time
 from ..progress import Progress, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
@@ -44,23 +44,19 @@ from .result import Result, TargetVerdict
 
 
 @phase("checking", spins=False)
-def check(
+def check_fixed(
     job: Job,
     E1_deg: float,
     E2_deg: float,
     progress: Progress | None = None,
-    *,
-    jobs: int = 1,
 ) -> Result:
-    """Check every target, every bead and the travels between them.
+    """Check every target, every bead and the travels between them, with the table standing.
 
     Args:
-        job: from ``cell.job.job.prepare``.
+        job: from ``cell.job.job.prepare``; what its case says of the table does not count.
         E1_deg: tilt of the table.
         E2_deg: turn of the table; a whole turn is added or subtracted if only that lies in the axis' range.
         progress: told how far it is.
-        jobs: number of processes for a large part; the verdict does not depend on it. With more than one
-            the calling script needs ``if __name__ == "__main__":``, as with ``multiprocessing``.
 
     Returns:
         The verdict.
@@ -71,10 +67,8 @@ def check(
     begun = processor_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     context = Context.of(job, table)
-    with working(jobs):
-        found = check_span(job, context, off_upright(job, context.placed), progress)
-        seconds = processor_time() - begun
-    return replace(standing_result(job, context, asked, found), seconds=seconds)
+    found = check_span(job, context, off_upright(job, context.placed), progress)
+    return replace(standing_result(job, context, asked, found), seconds=processor_time() - begun)
 
 
 def standing_result(job: Job, context: Context, asked: tuple[float, float], found: SpanVerdict) -> Result:

@@ -1,6 +1,6 @@
 """The result of a check: the verdict on every target, the motion, and the poses of the table.
 
-    result = check(prepare(case), E1_deg, E2_deg)
+    result = check(prepare(case))
     result.feasible, result.reasons, result.failures, result.motion
 
 Radians and metres.
@@ -45,14 +45,14 @@ class TargetVerdict:
 
     @property
     def reason(self) -> str | None:
-        """None where it is feasible, else one of ``REASONS``, or ``NOT_LOOKED_AT``."""
+        """None where it is feasible, else the reason as in reports, or "not_looked_at"."""
         if not self.looked_at:
             return NOT_LOOKED_AT
         return None if self.failure is None else self.failure.reason
 
     @property
     def verdict(self) -> str:
-        """One word: feasible, infeasible, or ``NOT_LOOKED_AT``."""
+        """One word: feasible, infeasible, or not_looked_at."""
         if not self.looked_at:
             return NOT_LOOKED_AT
         return "feasible" if self.failure is None else "infeasible"

@@ -1,6 +1,6 @@
 """A motion from outside against the cell: everything that ``rbam check`` asks of its own.
 
-    found = check_motion(job, read_motion("blade.csv", job))
+    found = check_motion(job, read_motion("blade.csv", job))    # or check_motion(job, result.motion)
     found.feasible, found.findings[0].reason, found.findings[0].failure
 
 Between its rows all axes, E1 and E2 among them, move on straight lines. The part grows as the rows say. Findings are
@@ -23,6 +23,7 @@ from ..job.job import Job
 from ..job.table_winding import upright_of
 from ..job.unsupported import past_horizontal, unsupported_targets
 from ..motion.deposition_speed import HeldSpeed
+from ..motion.given_motion import given
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..units import MARGIN_UNITS, METRES_PER_MM
@@ -81,16 +82,27 @@ class MotionResult:
         return not self.findings
 
 
-def check_motion(job: Job, read: ReadMotion) -> MotionResult:
-    """Check a motion in the cell.
+def check_motion(job: Job, motion: Motion | ReadMotion) -> MotionResult:
+    """Check a motion in the cell, as ``rbam check --motion-in`` does.
 
     Args:
-        job: from ``cell.job.job.prepare``.
-        read: from ``cell.motion.motion_file.read_motion``.
+        job: from ``cell.prepare``, or the job of a result. Where its table indexes or moves along and the case gives no
+            poses, the order of its layers is the motion's.
+        motion: from ``cell.read_motion``, of a result, or of arrays.
 
     Returns:
-        What was found.
+        What was found; its job has the layers in the motion's order.
+
+    Raises:
+        InputError: there is no motion (None, of an infeasible result), or one of arrays is none: values are not finite,
+            rows are out of order or too far apart, or a bead or target does not exist; one line.
     """
+    job, read = given(job, motion)
+    return _judged(job, read)
+
+
+def _judged(job: Job, read: ReadMotion) -> MotionResult:
+    """What is found in a motion, of a job with its layers in its order."""
     if not len(job.targets):
         return _check_in_the_cell(job, read)
     motion = read.motion

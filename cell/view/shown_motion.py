@@ -2,7 +2,7 @@
 
     result = played(job, check_motion(job, read_motion("blade.csv", job)), target=None)
     result.motion, result.feasible                # plays whatever the verdict is
-    played_program(job, check_program(program, job)).line_at(row)     # where a program's text is then
+    played_program(job, check_program(job, program)).line_at(row)     # where a program's text is then
 
 Radians and seconds.
 """

@@ -45,8 +45,7 @@ class LaidSubVolume:
     Attributes:
         sliced: the sub-volume.
         beads: layer by layer.
-        places: where the thickness leaves its limits, and what was done there
-        (`slicing.beads.thickness_policy.ThicknessPlace`).
+        places: where the thickness leaves its limits, and what was done there.
         warnings: one line each.
         metal: by layer what the beads lay and what it takes; empty where it was not asked for.
         overhangs: by layer what overhangs; empty where it was not asked for.
@@ -74,7 +73,7 @@ def lay_beads(
         locate: whether places outside the limits are searched even where they are only reported, and metal and
             overhangs are computed.
         overhang_mm: how far a layer may stand out over what lies below it before a warning tells of it; None: half a
-            bead (`slicing.beads.overhang`).
+            bead (`slicing.overhangs`).
 
     Returns:
         Their beads.

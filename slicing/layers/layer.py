@@ -47,7 +47,7 @@ class Layer:
         surface: what its curves lie on; the outward normal is the direction of deposition.
         curves: its borders, outer loops counter-clockwise seen from outside.
         area_mm2: of its region on its surface, holes left out.
-        thickness_mm: least and greatest thickness of the bead along its curves (see `slicing.layers.thickness`).
+        thickness_mm: least and greatest thickness of the bead along its curves.
     """
 
     index: int
@@ -77,7 +77,7 @@ class SlicedSubVolume:
         parameters: what was asked for.
         stands_on_plate: it is the body itself, laid on the plate or the support, not on a body.
         volume_mm3: of the sub-volume outside its body; NaN where it was not held against its layers.
-        laid_volume_mm3: area times thickness over all layers (see `slicing.volume.layer_areas`).
+        laid_volume_mm3: area times thickness over all layers.
         end_mm: how far the last layer stands out above the sub-volume's top; below 0 what is left above it.
         body_z_mm: where the body ends along z; infinite where it does not within the sub-volume.
     """
@@ -103,7 +103,7 @@ class SlicedSubVolume:
             points: on the layer, (n, 3), mm, part frame.
 
         Returns:
-            (n,) mm, as `slicing.layers.thickness` has it.
+            (n,) mm, down to the layer below.
         """
         if self.stands_on_plate:
             return np.full(len(points), self.parameters.h_layer_mm)

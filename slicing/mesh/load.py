@@ -60,8 +60,8 @@ def solid_from_arrays(
         The mesh of one solid.
 
     Raises:
-        PartError: what `mesh_from_arrays` refuses, faces that cross, or shells of which it cannot be told what is
-            solid.
+        PartError: a mesh that is not closed or not a solid, faces that cross, or shells of which it cannot be told
+            what is solid.
     """
     return one_solid(mesh_from_arrays(name, vertices, faces, noise_mm, units, outward=False))
 
@@ -81,7 +81,7 @@ def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> M
 
     Raises:
         PartError: an unknown unit or another than the file states (3MF), a missing or unreadable file, or a mesh
-            that `mesh_from_arrays` refuses.
+            that `solid_from_arrays` refuses.
     """
     file = Path(path)
     if units not in UNITS_MM:

@@ -53,7 +53,7 @@ HALVED = 1024.0  # multiples of its inverse are halves of halves: meant so, not 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A closed, outward-oriented triangle mesh. Made and checked by `mesh_from_arrays`.
+    """A closed, outward-oriented triangle mesh. `solid_from_arrays` and `load_mesh` make and check it.
 
     Attributes:
         name: what messages and documents call it.

@@ -43,7 +43,7 @@ def slice_body(mesh: Mesh, body: Body, parameters: SlicingParameters) -> SlicedS
         Its layers, lowest first, under the name BODY and the strategy planar.
 
     Raises:
-        PartError: it is so thin that no plane meets it, or the layers are (`slicing.layers.layer.require_layers`).
+        PartError: it is so thin that no plane meets it, or the layers are thinner than is sliced.
     """
     require_layers(mesh, parameters.h_layer_mm)
     low, high = (float(z) for z in mesh.bounds[:, 2])

@@ -50,14 +50,14 @@ def slice_sub_volume(
         mesh: the sub-volume, part frame, mm. Its root may lie on the body or reach into it.
         body: the body.
         parameters: strategy and thicknesses.
-        body_z_mm: where the body ends along its axis (`slicing.layers.body_ends`).
+        body_z_mm: where the body ends along its axis, from `slicing.body_ends`.
 
     Returns:
         Its layers.
 
     Raises:
-        PartError: the strategy is not made for the body (`slicing.surfaces.bodies.require_fit`), or the sub-volume does
-            not touch the body, lies wholly inside it, or (planar) runs right round it, or the layers are without end.
+        PartError: the strategy is not made for the body (`slicing.fits` is False), or the sub-volume does not
+            touch the body, lies wholly inside it, or (planar) runs right round it, or the layers are without end.
 
     Source:
         Lettori et al. 2024, sections 3.2 and 4.

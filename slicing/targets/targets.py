@@ -44,7 +44,7 @@ class Targets:
         normal: (n, 3) unit outward normal of the layer's surface, the direction of deposition.
         tangent: (n, 3) unit direction of travel, across the normal. At a corner that of the outgoing segment;
             at the last target of a bead that ends in a corner, of the incoming one.
-        thickness_mm: (n,) of the bead (see `slicing.layers.thickness`), with what it takes over from the layer below.
+        thickness_mm: (n,) of the bead down to the layer below, with what it takes over from the layer below.
         closed: (paths,) whether each bead ends where it starts.
         speed_mm_s: (n,) of the deposition; where left out, that of `BeadSpeed`'s default.
     """
@@ -110,10 +110,10 @@ def sample_beads(
     min_segment_mm: float = 3.0,
     speed: BeadSpeed | None = None,
 ) -> Targets:
-    """Sample beads that have been laid; see `sample_targets`.
+    """Put targets on beads that have been laid.
 
     Args:
-        laid: from `slicing.beads.lay.lay_beads`.
+        laid: from `slicing.lay_beads`.
         chord_tolerance_mm: greatest distance between a bead and a segment.
         min_segment_mm: least distance between successive targets.
         speed: how fast they are laid.

@@ -7,13 +7,13 @@ from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.job.job import prepare
 from cell.planning.configurations import evaluate
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.words import in_words
 
 
 def run(path):
     case = load_case(path)
-    return check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    return check_fixed(prepare(case), case.table.E1_deg, case.table.E2_deg)
 
 
 def failures(result):

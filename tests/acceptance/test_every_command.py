@@ -13,7 +13,7 @@ from support.paths import ROOT
 from cell.case.read import load_case
 from cell.cli import main as cli
 from cell.cli.main import main
-from cell.verdict import check as checking
+from cell.verdict.check import check_fixed
 
 CASES = sorted((ROOT / "models" / "cases").glob("*.case.yaml"))
 SCHEMAS = {
@@ -66,12 +66,11 @@ def test_every_document_of_every_command(
     def once(job: Any, e1: float, e2: float, progress: Any = None) -> Any:
         key = job.case.model_dump_json(), e1, e2
         if key not in known:
-            known[key] = check(job, e1, e2, progress)
+            known[key] = check_fixed(job, e1, e2, progress)
         return known[key]
 
-    check = checking.check
-    monkeypatch.setattr(checking, "check", once)
-    monkeypatch.setattr("cell.pose_sweep.sweep.check", once)
+    monkeypatch.setattr("cell.verdict.by_table_mode.check_fixed", once)
+    monkeypatch.setattr("cell.pose_sweep.sweep.check_fixed", once)
 
     def run(command: str, *argv: str, json_: str | None = None) -> int:
         name = out / f"{json_ or command}.json"

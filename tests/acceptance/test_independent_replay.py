@@ -23,12 +23,12 @@ from support.parts.helix import helix
 from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.job.table_winding import for_moving_table
-from cell.verdict.as_asked import check_as_asked
+from cell.verdict.by_table_mode import check
 
 
 def test_the_bystander_sees_what_is_wrong(make_case) -> None:
     case = load_case(make_case(slicing={"h_layer_mm": 2.2}))
-    result = check_as_asked(prepare(case))
+    result = check(prepare(case))
     motion = result.motion
     assert motion is not None
     welding = np.flatnonzero(motion.arc)
@@ -43,7 +43,7 @@ def test_the_bystander_sees_what_is_wrong(make_case) -> None:
 
 def test_the_bystander_sees_a_wire_that_is_dragged_and_an_arm_that_races(make_case) -> None:
     case = load_case(make_case(slicing={"h_layer_mm": 2.2}, process={"retract_mm": 3.5}))
-    result = check_as_asked(prepare(case))
+    result = check(prepare(case))
     motion = result.motion
     assert motion is not None
     assert Bystander(result).problems() == []
@@ -61,7 +61,7 @@ def test_the_bystander_sees_a_wire_that_is_dragged_and_an_arm_that_races(make_ca
 
 def test_a_table_that_moves_along_the_beads(make_case) -> None:
     case = load_case(make_case(slicing={"h_layer_mm": 2.2}, table={"mode": "coordinated"}))
-    result = check_as_asked(prepare(case))
+    result = check(prepare(case))
     motion = result.motion
     assert motion is not None
     assert np.ptp(motion.table[motion.arc == 1, 1]) > np.deg2rad(10)
@@ -81,7 +81,7 @@ def test_a_helix_of_one_endless_bead(tmp_path: Path) -> None:
     whole = helix(1.5, per_turn=24)
     targets, told = for_moving_table(job.case, job.scene, whole)
     assert [line.code for line in told] == ["bead_split"]
-    result = check_as_asked(replace(job, targets=targets, beads=()))
+    result = check(replace(job, targets=targets, beads=()))
     assert result.motion is not None
     assert np.rad2deg(result.gravity).max() <= 10.0
     assert Bystander(result).problems() == []
@@ -93,7 +93,7 @@ def test_a_helix_of_one_endless_bead(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_table_that_is_neither_square_nor_crossing_moves_along(tmp_path: Path) -> None:
-    result = check_as_asked(skew_job(tmp_path, table={"mode": "coordinated"}))
+    result = check(skew_job(tmp_path, table={"mode": "coordinated"}))
     assert result.motion is not None
     assert np.rad2deg(result.gravity).max() <= 10.0
     assert Bystander(result).problems() == []
@@ -101,7 +101,7 @@ def test_a_table_that_is_neither_square_nor_crossing_moves_along(tmp_path: Path)
 
 @pytest.mark.slow
 def test_the_bystander_sees_a_table_that_is_off_or_too_fast(tmp_path: Path) -> None:
-    result = check_as_asked(prepare(three_case(tmp_path)))
+    result = check(prepare(three_case(tmp_path)))
     motion = result.motion
     assert motion is not None
     assert Bystander(result).problems() == []

@@ -14,7 +14,7 @@ from cell.collision.checker import Checker
 from cell.failure import Seen
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 from cell.verification import arm_looks
 from cell.verification.bead_samples import COARSE, dense, rows_of
@@ -67,7 +67,7 @@ def test_a_travel_that_is_too_near_between_two_rows_is_not_planned(good: Result,
     assert nearest_mm(good, job, q) > 6.0
     assert 2.5 < nearest_mm(good, job, closely(q)) < 4.0
     # the way that is planned keeps the clearance all along
-    other = check(job, 90, 180)
+    other = check_fixed(job, 90, 180)
     assert other.motion is not None
     first = int(np.flatnonzero(other.motion.arc)[0])
     assert nearest_mm(good, job, closely(other.motion.q[: first + 1])) >= 5.0

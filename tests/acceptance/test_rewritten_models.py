@@ -26,7 +26,7 @@ from cell.errors import InputError
 from cell.job.job import prepare
 from cell.job.wire_in_metal import wire_size
 from cell.scene.composition import Piece
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from slicing.warning import Code
 
 REACH = 0.05
@@ -158,7 +158,7 @@ def verdicts(tmp_path_factory):
 
     def of(name, **change):
         job = job_of(name, **change)
-        result = check(job, job.case.table.E1_deg, job.case.table.E2_deg)
+        result = check_fixed(job, job.case.table.E1_deg, job.case.table.E2_deg)
         return result.feasible, result.reasons, result.clearance and result.clearance.value, job.warnings
 
     of.job = job_of

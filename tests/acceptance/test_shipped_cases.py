@@ -18,7 +18,7 @@ from cell.job.job import prepare
 from cell.programs.export import export_program
 from cell.pytest_plugin import differences
 from cell.shipped import MODELS_DIR
-from cell.verdict.as_asked import check_as_asked
+from cell.verdict.by_table_mode import check
 
 CASES = sorted((MODELS_DIR / "cases").glob("*.case.yaml"))
 
@@ -39,7 +39,7 @@ def test_every_case_but_the_tilted_one_is_feasible() -> None:
 @pytest.mark.parametrize("path", list(feasible_cases()), ids=lambda path: path.name.removesuffix(".case.yaml"))
 def test_a_shipped_case_from_mesh_to_program(path: Path) -> None:
     case = load_case(path)
-    result = check_as_asked(prepare(case))
+    result = check(prepare(case))
     assert case.expect is not None
     assert list(differences(case.expect, result)) == []
     assert Bystander(result).problems() == []

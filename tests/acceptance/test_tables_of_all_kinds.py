@@ -11,8 +11,8 @@ from support.jobs.boss_motion import boss_case, job_of
 from support.jobs.cases import at, bosses, turned
 from support.oracles.bystander import Bystander
 
-from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import check
+from cell.verdict.by_table_mode import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 
 pytestmark = pytest.mark.slow
@@ -31,7 +31,7 @@ def accepted(result: Result) -> None:
 
 def test_a_flange_right_round_a_shaft_is_welded_in_pieces(tmp_path: Path) -> None:
     """E2 has 320 degrees."""
-    result = check_as_asked(job_of(boss_case(tmp_path, part=ring_part(tmp_path), table=ALONG)))
+    result = check(job_of(boss_case(tmp_path, part=ring_part(tmp_path), table=ALONG)))
     accepted(result)
     assert "bead_split" in codes(result)
     motion = result.motion
@@ -46,7 +46,7 @@ def test_a_flange_right_round_a_shaft_is_welded_in_pieces(tmp_path: Path) -> Non
 
 def test_a_rotator_turns_a_flange_in_one_piece(tmp_path: Path) -> None:
     """One level axis without end, and nothing else: the torch stays on top."""
-    result = check_as_asked(lathe_job(tmp_path, part=ring_part(tmp_path), table=ALONG))
+    result = check(lathe_job(tmp_path, part=ring_part(tmp_path), table=ALONG))
     accepted(result)
     assert "bead_split" not in codes(result)
     motion = result.motion
@@ -58,13 +58,13 @@ def test_a_rotator_turns_a_flange_in_one_piece(tmp_path: Path) -> None:
 
 def test_a_rotator_indexes_bosses_all_round(tmp_path: Path) -> None:
     part = bosses(tmp_path, *(turned(at(20, height=2.4), angle) for angle in (0.0, 120.0, 240.0)), length=40)
-    result = check_as_asked(lathe_job(tmp_path, 'range="-300 300"', part=part, table={"mode": "indexed"}))
+    result = check(lathe_job(tmp_path, 'range="-300 300"', part=part, table={"mode": "indexed"}))
     assert result.motion is not None
     assert np.rad2deg(result.gravity).max() < 30
     assert {pose.E2_deg for pose in result.poses} == {0.0}
     assert len({pose.E1_deg for pose in result.poses}) == 3
     assert Bystander(result).problems() == []
-    one = check(result.job, *result.asked)
+    one = check_fixed(result.job, *result.asked)
     assert np.rad2deg(one.gravity).max() > 60
 
 
@@ -72,13 +72,11 @@ def test_a_tilt_alone_keeps_upright_what_it_can(tmp_path: Path) -> None:
     """A positioner whose turn is not planned: `joints: [E1]` of the shipped one."""
     one = {"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90], "joints": ["E1"]}
     one |= {"max_speed_deg_s": [100], "max_acceleration_deg_s2": [200]}
-    result = check_as_asked(
-        job_of(boss_case(tmp_path, positioner=one, table={"mode": "coordinated", "upright_deg": 25}))
-    )
+    result = check(job_of(boss_case(tmp_path, positioner=one, table={"mode": "coordinated", "upright_deg": 25})))
     assert result.motion is not None
     assert 10 < np.rad2deg(result.gravity).max() <= 25.0
     assert Bystander(result).problems() == []
-    strict = check_as_asked(job_of(boss_case(tmp_path, positioner=one, table=ALONG)))
+    strict = check(job_of(boss_case(tmp_path, positioner=one, table=ALONG)))
     lost = [row for row in strict.rows if row.reason is not None]
     assert lost
     assert {row.reason for row in lost} == {"gravity"}

@@ -14,7 +14,7 @@ from support.cells.arm_models import arm
 from cell.case.read import load_case
 from cell.collision.proofs.reach_radii import radii
 from cell.job.job import prepare
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 from slicing.warning import Code
 
@@ -26,7 +26,7 @@ def checked(make_case: Callable[..., Path], tmp_path: Path) -> Callable[..., Res
     def run(model: str, **sections: Any) -> Result:
         (tmp_path / "arm.xml").write_text(model, encoding="utf-8")
         job = prepare(load_case(make_case(robot={"model": "./arm.xml"}, **sections)))
-        return check(job, job.case.table.E1_deg, job.case.table.E2_deg)
+        return check_fixed(job, job.case.table.E1_deg, job.case.table.E2_deg)
 
     return run
 
@@ -78,7 +78,7 @@ def test_a_cell_moved_and_turned_as_a_whole_gives_the_same_targets_and_verdict(m
     }
     a, b = (prepare(load_case(make_case(floor=False, **{k: dict(v) for k, v in s.items()}))) for s in ({}, turned))
     np.testing.assert_allclose(a.scene.T_base_part(0.4, 0.9), b.scene.T_base_part(0.4, 0.9), atol=1e-9)
-    one, two = (check(job, 90, 180) for job in (a, b))
+    one, two = (check_fixed(job, 90, 180) for job in (a, b))
     assert one.reasons == two.reasons
     assert one.clearance.value == pytest.approx(two.clearance.value, abs=2e-3)
 

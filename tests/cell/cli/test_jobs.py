@@ -68,7 +68,7 @@ def test_all_cores_are_used_unless_it_says_otherwise(
         asked.append(jobs)
         return little
 
-    monkeypatch.setattr("cell.verdict.as_asked.prepare_and_check", checked)
+    monkeypatch.setattr("cell.verdict.by_table_mode.prepare_and_check", checked)
     case = str(little_case(tmp_path))
     assert main(["check", case, "-q"]) == 0
     assert main(["check", case, "-q", "--jobs", "3"]) == 0
@@ -83,7 +83,7 @@ def test_an_error_of_a_worker_is_told_with_its_own_place(
         error.__cause__ = WorkerTraceback("Traceback: in there\n", "planning/travel.py:7")
         raise error
 
-    monkeypatch.setattr("cell.verdict.as_asked.prepare_and_check", checked)
+    monkeypatch.setattr("cell.verdict.by_table_mode.prepare_and_check", checked)
     case = str(little_case(tmp_path))
     assert main(["check", case]) == 70
     assert "(ZeroDivisionError: division by zero; at planning/travel.py:7)" in capsys.readouterr().err

@@ -35,7 +35,7 @@ from cell.remedy_search.changes import single_changes
 from cell.remedy_search.search import remedies
 from cell.report.motion_report import finding_in_words
 from cell.timing.blending import blended
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 from cell.verdict.words import in_words
 from cell.verification.motion_check import check_motion
@@ -135,7 +135,7 @@ def notched_case(folder: Path, name: str, **process: Any) -> Path:
 
 def run(path: Path) -> Result:
     job = prepare(load_case(path))
-    return check(job, 90, 180)
+    return check_fixed(job, 90, 180)
 
 
 def nearest_rounded(result: Result, motion: Motion, blend: float) -> float:
@@ -199,7 +199,7 @@ def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(
 def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     part = bosses(tmp_path, at(20), turned(at(20), 180), length=100)
     path = make_case(part=part, table={"E1_deg": 60, "E2_deg": 180}, roll={"range_deg": [-90, 0]})
-    result = check(prepare(load_case(path)), 60, 180)
+    result = check_fixed(prepare(load_case(path)), 60, 180)
     assert result.motion is not None
     job, first = result.job, int(np.flatnonzero(result.job.targets.sub_volume_index == 1)[0])
     q = result.motion.q[(result.motion.target == first) & (result.motion.arc == 0)]

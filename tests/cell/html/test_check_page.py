@@ -34,7 +34,7 @@ from cell.motion.deposition_speed import speed_document
 from cell.motion.motion import Motion
 from cell.remedy_search.search import Remedy
 from cell.shipped import DEFAULT_CASE
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result, TargetVerdict
 from cell.verdict.severity import severity, worst_first
 
@@ -43,14 +43,14 @@ NASTY = "<script>alert(1)</script> & \"quotes\" '{{data}}'"
 
 @pytest.fixture(scope="module")
 def good() -> Result:
-    found = check(prepare(load_case(DEFAULT_CASE)), 90, 180)
+    found = check_fixed(prepare(load_case(DEFAULT_CASE)), 90, 180)
     assert found.feasible
     return found
 
 
 @pytest.fixture(scope="module")
 def bad(good: Result) -> Result:
-    found = check(good.job, -45, 0)
+    found = check_fixed(good.job, -45, 0)
     assert not found.feasible
     return found
 

@@ -9,7 +9,7 @@ from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.job.unsupported import targets_over_nothing, unsupported_targets
 from cell.motion.motion_file import ReadMotion
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verification.motion_check import check_motion
 
 
@@ -49,7 +49,7 @@ def test_targets_of_a_lip_that_begins_in_the_air(tmp_path, limit):
 
 def test_a_motion_that_welds_what_hangs_is_refused_where_the_case_limits_it(tmp_path):
     free, limited = lip_job(tmp_path, None), lip_job(tmp_path, 1.0, "limited")
-    motion = check(free, 0.0, 90.0).motion
+    motion = check_fixed(free, 0.0, 90.0).motion
     assert motion is not None
     read = ReadMotion(motion, np.arange(len(motion.t_s)) + 1, ())
     assert check_motion(free, read).feasible

@@ -13,7 +13,7 @@ from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.job.wire_in_metal import SKIN_LINES, Metal, Wires, wire_size
 from cell.motion.motion_file import read_motion, write_motion
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verification.motion_check import check_motion
 
 RADIUS, STICK_OUT = 0.6, 40.0
@@ -64,13 +64,13 @@ def test_a_wire_through_a_roof_is_a_collision_at_every_target(under_a_roof):
 
 def test_the_check_and_the_check_of_a_motion_say_so(under_a_roof, tmp_path):
     job = under_a_roof
-    result = check(job, 0.0, 90.0)
+    result = check_fixed(job, 0.0, 90.0)
     assert not result.feasible
     assert result.reasons["collision"] == len(job.targets)
     # but for the wire all is well: the nozzle is beyond the roof
     blind = write(tmp_path, "blind")
     blind.__dict__["wires_in_metal"] = {}
-    motion = check(blind, 0.0, 90.0).motion
+    motion = check_fixed(blind, 0.0, 90.0).motion
     assert motion is not None
     write_motion(tmp_path / "m.csv", motion)
     read = read_motion(tmp_path / "m.csv", job)

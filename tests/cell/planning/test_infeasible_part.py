@@ -24,7 +24,7 @@ from cell.planning.edge_check import SearchedBead
 from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone, unreachable
 from cell.planning.station_search import HIT, Ends, StationSearch
 from cell.scene.scene import table_angles
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import NOT_LOOKED_AT, Result
 from ik.roll import apply_roll
 
@@ -58,12 +58,12 @@ def asked(monkeypatch, job: Job) -> tuple[Result, int]:
 
     with monkeypatch.context() as patch:
         patch.setattr(Checker, "clearances", counted)
-        return check(job, 90, 180), count[0]
+        return check_fixed(job, 90, 180), count[0]
 
 
 @pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
 def test_what_is_looked_at_is_judged_as_if_all_were(job_with, nothing_over, fixture):
-    found, whole = check(job_with(fixture), 90, 180), check(job_with(fixture, every=True), 90, 180)
+    found, whole = check_fixed(job_with(fixture), 90, 180), check_fixed(job_with(fixture, every=True), 90, 180)
     assert whole.not_looked_at == 0
     assert 0 < found.not_looked_at < len(found.rows)
     assert found.infeasible > 0
@@ -73,7 +73,7 @@ def test_what_is_looked_at_is_judged_as_if_all_were(job_with, nothing_over, fixt
 
 
 def test_nothing_that_was_left_out_is_counted(job_with, nothing_over):
-    found = check(job_with(LID), 90, 180)
+    found = check_fixed(job_with(LID), 90, 180)
     assert sum(found.reasons.values()) == found.infeasible == len(found.failures)
     assert found.looked_at + found.not_looked_at == len(found.rows)
     assert not found.feasible
@@ -86,13 +86,13 @@ def test_nothing_that_was_left_out_is_counted(job_with, nothing_over):
 
 
 def test_the_same_is_looked_at_every_time(job_with, nothing_over):
-    one, other = (check(job_with(POST), 90, 180) for _ in range(2))
+    one, other = (check_fixed(job_with(POST), 90, 180) for _ in range(2))
     assert [row.detail for row in one.rows] == [row.detail for row in other.rows]
     assert [row.verdict for row in one.rows] == [row.verdict for row in other.rows]
 
 
 def test_a_part_that_is_small_enough_is_looked_at_whole(job_with):
-    assert check(job_with(LID), 90, 180).not_looked_at == 0
+    assert check_fixed(job_with(LID), 90, 180).not_looked_at == 0
 
 
 @pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])

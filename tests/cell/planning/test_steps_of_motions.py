@@ -11,7 +11,7 @@ from cell.planning.context import Context
 from cell.planning.part_plan import plan_bead
 from cell.scene.scene import table_angles
 from cell.shipped import DEFAULT_CASE
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 
 # deg: how many rows a bead takes is told from its targets' configurations; between them a joint may be faster
 ABOUT_2, ROUND_A_HUB = 2.2, 3.0
@@ -19,7 +19,7 @@ ABOUT_2, ROUND_A_HUB = 2.2, 3.0
 
 def test_rows_of_long_straight_beads_are_no_further_apart_than_is_said() -> None:
     job = prepare(load_case(ROOT / "models" / "cases" / "boiler.case.yaml"))
-    motion = check(job, job.case.table.E1_deg, job.case.table.E2_deg).motion
+    motion = check_fixed(job, job.case.table.E1_deg, job.case.table.E2_deg).motion
     assert motion is not None
     way, turn = steps(job, motion.q)
     assert 15e-3 < way[motion.welding].max() <= 16e-3

@@ -28,7 +28,7 @@ from cell.remedy_search.bead_trial import first_failure
 from cell.report.sweep_lines import sweep_lines
 from cell.scene.placement import place
 from cell.table_poses.hopeless_poses import screen, screen_all, spread
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 
 POSES = [(90.0, 180.0), (0.0, 0.0), (-120.0, 45.0)]
 
@@ -49,7 +49,7 @@ def test_every_pose_has_the_verdict_of_a_single_check(make_case):
     case = load_case(make_case())
     job = prepare(case)
     for pose, row in zip(POSES, sweep(case, POSES, jobs=1), strict=True):
-        result = check(job, *pose)
+        result = check_fixed(job, *pose)
         assert (row["verdict"] == "feasible") == result.feasible
         if row["searched"]:
             assert row["infeasible"] == result.infeasible
@@ -68,7 +68,7 @@ def test_screening_never_says_more_than_a_check(make_case, roll):
         if found is None:
             continue
         settled += 1
-        result = check(job, e1, e2)
+        result = check_fixed(job, e1, e2)
         assert not result.feasible
         assert 0 < found.infeasible <= min(result.infeasible, found.looked_at)
         assert found.infeasible == sum(found.reasons.values())
@@ -117,7 +117,7 @@ def test_screening_and_check_agree_about_a_table_by_itself(make_case):
     job = prepare(load_case(make_case(fixtures=[flag])))
     settled = {}
     for turn in (-180, -90, 0, 90):
-        found, result = screen(job, 90, turn), check(job, 90, turn)
+        found, result = screen(job, 90, turn), check_fixed(job, 90, turn)
         alone = result.rows[0].detail.get("note") == "the table and what stands on it, in any pose of the arm"
         settled[turn] = found is not None and found.infeasible == found.looked_at == len(job.targets)
         assert alone <= settled[turn]  # what a check says at once is not searched for
@@ -136,7 +136,7 @@ def test_screening_sees_targets_that_a_fixture_covers(make_case):
     found = screen(job, 90, 180)
     assert found is not None
     assert found.reasons == {"collision": found.infeasible}
-    result = check(job, 90, 180)
+    result = check_fixed(job, 90, 180)
     assert found.infeasible <= result.reasons["collision"]
 
 

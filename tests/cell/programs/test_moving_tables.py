@@ -16,12 +16,12 @@ from cell.job.reordered import in_order
 from cell.motion.file_order import in_motion_order
 from cell.programs.export import export_program
 from cell.programs.program import MoveKind
-from cell.verdict.as_asked import check_as_asked
+from cell.verdict.by_table_mode import check
 
 
 def test_a_table_that_moves_along_the_beads_has_its_angles_in_every_point(tmp_path: Path) -> None:
     job = prepare(load_case(boss_case(tmp_path, table={"mode": "coordinated"})))
-    result = check_as_asked(job)
+    result = check(job)
     assert result.motion is not None
     made = export_program(result.job, result.motion)
     assert made.fault is None
@@ -56,7 +56,7 @@ def test_a_table_that_indexes_is_turned_between_its_groups_and_the_program_is_re
 @pytest.mark.slow
 def test_a_program_of_layers_by_turns_is_judged_in_the_order_it_was_made_in(tmp_path: Path) -> None:
     job = prepare(load_case(three_bosses(tmp_path)))
-    result = check_as_asked(job)
+    result = check(job)
     assert result.motion is not None
     turns = [(k, layer, layer) for layer in range(job.layers[0]) for k in range(3)]
     mixed = in_order(job, turns)

@@ -11,7 +11,8 @@ import pytest
 from support.cells.arm_models import table
 from support.jobs.boss_motion import boss_case, result_of
 
-from cell.programs.export import Exported, export_program
+from cell.programs.export import export_program
+from cell.programs.exported.exported import Exported
 from cell.programs.orientation import frame_of
 from cell.programs.robodk_script import robodk_script
 from cell.verdict.result import Result

@@ -18,7 +18,7 @@ from cell.job.job import prepare
 from cell.remedy_search.seam_changes import reseamed, seam_places
 from cell.remedy_search.search import remedies
 from cell.shipped import MODELS_DIR
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from slicing import SeamPlace
 from slicing.beads.lay import lay_beads
 from slicing.mesh.solid import PartError
@@ -106,7 +106,7 @@ def ring_case(folder, turns_deg):
 def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path):
     path = ring_case(tmp_path, 200.0)
     job = prepare(load_case(path))
-    found = check(job, 0, 0)
+    found = check_fixed(job, 0, 0)
     assert {row.reason for row in found.rows} == {None, "no_path"}
     assert all(row.reason is None or row.detail["on_the_way"] == "configuration change" for row in found.rows)
     best = next(iter(remedies(found, shown=1)))
@@ -120,19 +120,19 @@ def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path):
     content = yaml.safe_load(path.read_text())
     path.write_text(yaml.safe_dump({**content, "beads": {"seams": best.change["to"]}}))
     mended = prepare(load_case(path))
-    assert check(mended, 0, 0).feasible
+    assert check_fixed(mended, 0, 0).feasible
     first = mended.targets.position[np.flatnonzero(np.diff(mended.targets.path, prepend=-1))]
     np.testing.assert_allclose(np.degrees(np.arctan2(first[:, 1], first[:, 0])), place["angle_deg"], atol=1e-6)
     # with less than one turn no start helps, so that it was the turns that ran out
     short = prepare(load_case(ring_case(tmp_path, 175.0)))
     for angle in (-90.0, 0.0, 90.0):
-        assert not check(reseamed(short, SeamPlace(angle_deg=angle)), 0, 0).feasible
+        assert not check_fixed(reseamed(short, SeamPlace(angle_deg=angle)), 0, 0).feasible
 
 
 def test_only_closed_beads_that_a_start_could_mend_get_other_seams(make_case):
     few = {"slicing": {"h_layer_mm": 3, "h_min_mm": 2, "h_max_mm": 4}}
     job = prepare(load_case(make_case(**few, positioner={"position_mm": [4000, 0, 0]})))
-    rows = check(job, 90, 180).rows
+    rows = check_fixed(job, 90, 180).rows
     assert {row.reason for row in rows} == {"unreachable"}
     assert seam_places(job, rows) == {}
     k = int(np.searchsorted(job.targets.path, 1)) + 3

@@ -17,7 +17,7 @@ from cell.remedy_search.screening import Screening
 from cell.remedy_search.search import remedies
 from cell.remedy_search.target_groups import groups
 from cell.scene.placement import place
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from ik.roll import apply_roll
 from slicing.targets.targets import Targets
 
@@ -111,7 +111,7 @@ def with_change(path, change):
 def test_a_gravity_limit_asks_for_the_least_tilt_that_keeps_it(make_case):
     path = make_case(**FEW, roll={"fixed_deg": 0}, checks={"gravity_max_deg": 30}, table={"E1_deg": 20})
     start = start_of(path)
-    result = check(start.job, 20, 180)
+    result = check_fixed(start.job, 20, 180)
     best = next(iter(remedies(result)))
     assert best.checked == "part"
     assert best.left == 0
@@ -123,20 +123,20 @@ def test_a_gravity_limit_asks_for_the_least_tilt_that_keeps_it(make_case):
             break
     assert best.change == {"key": "table.E1_deg", "from": 20.0, "to": float(e1)}
     case = with_change(path, best.change)
-    assert check(prepare(case), case.table.E1_deg, case.table.E2_deg).feasible
+    assert check_fixed(prepare(case), case.table.E1_deg, case.table.E2_deg).feasible
     assert f"E1 20 -> {e1} (checked: whole part feasible)" in best.sentence
 
 
 @pytest.mark.slow
 def test_what_is_said_of_a_group_is_what_a_check_of_the_changed_case_gives(make_case):
     path = make_case(**FEW, roll={"fixed_deg": -60}, table={"E1_deg": -45, "E2_deg": 0})
-    result = check(prepare(load_case(path)), -45, 0)
+    result = check_fixed(prepare(load_case(path)), -45, 0)
     assert not result.feasible
     found = [r for r in remedies(result) if r.change is not None]
     assert found
     for remedy in found:
         case = with_change(path, remedy.change)
-        after = check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+        after = check_fixed(prepare(case), case.table.E1_deg, case.table.E2_deg)
         assert after.infeasible == remedy.left
         assert (remedy.checked == "part") == after.feasible
         assert all(after.rows[i].reason is None for i in remedy.targets)
@@ -166,11 +166,11 @@ def test_screening_refuses_nothing_that_can_be_reached(make_case):
 def test_what_a_changed_case_leaves_open_is_not_called_mended(make_case, monkeypatch):
     monkeypatch.setattr(infeasible_part, "FLOOR", 0)
     lid = {"name": "lid", "box": {"size_mm": [10, 300, 300]}, "position_mm": [-78, 0, 120], "on": "table"}
-    result = check(prepare(load_case(make_case(**FEW, fixtures=[lid]))), 90, 180)
+    result = check_fixed(prepare(load_case(make_case(**FEW, fixtures=[lid]))), 90, 180)
     found = groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
     search = remedies_module._RemedySearch(result, found, lambda: None, np.inf)
     one = next(change for change in search.changes if not change.other_targets)
-    after = check(*search.start.changed(one, one.steps[0]))
+    after = check_fixed(*search.start.changed(one, one.steps[0]))
     left_open = {i for i, row in enumerate(after.rows) if not row.looked_at}
     assert left_open
     every = np.arange(len(result.rows))
@@ -178,7 +178,7 @@ def test_what_a_changed_case_leaves_open_is_not_called_mended(make_case, monkeyp
 
 
 def test_nothing_is_made_up_where_nothing_helps(make_case):
-    result = check(prepare(load_case(make_case(**FEW, positioner={"position_mm": [4000, 0, 0]}))), 90, 180)
+    result = check_fixed(prepare(load_case(make_case(**FEW, positioner={"position_mm": [4000, 0, 0]}))), 90, 180)
     (only,) = remedies(result)
     assert only.change is None
     assert only.checked is None
@@ -190,7 +190,7 @@ def test_nothing_is_made_up_where_nothing_helps(make_case):
 def test_without_a_closed_form_it_is_searched_all_the_same(make_case):
     few = {"slicing": {"h_layer_mm": 5, "h_min_mm": 4, "h_max_mm": 6}, "ik": {"solver": "dls", "seeds": 4}}
     path = make_case(**few, roll={"fixed_deg": 0}, checks={"gravity_max_deg": 30}, table={"E1_deg": 55})
-    result = check(prepare(load_case(path)), 55, 180)
+    result = check_fixed(prepare(load_case(path)), 55, 180)
     assert [reason for reason, k in result.reasons.items() if k] == ["gravity"]
     best = next(iter(remedies(result)))
     assert best.checked == "part"
@@ -220,4 +220,4 @@ def test_the_command_says_it_and_writes_it(make_case, tmp_path, capsys, monkeypa
 
 
 def test_a_feasible_case_needs_no_help(make_case):
-    assert list(remedies(check(prepare(load_case(make_case(**FEW, roll={"fixed_deg": 0}))), 90, 180))) == []
+    assert list(remedies(check_fixed(prepare(load_case(make_case(**FEW, roll={"fixed_deg": 0}))), 90, 180))) == []

@@ -12,8 +12,8 @@ from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.remedy_search.search import remedies
 from cell.remedy_search.table_modes import mode_trials
-from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import check
+from cell.verdict.by_table_mode import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 
 LIMIT = {"gravity_max_deg": 45}  # three bosses a third of a turn apart: at no one pose
@@ -21,7 +21,7 @@ LIMIT = {"gravity_max_deg": 45}  # three bosses a third of a turn apart: at no o
 
 def fixed(folder: Path) -> Result:
     case = load_case(three_bosses(folder, table={"E1_deg": 90, "E2_deg": 0}, checks=LIMIT))
-    return check(prepare(case), 90, 0)
+    return check_fixed(prepare(case), 90, 0)
 
 
 @pytest.mark.slow
@@ -34,14 +34,14 @@ def test_a_table_that_indexes_is_what_helps_bosses_all_round(tmp_path: Path) -> 
     assert "table.mode fixed -> indexed (checked: whole part feasible)" in found.sentence
     assert found.targets.tolist() == [i for i, row in enumerate(result.rows) if row.reason]
     again = with_table(result.job.case, {"mode": found.change["to"]}, checks=LIMIT)
-    assert check_as_asked(prepare(again)).feasible
+    assert check(prepare(again)).feasible
 
 
 @pytest.mark.slow
 def test_nothing_of_the_kind_is_said_where_it_does_not_help(tmp_path: Path) -> None:
     far = {"position_mm": [6000, 0, 0], "rotation_deg": [0, 0, -90]}
     case = load_case(three_bosses(tmp_path, positioner=far))
-    found = list(remedies(check_as_asked(prepare(case))))
+    found = list(remedies(check(prepare(case))))
     assert [remedy.change for remedy in found] == [None]
     assert "tried: table.mode coordinated" in found[0].sentence
 
@@ -50,7 +50,7 @@ def test_nothing_of_the_kind_is_said_where_it_does_not_help(tmp_path: Path) -> N
 def test_given_poses_that_do_not_serve_are_left_to_be_searched(tmp_path: Path) -> None:
     poses = [{"sub_volume": name, "E1_deg": 0, "E2_deg": 0} for name in ("SV1", "SV2", "SV3")]
     case = load_case(three_bosses(tmp_path, table={"mode": "indexed", "poses": poses}, checks=LIMIT))
-    found = next(remedies(check_as_asked(prepare(case))))
+    found = next(remedies(check(prepare(case))))
     assert (found.change["key"], found.change["to"], found.checked) == ("table.poses", [], "part")
 
 
@@ -59,7 +59,7 @@ def test_upright_deg_is_widened_from_what_is_needed_on(tmp_path: Path) -> None:
     # E2 alone, tilted by 75 degrees: a boss that stands out level is laid up to 15 degrees off up, and no less
     table = {"mode": "coordinated", "axes": ["E2"], "E1_deg": 75, "upright_deg": 12}
     job = job_of(boss_case(tmp_path, table=table))
-    result = check_as_asked(job)
+    result = check(job)
     assert {row.reason for row in result.rows} == {"gravity"}
     first = next(mode_trials(result))
     assert (first.key, first.was, first.to) == ("table.upright_deg", 12.0, 20.0)

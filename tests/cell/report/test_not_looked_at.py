@@ -15,7 +15,7 @@ from cell.html.words import Words
 from cell.job.job import prepare
 from cell.planning import infeasible_part
 from cell.remedy_search.search import remedies
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import NOT_LOOKED_AT
 from cell.verdict.severity import worst_first
 from cell.view.colours import GREY, target_colours
@@ -61,7 +61,7 @@ def test_a_motion_from_outside_is_no_case_for_all(case, tmp_path, capsys):
 
 
 def test_pages_pictures_and_remedies_know_it(case):
-    found = check(prepare(load_case(case)), 90, 180)
+    found = check_fixed(prepare(load_case(case)), 90, 180)
     words = Words(found)
     assert f"{found.not_looked_at} of the part's {len(found.rows)} targets were not looked at" in words.verdict()
     assert f"the {found.looked_at} targets looked at" in words.facts()

@@ -19,7 +19,7 @@ from cell.errors import InputError
 from cell.job.job import Job, prepare
 from cell.pose_sweep.grid import grid
 from cell.scene.standalone import standalone_xml
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from slicing.warning import Code
 
 
@@ -120,11 +120,11 @@ def test_a_fixed_bench_carries_the_part_and_touches_nothing_by_itself(job):
     made = job(BENCH, positioner={"joints": []})
     agrees(made, BENCH, 0.0, 0.0, {})
     assert table_alone(made.scene, (0.0, 0.0)).distance[0] >= 0
-    result = check(made, 0.0, 0.0)
+    result = check_fixed(made, 0.0, 0.0)
     assert result.feasible
     assert not result.motion.table.any()
     with pytest.raises(InputError, match="E2 = 10 deg: this positioner has no such axis"):
-        check(made, 0.0, 10.0)
+        check_fixed(made, 0.0, 10.0)
 
 
 @pytest.mark.parametrize("positioner", [{"joints": []}, {"joints": ["E2"]}])
@@ -133,7 +133,7 @@ def test_what_stands_in_the_part_is_found_on_any_table(job, positioner):
     block = {"name": "block", "box": {"size_mm": [20, 20, 20]}, "position_mm": [1500, 0, 380]}
     if positioner["joints"]:
         block["position_mm"] = [1500, 0, 580]
-    result = check(job(model, positioner=positioner, fixtures=[block]), 0.0, 0.0)
+    result = check_fixed(job(model, positioner=positioner, fixtures=[block]), 0.0, 0.0)
     assert not result.feasible
     assert set(result.rows[0].detail["pair"]) == {"block", "support"}
 

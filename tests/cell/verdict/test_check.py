@@ -10,12 +10,12 @@ from cell.case.read import load_case
 from cell.failure import Failure, Kind, Place, Where
 from cell.job.job import prepare
 from cell.scene.standalone import standalone_xml
-from cell.verdict.check import _rows, check
+from cell.verdict.check import _rows, check_fixed
 
 
 def run(path, e1=None, e2=None):
     case = load_case(path)
-    return check(prepare(case), case.table.E1_deg if e1 is None else e1, case.table.E2_deg if e2 is None else e2)
+    return check_fixed(prepare(case), case.table.E1_deg if e1 is None else e1, case.table.E2_deg if e2 is None else e2)
 
 
 def reasons(result):

@@ -14,7 +14,7 @@ from cell.failure import IN_ROWS, Failure, Kind
 from cell.html.series import _gravity, path_of
 from cell.job.job import Job
 from cell.motion.motion_file import read_motion, write_motion
-from cell.verdict.as_asked import check_as_asked
+from cell.verdict.by_table_mode import check
 from cell.verdict.coordinated import _with_table_met
 from cell.verdict.result import Result
 from cell.verdict.table_use import table_use
@@ -30,7 +30,7 @@ def boss(folder: Path, **sections: Any) -> Job:
 
 @pytest.fixture(scope="module")
 def upright(tmp_path_factory: pytest.TempPathFactory) -> Result:
-    return check_as_asked(boss(tmp_path_factory.mktemp("boss")))
+    return check(boss(tmp_path_factory.mktemp("boss")))
 
 
 def off_up(result: Result) -> np.ndarray:
@@ -91,7 +91,7 @@ def test_an_axis_that_is_too_slow_is_named(tmp_path: Path) -> None:
     job = boss(
         tmp_path, positioner={"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90], "max_speed_deg_s": [100, 3]}
     )
-    result = check_as_asked(job)
+    result = check(job)
     assert not result.feasible
     slow = [row for row in result.rows if row.reason == "speed"]
     assert slow
@@ -102,7 +102,7 @@ def test_an_axis_that_is_too_slow_is_named(tmp_path: Path) -> None:
 
 def test_what_nothing_keeps_upright_is_proved_out_with_the_best_there_is(tmp_path: Path) -> None:
     # E2 alone, lying flat: what points sideways stays there
-    result = check_as_asked(boss(tmp_path, table={"axes": ["E2"], "E1_deg": 0}))
+    result = check(boss(tmp_path, table={"axes": ["E2"], "E1_deg": 0}))
     assert not result.feasible
     assert all(row.reason == "gravity" and row.proved for row in result.rows)
     assert result.rows[0].detail["angle_deg"] == pytest.approx(90.0, abs=1e-3)
@@ -111,7 +111,7 @@ def test_what_nothing_keeps_upright_is_proved_out_with_the_best_there_is(tmp_pat
 
 def test_nothing_else_is_proved_on_one_way_of_the_table(tmp_path: Path) -> None:
     far = {"position_mm": [4000, 0, 0], "rotation_deg": [0, 0, -90]}
-    result = check_as_asked(boss(tmp_path, positioner=far))
+    result = check(boss(tmp_path, positioner=far))
     assert {row.reason for row in result.rows} == {"unreachable"}
     assert not any(row.proved for row in result.rows)
 
@@ -125,7 +125,7 @@ def test_a_table_that_would_sweep_the_work_into_a_wall_is_not_moved_there(tmp_pa
         {"name": f"wall_{k}", "box": {"size_mm": [40, 40, 40]}, "position_mm": [float(v) for v in end]}
         for k, end in enumerate(ends)
     ]
-    result = check_as_asked(boss(tmp_path, fixtures=boxes))
+    result = check(boss(tmp_path, fixtures=boxes))
     assert not result.feasible
     met = [
         row

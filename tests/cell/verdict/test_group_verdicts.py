@@ -13,7 +13,7 @@ from cell.job.job import prepare
 from cell.job.table_groups import table_groups
 from cell.processes.crew import working
 from cell.verdict import group_verdicts
-from cell.verdict.as_asked import check_as_asked
+from cell.verdict.by_table_mode import check
 from cell.verdict.group_verdicts import GroupVerdicts, Trial, place_of
 from cell.verdict.result import Result
 
@@ -42,8 +42,8 @@ def test_the_verdict_does_not_depend_on_how_many_processes_work_it_out(
     shut = {"name": "shut", "box": {"size_mm": [900, 900, 20]}, "position_mm": [1500, 0, 1900]}
     for mode, fixtures in (("indexed", []), ("indexed", [wall]), ("best", []), ("indexed", [shut])):
         job = prepare(with_table(three_case(tmp_path), {"mode": mode}, fixtures=fixtures))
-        alone = check_as_asked(job)
-        alike(check_as_asked(job, jobs=2), alone)
+        alone = check(job)
+        alike(check(job, jobs=2), alone)
 
 
 def test_an_error_counts_only_where_its_trial_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,8 +18,8 @@ from cell.report.check_document import report_document
 from cell.report.check_report import pasted_poses
 from cell.table_poses.layer_order import shortest_order
 from cell.table_poses.table_turn import TurnSearch
-from cell.verdict.as_asked import check_as_asked
-from cell.verdict.check import check
+from cell.verdict.by_table_mode import check
+from cell.verdict.check import check_fixed
 from cell.verdict.indexed import _Build
 from cell.verdict.order_search import OrderSearch
 from cell.verdict.result import Result
@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def found(folder: Path) -> Result:
-    return check_as_asked(prepare(three_case(folder)))
+    return check(prepare(three_case(folder)))
 
 
 def test_every_boss_is_turned_under_the_torch(found: Result) -> None:
@@ -42,7 +42,7 @@ def test_every_boss_is_turned_under_the_torch(found: Result) -> None:
     assert sorted(pose.sub_volume for pose in found.poses) == ["SV1", "SV2", "SV3"]
     # a third of a turn apart: at no one pose are all laid within 30 degrees of upright, at their own each is
     assert np.rad2deg(found.gravity).max() < 30
-    one = check(found.job, *found.asked)
+    one = check_fixed(found.job, *found.asked)
     assert np.rad2deg(one.gravity).max() > 60
     for pose in found.poses:
         assert np.rad2deg(found.gravity[pose.first : pose.stop]).max() < 30
@@ -84,7 +84,7 @@ def test_found_poses_can_be_pasted_back(found: Result, folder: Path) -> None:
 
     pasted = yaml.safe_load("\n".join(pasted_poses(found)))["table"]
     assert pasted["poses"] == [pose.document() for pose in found.poses]
-    again = check_as_asked(prepare(with_table(three_case(folder), pasted)))
+    again = check(prepare(with_table(three_case(folder), pasted)))
     assert again.motion is not None
     assert found.motion is not None
     assert np.array_equal(again.motion.t_s, found.motion.t_s)
@@ -110,7 +110,7 @@ def test_given_poses_that_do_not_serve_say_why(folder: Path) -> None:
     names = ("SV1", "SV2", "SV3")
     poses = [{"sub_volume": name, "E1_deg": 0, "E2_deg": 0} for name in names]
     case = with_table(three_case(folder), {"mode": "indexed", "poses": poses}, checks={"gravity_max_deg": 45})
-    result = check_as_asked(prepare(case))
+    result = check(prepare(case))
     assert not result.feasible
     assert result.motion is None
     # the bosses stand out level: their own measure is over the limit, and at a given pose that is proved
@@ -121,19 +121,19 @@ def test_given_poses_that_do_not_serve_say_why(folder: Path) -> None:
 def test_nothing_is_proved_of_poses_that_were_searched(folder: Path) -> None:
     far = {"position_mm": [6000, 0, 0], "rotation_deg": [0, 0, -90]}
     for mode in ("indexed", "best"):
-        result = check_as_asked(prepare(with_table(three_case(folder), {"mode": mode}, positioner=far)))
+        result = check(prepare(with_table(three_case(folder), {"mode": mode}, positioner=far)))
         assert result.infeasible == len(result.rows)
         assert not any(row.proved for row in result.rows)
 
 
 def test_the_best_fixed_pose_is_found_and_used(tmp_path: Path, make_case) -> None:
     case = load_case(make_case(table={"E1_deg": -90, "E2_deg": 180}))
-    given = check(prepare(case), -90, 180)
-    best = check_as_asked(prepare(with_table(case, {"mode": "best"})))
+    given = check_fixed(prepare(case), -90, 180)
+    best = check(prepare(with_table(case, {"mode": "best"})))
     assert best.feasible
     assert best.mode == "best"
     assert best.gravity.max() < np.pi / 6 < given.gravity.max()
-    assert check(prepare(case), *best.asked).feasible
+    assert check_fixed(prepare(case), *best.asked).feasible
 
 
 @pytest.mark.slow
@@ -179,7 +179,7 @@ def test_the_arm_stands_nearer_than_at_home_where_that_is_clear_of_the_turn(
     assert (np.abs(stood - home).max(axis=1) > np.deg2rad(20)).all()
     assert np.allclose(motion.q[[0, -1]], home)
     monkeypatch.setattr("cell.verdict.indexed.TurnSearch", AtHomeAlone)
-    from_home = check_as_asked(prepare(three_case(folder)))
+    from_home = check(prepare(three_case(folder)))
     assert from_home.motion is not None
     turning = np.abs(np.diff(from_home.motion.table, axis=0)).max(axis=1) > 0
     assert np.allclose(from_home.motion.q[:-1][turning], home)
@@ -197,7 +197,7 @@ def test_the_arm_stands_aside_where_home_is_in_the_way_of_the_turn(
 ) -> None:
     monkeypatch.setattr("cell.verdict.indexed.TurnSearch", ShutAtHome)
     job = prepare(three_case(tmp_path))
-    result = check_as_asked(job)
+    result = check(job)
     motion, home = result.motion, job.scene.home
     assert motion is not None
     turns = np.flatnonzero(np.abs(np.diff(motion.table, axis=0)).max(axis=1) > 0)
@@ -231,7 +231,7 @@ def test_blocks_that_lock_the_torch_out_of_one_another_in_any_order_are_refused_
     first = (search.needs[0][0, 1], search.needs[1][0, 0])
     assert first == (0, 0)  # neither may have laid anything before the other has begun
     assert shortest_order(job.layers, search.seconds, search.needs) is None
-    result = check_as_asked(job)
+    result = check(job)
     assert not result.feasible
     assert len(built) == 1  # there is no other order, and none is tried
     # as they stand: the second is locked out of all of its layers, by layers of the first from its lowest one on
@@ -251,4 +251,4 @@ def test_blocks_that_lock_the_torch_out_of_one_another_in_any_order_are_refused_
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["shaft.stl", "face.stl"])
 def test_either_of_these_blocks_alone_can_be_built(tmp_path: Path, name: str) -> None:
-    assert check_as_asked(prepare(load_case(corner(tmp_path, take=name)))).feasible
+    assert check(prepare(load_case(corner(tmp_path, take=name)))).feasible

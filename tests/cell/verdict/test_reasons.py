@@ -13,7 +13,7 @@ from cell.job.job import prepare
 from cell.mjcf.torch import TorchDimensions, tcp_in_flange
 from cell.scene.standalone import standalone_xml
 from cell.verdict.all_reasons import ORDER, all_reasons
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from ik.roll import apply_roll
 
 FEW = {"slicing": {"h_layer_mm": 3, "h_min_mm": 2, "h_max_mm": 4}}
@@ -22,7 +22,7 @@ FIXED = {"roll": {"fixed_deg": 0}}
 
 def run(path):
     case = load_case(path)
-    return check(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    return check_fixed(prepare(case), case.table.E1_deg, case.table.E2_deg)
 
 
 def flange_poses(result, roll_deg):

@@ -20,7 +20,7 @@ from cell.job.job import Job
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion, read_motion, write_motion
 from cell.report.motion_report import finding_in_words
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 from cell.verification.bead_order import skips
 from cell.verification.bead_samples import FINE, Way, against_beads, dense
@@ -123,7 +123,7 @@ def test_a_workpiece_that_reaches_into_the_positioners_own_arm(good: Result, fol
     low = {**flag(), "position_mm": [float(v) for v in inside]}
     job = job_of(boss_case(folder, "low", process=DWELL, fixtures=[low]))
     assert {tuple(sorted(d["pair"])) for d in of(look(job, good.motion), "collision")} == {("flag", "tilt_arm")}
-    result = check(job, job.case.table.E1_deg, job.case.table.E2_deg)
+    result = check_fixed(job, job.case.table.E1_deg, job.case.table.E2_deg)
     assert not result.feasible
     assert {row.reason for row in result.rows} == {"collision"}
     assert set(result.rows[0].detail["pair"]) == {"flag", "tilt_arm"}

@@ -13,7 +13,7 @@ from cell.motion.motion_file import ReadMotion
 from cell.processes.crew import working
 from cell.report.motion_report import motion_document
 from cell.shipped import DEFAULT_CASE
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verification import arm_looks
 from cell.verification.motion_check import MotionResult, check_motion
 
@@ -21,7 +21,7 @@ from cell.verification.motion_check import MotionResult, check_motion
 @pytest.fixture(scope="module")
 def run() -> tuple[Job, ReadMotion]:
     job = prepare(load_case(DEFAULT_CASE))
-    motion = check(job, 90, 180).motion
+    motion = check_fixed(job, 90, 180).motion
     assert motion is not None
     return job, ReadMotion(motion, np.arange(len(motion.t_s)) + 1, ())
 

@@ -19,7 +19,7 @@ from cell.case.read import load_case
 from cell.errors import InputError
 from cell.failure import Contact, Failure, Kind
 from cell.job.job import prepare
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 from cell.view import picture as pictures
 from cell.view.camera import camera, still
@@ -103,7 +103,7 @@ def projected(view: mujoco.MjvCamera, point: np.ndarray, aspect: float) -> np.nd
 @pytest.mark.parametrize("view", ["cell", "torch"])
 @pytest.mark.parametrize("table", [(90, 180), (90, 0), (-45, 0)])
 def test_the_wires_end_is_in_the_picture_and_in_sight(result: Result, view: str, table: tuple[int, int]) -> None:
-    turned = result if table == (90, 180) else check(result.job, *table)
+    turned = result if table == (90, 180) else check_fixed(result.job, *table)
     frame = still(turned, pictures.middle(turned))
     staged = StagedScene(turned)
     staged.pose(frame)
@@ -129,7 +129,7 @@ def test_the_whole_arm_is_in_the_picture_of_the_cell(result: Result) -> None:
 
 
 def test_the_model_of_the_result_is_left_alone(tmp_path: Path) -> None:
-    result = check(prepare(load_case(little_case(tmp_path))), 90, 180)
+    result = check_fixed(prepare(load_case(little_case(tmp_path))), 90, 180)
     model = result.job.scene.model
     before = model.geom_rgba.copy(), model.geom_group.copy(), model.opt.disableflags
     staged = StagedScene(result)
@@ -196,9 +196,10 @@ def test_no_setting_is_needed_without_a_display(tmp_path: Path) -> None:
     """In a process where mujoco was imported with neither MUJOCO_GL nor a display."""
     code = (
         "import sys, mujoco\n"
-        "from cell.verdict.check import check\nfrom cell.case.read import load_case\nfrom cell.job.job import prepare\n"
+        "from cell.verdict.check import check_fixed\nfrom cell.case.read import load_case\n"
+        "from cell.job.job import prepare\n"
         "from cell.view.picture import picture\n"
-        "r = check(prepare(load_case(sys.argv[1])), 90, 180)\n"
+        "r = check_fixed(prepare(load_case(sys.argv[1])), 90, 180)\n"
         "assert picture(r, width=64, height=64).startswith(b'\\x89PNG')\n"
     )
     env = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY")}

@@ -312,7 +312,7 @@ def test_without_a_display_one_line_names_the_alternative(
 
 WINDOW = """
 import os, signal, sys, threading, time
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.view.window import replay
@@ -322,7 +322,7 @@ frames = []
 texts = cell.view.player.Player.texts
 cell.view.player.Player.texts = lambda player: (frames.append(player.time), texts(player))[1]
 e1, e2 = map(float, sys.argv[2:4])
-result = check(prepare(load_case(sys.argv[1])), e1, e2)
+result = check_fixed(prepare(load_case(sys.argv[1])), e1, e2)
 def stop():
     until = time.monotonic() + 60
     while len(frames) < 8 and time.monotonic() < until:

@@ -9,7 +9,7 @@ from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare, slice_part
 from cell.job.part_input import read_part
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from slicing.layers.layer import ConicalBody, CylindricalBody
 from slicing.mesh.solid import PartError, mesh_from_arrays
 from slicing.paper.indices import indices
@@ -119,7 +119,7 @@ def test_a_check_of_the_body_alone_runs(make_case):
     case = load_case(
         make_case(part={**ON_PLATE, "take": ["BODY"]}, slicing={"body": "planar"}, table={"E1_deg": 0, "E2_deg": 0})
     )
-    result = check(prepare(case), 0.0, 0.0)
+    result = check_fixed(prepare(case), 0.0, 0.0)
     assert result.feasible
     assert {len(s.layers) for s in result.job.sliced} == {7}
 

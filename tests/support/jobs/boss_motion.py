@@ -9,7 +9,7 @@ import yaml
 
 from cell.case.read import load_case
 from cell.job.job import Job, prepare
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 
 from .cases import boss_mesh
@@ -39,4 +39,4 @@ def job_of(path: Path) -> Job:
 def result_of(path: Path) -> Result:
     """The case, checked."""
     job = job_of(path)
-    return check(job, job.case.table.E1_deg, job.case.table.E2_deg)
+    return check_fixed(job, job.case.table.E1_deg, job.case.table.E2_deg)

@@ -41,6 +41,14 @@ def three_case(folder: Path, **sections: Any) -> Case:
     return load_case(three_bosses(folder, **sections))
 
 
+def backwards(folder: Path) -> Case:
+    """The three bosses at given poses, the last of them built first."""
+    case = three_case(folder)
+    angles = {"SV1": 0.0, "SV2": -120.0, "SV3": 120.0}
+    poses = [{"sub_volume": name, "E1_deg": -90.0, "E2_deg": E2_deg} for name, E2_deg in reversed(angles.items())]
+    return with_table(case, {"mode": "indexed", "poses": poses})
+
+
 def corner(folder: Path, *, face_first: bool = False, take: str | None = None) -> Path:
     """A block on a shaft and one on the face beside it, each in the corner that the torch needs at the other.
 

@@ -17,7 +17,7 @@ from cell.collision.proofs.between_samples import NEAREST_SHARE
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.motion.motion_file import read_motion, write_motion
-from cell.verdict.as_asked import check_as_asked
+from cell.verdict.by_table_mode import check
 from cell.verdict.result import Result
 from cell.verification.motion_check import check_motion
 
@@ -141,7 +141,7 @@ def own_motion(path: Path, suffix: str = "csv") -> list[str] | None:
 def own_result(path: Path, suffix: str = "csv") -> tuple[Result, list[str]]:
     """A case's verdict, and what the check of motions says against its own motion."""
     job = prepare(load_case(path))
-    result = check_as_asked(job)
+    result = check(job)
     if result.motion is None:
         return result, []
     job = result.job

@@ -12,7 +12,8 @@ from tempfile import mkdtemp
 from cell.job.job import Job
 from cell.motion.motion import Motion
 from cell.programs.cell_controller import cell_controller
-from cell.programs.export import Exported, export_program
+from cell.programs.export import export_program
+from cell.programs.exported.exported import Exported
 from cell.programs.krl_read import read_krl
 from cell.programs.program_check import ProgramResult, check_program
 
@@ -44,7 +45,7 @@ class BossProgram:
             assert files != before, "nothing was changed"
         for name, text in files.items():
             (folder / name).write_text(text, newline="\r\n")
-        return check_program(read_krl(folder / "boss.src", cell_controller(self.job)), self.job)
+        return check_program(self.job, read_krl(folder / "boss.src", cell_controller(self.job)))
 
 
 @cache

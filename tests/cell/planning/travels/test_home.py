@@ -25,7 +25,7 @@ from cell.planning.travels.travel import travel
 from cell.report.check_document import report_document
 from cell.report.check_report import report_lines
 from cell.shipped import MODELS_DIR
-from cell.verdict.check import check
+from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 from cell.verdict.words import in_words
 from cell.verification.motion_check import check_motion
@@ -173,7 +173,7 @@ def test_a_bead_begins_or_ends_elsewhere_where_home_is_else_not_reached(
         return travel(setup, end, start, stage)
 
     monkeypatch.setattr(home_module, "travel", refusing)
-    result = check(job, 90, 180)
+    result = check_fixed(job, 90, 180)
     assert result.motion is not None
     assert len(asked) > 1
     weld = np.flatnonzero(result.motion.arc)
@@ -208,7 +208,7 @@ def test_an_only_bead_that_is_begun_or_ended_elsewhere_gets_both_ways_anew(
         return travel(setup, end, start, stage)
 
     monkeypatch.setattr(home_module, "travel", refusing)
-    result = check(job, 90, 180)
+    result = check_fixed(job, 90, 180)
     motion = result.motion
     assert motion is not None
     assert len(asked) > 1

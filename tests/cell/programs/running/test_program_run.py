@@ -229,7 +229,7 @@ def test_a_table_that_moves_along_a_bead_goes_there_and_back(tmp_path: Path) -> 
     text = re.sub(r"^\$BASE = EK\(.*?(\{.*\})\)", r"$BASE = \1", made.files[name], flags=re.MULTILINE)
     for other, content in {**made.files, name: text}.items():
         (tmp_path / other).write_bytes(content.encode())
-    found = check_program(read_krl(tmp_path / "boss.src", cell_controller(boss.job)), boss.job)
+    found = check_program(boss.job, read_krl(tmp_path / "boss.src", cell_controller(boss.job)))
     assert not found.feasible
 
 
@@ -261,7 +261,7 @@ def test_points_that_repeat_the_one_before_change_nothing() -> None:
     run = run_program(again, boss.job)
     assert np.ptp(run.motion.t_s) == pytest.approx(np.ptp(plain.motion.t_s))
     assert len(run.runs) == len(plain.runs)
-    assert check_program(again, boss.job).feasible
+    assert check_program(boss.job, again).feasible
 
 
 def test_a_program_of_one_move_and_one_that_is_lost_at_once_are_judged_all_the_same() -> None:
@@ -272,7 +272,7 @@ def test_a_program_of_one_move_and_one_that_is_lost_at_once_are_judged_all_the_s
     pose[:, 2] += 9.0
     lost = int(np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[0])
     for moves, where in ((first, None), ({"pose": pose}, lost)):
-        found = check_program(replace(program, moves=replace(program.moves, **moves), events=()), boss.job)
+        found = check_program(boss.job, replace(program, moves=replace(program.moves, **moves), events=()))
         assert not found.feasible
         assert "not_welded" in {f.reason for f in found.findings}
         assert where is None or where in [f.move for f in found.findings if f.reason == "unreachable"]
