@@ -28,7 +28,7 @@ PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_deviation.py"
 SURFACES = "slicing/surfaces/test_surfaces.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
-EXPORTED = "cell/programs/test_exported_files.py"
+EXPORTED = "cell/programs/exported/test_exported_files.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_unsupported.py"
 
 
