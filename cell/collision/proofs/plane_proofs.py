@@ -32,7 +32,7 @@ from ..clearances import Clearances
 from ..near_pairs import NearPairs
 from ..pair_groups import PairGroup, pair_groups
 from .carried_planes import CarriedPlanes, PairsBelow, StepBends
-from .link_poses import ArmLinks, LinkPoses
+from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
 from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
@@ -199,12 +199,8 @@ class PlaneProofs:
         That is measured half-way. The parabola through all three places is as far off at most, and the way off the
         parabola by the third derivative times |t (t - 1/2) (t - 1)| / 6, which is a ``OFF_PARABOLA`` at most.
         """
-        off = halfway.centres - (poses.centres[step] + poses.centres[step + 1]) / 2
-        skew = (halfway.R - (poses.R[step] + poses.R[step + 1]) / 2).reshape(len(step), -1, 9)
-        # of what is 1 from its centre
-        turned = np.sqrt(np.einsum("kji,kji->kj", skew, skew))
-        away = np.sqrt(np.einsum("kgi,kgi->kg", off, off)) + turned[:, self._links.joint] * self._links.size
-        measured = away.max(axis=1) + OFF_PARABOLA * change_of_curvature(self._radius, turn)
+        away = self._links.off_middle(poses, halfway, step)
+        measured = away + OFF_PARABOLA * change_of_curvature(self._radius, turn)
         return np.minimum(curvature(self._radius, turn) / 8, measured)
 
     def _bend_seen(self, turn: Floats, link: int) -> Floats:
@@ -373,33 +369,35 @@ class PlaneProofs:
         a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal
         frame = links.owner[b]
         on_link = np.flatnonzero(frame >= 0)
-        R = poses.R[cells.at[cell[on_link]], frame[on_link]]
-        normal[on_link] = np.einsum("kij,ki->kj", R, normal[on_link])
+        axes = poses.axes_of(frame[on_link], cells.at[cell[on_link]])
+        normal[on_link] = seen_from(axes, normal[on_link].T).T
         order = np.lexsort((near.distance[which], frame, a, cell))
         a, b, cell, frame, normal = a[order], b[order], cell[order], frame[order], normal[order]
         new = np.append(True, (np.diff(cell) != 0) | (np.diff(a) != 0) | (np.diff(frame) != 0))[: len(a)]
         leads = np.flatnonzero(new)
         leader = leads[np.cumsum(new) - 1] if len(leads) else leads
-        under = links.reach(b, normal[leader])
+        under = links.reach(b, normal[leader].T)
         shares = under <= under[leader] + self._one_plane
         offset = np.full(len(a), -np.inf)
         np.maximum.at(offset, leader[shares], under[shares])
         alone = np.flatnonzero(~shares)
-        offset[alone] = links.reach(b[alone], normal[alone])
-        kept = new | ~shares
+        offset[alone] = links.reach(b[alone], normal[alone].T)
+        kept = np.flatnonzero(new | ~shares)
+        kept = kept[np.argsort(a[kept], kind="stable")]  # those of a shape together
         return _Planes(cell[kept], a[kept], frame[kept], normal[kept], offset[kept])
 
     def _over(self, poses: LinkPoses, planes: _Planes, which: Ints, sample: Ints) -> Floats:
         """How far shapes are on their side of planes at samples, (c,), m."""
-        geom, frame, normal = planes.geom[which], planes.frame[which], planes.normal[which]
-        joint = self._links.owner[geom]
-        off = poses.p[sample, joint]
+        geom, frame = planes.geom[which], planes.frame[which]
+        normal, joint = np.ascontiguousarray(planes.normal.T).take(which, axis=1), self._links.owner[geom]
+        off = poses.places_of(joint, sample)
         link = np.flatnonzero(frame >= 0)
         if len(link):
-            normal[link] = np.einsum("kij,kj->ki", poses.R[sample[link], frame[link]], normal[link])
-            off[link] -= poses.p[sample[link], frame[link]]
-        own = np.einsum("kij,ki->kj", poses.R[sample, joint], normal)
-        over: Floats = np.einsum("ki,ki->k", normal, off) - planes.offset[which] - self._links.reach(geom, -own)
+            axes = poses.axes_of(frame[link], sample[link])
+            normal[:, link] = as_seen(axes, normal[:, link])
+            off[:, link] -= poses.places_of(frame[link], sample[link])
+        own = seen_from(poses.axes_of(joint, sample), normal)
+        over: Floats = np.einsum("xk,xk->k", normal, off) - planes.offset[which] - self._links.reach(geom, -own)
         return over
 
 
