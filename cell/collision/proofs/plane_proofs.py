@@ -87,13 +87,13 @@ class _Look:
         far: distance out to which was looked, (c,), m.
         travel: how far any point of the arm is at most from where it is there, at the cells' samples, (t,), m; of two
             that both may move twice that.
-        most: the same at most in each cell, (c,), m.
+        within: those of the samples at which it is little enough for something to be proved, ascending, (w,).
     """
 
     near: NearPairs
     far: Floats
     travel: Floats
-    most: Floats
+    within: Ints
 
 
 class PlaneProofs:
@@ -186,7 +186,8 @@ class PlaneProofs:
                     break
                 some = pieces.rows(open_)
                 cells, of = some.cells(places, spacing)
-                look = self._look(group, q, poses, cells, (share, wanted + share * float(bend[open_].max()), beyond))
+                most = wanted + share * float(bend[open_].max())
+                look = self._look(group, q, poses, cells, (share, wanted, most, beyond))
                 value, _, frames = self._values(poses, cells, look, wanted, None)
                 off = np.maximum.reduce([share * bend[open_], *(some.off(self._radius, i) for i in frames)])
                 mine[open_] = np.maximum(mine[open_], value[of].min(axis=1) - off)
@@ -252,7 +253,9 @@ class PlaneProofs:
                     break
                 most = float(least[open_].max())
                 cells, of = cells_of(places, step[open_], laid[open_], spacing)
-                look = self._look(group, q, poses, cells, (share, most, beyond))
+                # what this look does not prove, the last one tells as well as it can
+                lowest = -np.inf if spacing == self._spacings[-1] else float(least[open_].min())
+                look = self._look(group, q, poses, cells, (share, lowest, most, beyond))
                 seen.nearer(cells.at, look.near.nearest(len(cells.at)))
                 value, carried, frames = self._values(poses, cells, look, most, None if group.itself else bends)
                 off = np.maximum.reduce([share * bend[open_], *(self._bend_seen(turn[open_], i) for i in frames)])
@@ -264,7 +267,7 @@ class PlaneProofs:
         return ProvedSteps(kept, seen), bent
 
     def _look(
-        self, group: PairGroup, q: Floats, poses: LinkPoses, cells: ProofCells, asked: tuple[float, float, float]
+        self, group: PairGroup, q: Floats, poses: LinkPoses, cells: ProofCells, asked: tuple[float, ...]
     ) -> _Look:
         """Look at the samples of cells, as far out as the arm's travel in each asks for.
 
@@ -273,15 +276,18 @@ class PlaneProofs:
             q: samples, (m, n), rad.
             poses: at the samples.
             cells: of steps.
-            asked: what counts of the arm's travel, what is wanted, and how much further is looked at most, m.
+            asked: what counts of the arm's travel, what is wanted at least and at most, and how much further is looked
+                at most, m.
         """
-        share, wanted, beyond = asked
+        share, least, wanted, beyond = asked
         travel = share * self._links.travel(poses, cells.sample, cells.at[cells.cell])
         most = np.zeros(len(cells.at))
         np.maximum.at(most, cells.cell, travel)
         level = np.ceil(np.log(wanted + most + ROOM) / np.log(COARSER))
         far = np.minimum(COARSER**level, wanted + beyond)
-        return _Look(group.pairs_within(q[cells.at], cells.laid, far), far, travel, most)
+        # what may come in from further away than was looked is too near: of such samples nothing is asked
+        within = np.flatnonzero(far[cells.cell] - travel >= least)
+        return _Look(group.pairs_within(q[cells.at], cells.laid, far), far, travel, within)
 
     def _values(
         self, poses: LinkPoses, cells: ProofCells, look: _Look, wanted: float, bends: StepBends | None
@@ -299,12 +305,16 @@ class PlaneProofs:
             What is kept at the samples, (t,), m; what those pairs keep on the steps to and from the samples whose
             planes are carried along, (t,), m; and the links with which the other planes move.
         """
-        near, travel, most = look.near, look.travel, look.most
+        near, travel, within = look.near, look.travel[look.within], look.within
+        out, carried = np.full(len(look.travel), -np.inf), np.full(len(look.travel), np.inf)
+        cells = ProofCells(cells.at, cells.laid, cells.cell[within], cells.sample[within])
+        most = np.full(len(cells.at), -np.inf)
+        np.maximum.at(most, cells.cell, travel)
         # what stays far enough off by its travel alone needs no plane
         off = near.distance - most[near.row] >= wanted
         far = look.far.copy()
         np.minimum.at(far, near.row[off], near.distance[off])
-        out, carried = far[cells.cell] - travel, np.full(len(travel), np.inf)
+        out[within] = far[cells.cell] - travel
         which_pairs = np.flatnonzero(~off)
         planes = self._planes(poses, cells, near, which_pairs)
         which, at = cells.samples_of(planes.cell)
@@ -313,10 +323,10 @@ class PlaneProofs:
             least = np.full(len(planes.cell), np.inf)
             np.minimum.at(least, which, over)
             held = self._held(poses, cells, (planes, least), self._below(near, which_pairs), (wanted, bends))
-            np.minimum.at(carried, held[1], held[2] - LESS)
+            np.minimum.at(carried, within[held[1]], held[2] - LESS)
             stay = ~held[0][which]
             at, over = at[stay], over[stay]
-        np.minimum.at(out, at, over)
+        np.minimum.at(out, within[at], over)
         return out - LESS, carried, np.unique(planes.frame[planes.frame >= 0]).tolist()
 
     def _held(
@@ -404,11 +414,16 @@ class PlaneProofs:
 _made: weakref.WeakKeyDictionary[Checker, PlaneProofs] = weakref.WeakKeyDictionary()
 
 
-def proofs_of(checker: object) -> PlaneProofs | None:
-    """The proofs of a checker, made once; None unless it is of all pairs, of an arm at a table that stands."""
+def has_proofs(checker: object) -> bool:
+    """Whether a checker has such proofs: it is of all pairs, of an arm at a table that stands."""
     if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
-        return None
-    if len(checker.scene.arm_qpos) != checker.scene.chain.n:
+        return False
+    return len(checker.scene.arm_qpos) == checker.scene.chain.n
+
+
+def proofs_of(checker: object) -> PlaneProofs | None:
+    """The proofs of a checker, made once, when they are asked for first; None where there are none."""
+    if not isinstance(checker, Checker) or not has_proofs(checker):
         return None
     if checker not in _made:
         _made[checker] = PlaneProofs(checker)
