@@ -1,11 +1,12 @@
 """The greatest speeds along a rounded path, on a grid, under the joints' accelerations: what time laws are made of.
 
-    x = greatest_squares(slope, bend, step, max_acceleration, top)      # squares of the speeds, from rest to rest
+    x = greatest_squares([GridBounds(slope, bend, step, top)], max_acceleration)[0]     # squares, from rest to rest
 
 A joint's acceleration on a step is a u + b x, with the path's own acceleration u and the square x of its speed at the
 step's start: a is the path's slope at the start or at the end, b its bend. So every bound is linear in x, and of what
 can follow a value on a step, forwards or backwards, the greatest is the least of a few straight lines. On a step on
-which the path is straight they are one; where the speed is well within what all joints can, none is worked out.
+which the path is straight they are one; where the speed is well within what all joints can, none is worked out. Of
+several paths all are worked out together, as those of one path that stands wherever two of them meet.
 
 Radians and seconds; the unit of the path's length is the caller's.
 
@@ -14,6 +15,9 @@ Source: Pham and Pham, A new approach to time-optimal path parameterization base
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,24 +30,50 @@ FLAT_SLOPE = 1e-12  # slope that counts as none
 STRAIGHT = 1e-12  # share of the slope that it changes by at most on a step that counts as straight
 FIRST, MOST = 32, 256  # steps whose lines are worked out at a time: where a limit does not follow, and further on
 SAME_LINE = 1e-12  # share of a line's value that is rounding
-_TwoLines = tuple[float, float, float, float]  # slope and value at 0 of two straight lines
+_Line = tuple[float, float]  # slope and value at 0
+_TwoLines = tuple[float, float, float, float]  # the same of two
 
 
-def greatest_squares(slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats, top: Floats) -> Floats:
-    """Squares of the greatest speeds at a grid, (n + 1,): what can still be stopped backwards, greedily forwards.
+@dataclass(frozen=True, eq=False)
+class GridBounds:
+    """What bounds the speed along a path on a grid, but for the joints' accelerations.
 
-    Args:
+    Attributes:
         slope: of the path at the grid, (j, n + 1).
         bend: its change along each step, (j, n).
         step: lengths, (n,).
-        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
         top: greatest squares that other bounds allow, (n + 1,).
     """
+
+    slope: Floats
+    bend: Floats
+    step: Floats
+    top: Floats
+
+
+def greatest_squares(paths: Sequence[GridBounds], max_acceleration: Floats) -> list[Floats]:
+    """Squares of the greatest speeds on grids: what can still be stopped backwards, greedily forwards.
+
+    Args:
+        paths: each run from rest to rest; one at least.
+        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+
+    Returns:
+        Those of each path, (n + 1,).
+    """
+    ends = np.cumsum([len(path.top) for path in paths])
+    # from one path to the next there is a step on which nothing bends, and at its ends they stand
+    straight, one = np.zeros((len(max_acceleration), 1)), np.ones(1)
+    slope, top = np.concatenate([path.slope for path in paths], axis=1), np.concatenate([path.top for path in paths])
+    bend = np.concatenate([part for path in paths for part in (path.bend, straight)][:-1], axis=1)
+    step = np.concatenate([part for path in paths for part in (path.step, one)][:-1])
     steps = _Steps(slope, bend, step, max_acceleration)
-    limit = np.append(np.minimum(top[:-1], steps.most(top[:-1])), 0.0)
+    limit = np.minimum(top, np.append(steps.most(top[:-1]), np.inf))
+    limit[ends - 1] = 0.0
     beta = _lowered(limit[::-1], _Pass(steps, backwards=True))[::-1]
-    beta[0] = 0.0
-    return np.maximum(_lowered(beta, _Pass(steps, backwards=False)), 0.0)
+    beta[np.append(0, ends[:-1])] = 0.0
+    x = np.maximum(_lowered(beta, _Pass(steps, backwards=False)), 0.0)
+    return np.split(x, ends[:-1])
 
 
 class _Steps:
@@ -136,18 +166,18 @@ class _Pass:
         gain, give = self._lines(np.array([i]))
         return float((gain * x + give).min())
 
-    def two(self, first: int, limit: Floats) -> list[_TwoLines | None]:
-        """Of the lines of steps from one on the two that are the least of them from 0 to limits; None: it takes more.
+    def two(self, first: int, limit: Floats) -> list[_TwoLines | list[_Line]]:
+        """Of the lines of steps from one on the two that are the least of them from 0 to limits; all if it takes more.
 
         Args:
             first: the first step.
             limit: of each step, (g,).
 
         Returns:
-            Slope and value at 0 of the one that is least at 0, and of the one that is least at the limit.
+            Slope and value at 0 of the one that is least at 0, and of the one that is least at the limit; or of all.
         """
         block = slice(first, first + len(limit))
-        out: list[_TwoLines | None] = [(1.0, rise, 1.0, rise) for rise in self._rise[block].tolist()]
+        out: list[_TwoLines | list[_Line]] = [(1.0, rise, 1.0, rise) for rise in self._rise[block].tolist()]
         mine = np.flatnonzero(self._bent[block])
         if not len(mine):
             return out
@@ -162,8 +192,11 @@ class _Pass:
             known = (one == other) | (least >= a * crossing + b - SAME_LINE * np.abs(b))
         known &= np.isfinite(at_limit[other, step])
         found = zip(mine.tolist(), known.tolist(), a.tolist(), b.tolist(), c.tolist(), d.tolist(), strict=True)
-        for i, good, *line in found:
-            out[i] = (line[0], line[1], line[2], line[3]) if good else None
+        for n, (i, good, *line) in enumerate(found):
+            if good:
+                out[i] = line[0], line[1], line[2], line[3]
+            else:
+                out[i] = list(zip(gain[:, n].tolist(), give[:, n].tolist(), strict=True))
         return out
 
     def _lines(self, some: Ints) -> tuple[Floats, Floats]:
@@ -186,7 +219,7 @@ def _lowered(limit: Floats, steps: _Pass) -> Floats:
         steps: n of them.
     """
     x, last = limit.tolist(), len(limit) - 1
-    two: list[_TwoLines | None] = []
+    two: list[_TwoLines | list[_Line]] = []
     done, low, high = 0, 0, 0  # two lines are known of the steps from low up to high
     for start in steps.starts(limit).tolist():
         i = max(start, done)
@@ -197,8 +230,10 @@ def _lowered(limit: Floats, steps: _Pass) -> Floats:
                 low, high = i, min(i + count, last)
                 two = steps.two(low, limit[low:high])
             v, line = x[i], two[i - low]
-            if line is None or v < 0.0:
+            if v < 0.0:
                 v = steps.least_at(i, v)
+            elif isinstance(line, list):
+                v = min([gain * v + give for gain, give in line])
             else:
                 a, b, c, d = line
                 one, other = a * v + b, c * v + d
