@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints
+from ..arrays import Ints, distinct
 from ..timing.blending import kept_zone, mirrored
 from .proofs.motion_bounds import curvature
 from .proofs.plane_proofs import PlaneProofs
@@ -225,5 +225,5 @@ def _corners(some: _Rectangles) -> tuple[Floats, Ints]:
     """Lengths and zones of all corners, (2, m), and which of them are those of each rectangle, (k, 4)."""
     at = np.concatenate([some.u, some.v, some.u, some.v])
     zone = np.concatenate([some.narrow, some.narrow, some.wide, some.wide])
-    each, of = np.unique(np.stack([at, zone]), axis=1, return_inverse=True)
-    return each, of.reshape(4, -1).T
+    first, of = distinct(at, zone)
+    return np.stack([at[first], zone[first]]), of.reshape(4, -1).T
