@@ -16,7 +16,7 @@ Source: Pham and Pham, A new approach to time-optimal path parameterization base
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +28,7 @@ from ..arrays import Ints
 
 FLAT_SLOPE = 1e-12  # slope that counts as none
 STRAIGHT = 1e-12  # share of the slope that it changes by at most on a step that counts as straight
-FIRST, MOST = 32, 256  # steps whose lines are worked out at a time: where a limit does not follow, and further on
+FIRST, MOST = 32, 1024  # steps whose lines are worked out at a time: where a limit does not follow, and further on
 SAME_LINE = 1e-12  # share of a line's value that is rounding
 _Line = tuple[float, float]  # slope and value at 0
 _TwoLines = tuple[float, float, float, float]  # the same of two
@@ -70,9 +70,10 @@ def greatest_squares(paths: Sequence[GridBounds], max_acceleration: Floats) -> l
     steps = _Steps(slope, bend, step, max_acceleration)
     limit = np.minimum(top, np.append(steps.most(top[:-1]), np.inf))
     limit[ends - 1] = 0.0
-    beta = _lowered(limit[::-1], _Pass(steps, backwards=True))[::-1]
+    backwards = ends[-1] - np.append(0, ends[:-1])[::-1]
+    beta = _lowered(limit[::-1], _Pass(steps, backwards=True), backwards)[::-1]
     beta[np.append(0, ends[:-1])] = 0.0
-    x = np.maximum(_lowered(beta, _Pass(steps, backwards=False)), 0.0)
+    x = np.maximum(_lowered(beta, _Pass(steps, backwards=False), ends), 0.0)
     return np.split(x, ends[:-1])
 
 
@@ -166,22 +167,21 @@ class _Pass:
         gain, give = self._lines(np.array([i]))
         return float((gain * x + give).min())
 
-    def two(self, first: int, limit: Floats) -> list[_TwoLines | list[_Line]]:
-        """Of the lines of steps from one on the two that are the least of them from 0 to limits; all if it takes more.
+    def two(self, some: Ints, limit: Floats) -> list[_TwoLines | list[_Line]]:
+        """Of the lines of steps the two that are the least of them from 0 to limits; all of them if it takes more.
 
         Args:
-            first: the first step.
-            limit: of each step, (g,).
+            some: the steps, (g,).
+            limit: of each, (g,).
 
         Returns:
             Slope and value at 0 of the one that is least at 0, and of the one that is least at the limit; or of all.
         """
-        block = slice(first, first + len(limit))
-        out: list[_TwoLines | list[_Line]] = [(1.0, rise, 1.0, rise) for rise in self._rise[block].tolist()]
-        mine = np.flatnonzero(self._bent[block])
+        out: list[_TwoLines | list[_Line]] = [(1.0, rise, 1.0, rise) for rise in self._rise[some].tolist()]
+        mine = np.flatnonzero(self._bent[some])
         if not len(mine):
             return out
-        gain, give = self._lines(first + mine)
+        gain, give = self._lines(some[mine])
         at_limit = gain * limit[mine] + give
         step, one, other = np.arange(len(mine)), give.argmin(axis=0), at_limit.argmin(axis=0)
         a, b, c, d = gain[one, step], give[one, step], gain[other, step], give[other, step]
@@ -209,27 +209,61 @@ class _Pass:
             return np.where(on, 1 / gain, 0.0), np.where(on, give / gain, np.inf)
 
 
-def _lowered(limit: Floats, steps: _Pass) -> Floats:
+def _lowered(limit: Floats, steps: _Pass, ends: Ints) -> Floats:
     """The greatest values below limits of which each can follow on the one before.
 
     Where the limits themselves follow from one another, which is most of a bead at its speed, nothing is worked out.
 
     Args:
-        limit: (n + 1,); the first is the first value.
+        limit: (n + 1,); the first of a path is its first value.
         steps: n of them.
+        ends: one past the last value of each path.
+
+    Returns:
+        (n + 1,).
     """
-    x, last = limit.tolist(), len(limit) - 1
-    two: list[_TwoLines | list[_Line]] = []
-    done, low, high = 0, 0, 0  # two lines are known of the steps from low up to high
-    for start in steps.starts(limit).tolist():
+    x, starts = limit.tolist(), steps.starts(limit)
+    lines: list[_TwoLines | list[_Line] | None] = [None] * len(limit)
+    of_path = np.split(starts, np.searchsorted(starts, ends[:-1]))
+    fall = [_falls(x, some.tolist(), end - 1, (steps, lines)) for some, end in zip(of_path, ends.tolist(), strict=True)]
+    while fall:
+        asked = [(run, block) for run in fall for block in [next(run, None)] if block is not None]
+        fall = [run for run, _ in asked]
+        if asked:  # by all paths together
+            some = np.concatenate([np.arange(*block) for _, block in asked])
+            for i, line in zip(some.tolist(), steps.two(some, limit[some]), strict=True):
+                lines[i] = line
+    return np.array(x)
+
+
+def _falls(
+    x: list[float], starts: list[int], last: int, known: tuple[_Pass, list[_TwoLines | list[_Line] | None]]
+) -> Iterator[tuple[int, int]]:
+    """Lower the values of one path where they do not follow.
+
+    Args:
+        x: values of all paths, which are lowered.
+        starts: steps of this one on which they do not follow.
+        last: number of its last value.
+        known: the steps, and their lines as far as they are known.
+
+    Yields:
+        Steps whose lines are asked for, from the first to one past the last.
+    """
+    steps, lines = known
+    done, high, count = 0, -1, 0  # lines are known up to high
+    for start in starts:
         i = max(start, done)
         # plain floats: of two numbers a time numpy is the slower
         while i < last:
-            if i >= high:
-                count = min(2 * (high - low), MOST) if i == high > 0 else FIRST
-                low, high = i, min(i + count, last)
-                two = steps.two(low, limit[low:high])
-            v, line = x[i], two[i - low]
+            line = lines[i]
+            if line is None:
+                count = min(2 * count, MOST) if i == high else FIRST
+                high = min(i + count, last)
+                yield i, high
+                line = lines[i]
+                assert line is not None
+            v = x[i]
             if v < 0.0:
                 v = steps.least_at(i, v)
             elif isinstance(line, list):
@@ -243,4 +277,3 @@ def _lowered(limit: Floats, steps: _Pass) -> Floats:
                 break
             x[i] = v
         done = max(done, i)
-    return np.array(x)
