@@ -155,7 +155,7 @@ MUTANTS = (
     Mutant("cell/timing/time_law.py", "CORNER = 0.005", "CORNER = 0.5", (TIMES,)),
     Mutant("cell/timing/greatest_speeds.py", "    limit[ends - 1] = 0.0\n", "    limit[-1] = 0.0\n", (TIMES,)),
     Mutant("cell/timing/greatest_speeds.py", "beta[np.append(0, ends[:-1])] = 0.0", "beta[0] = 0.0", (TIMES,)),
-    Mutant("cell/timing/greatest_speeds.py", "v = min([gain", "v = max([gain", (TIMES,)),
+    Mutant("cell/timing/greatest_speeds.py", "v = min([a * v", "v = max([a * v", (TIMES,)),
     Mutant("cell/timing/greatest_speeds.py", "2 * step, max_acceleration[:, None]", "2 * step, 1.2 * max_acceleration[:, None]", (TIMES,)),
     # planning
     Mutant("cell/planning/densify.py", "        failures.update(found)\n    return stretch", "    return stretch", ("cell/planning/test_densify.py",)),

@@ -16,7 +16,7 @@ Source: Pham and Pham, A new approach to time-optimal path parameterization base
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +31,6 @@ STRAIGHT = 1e-12  # share of the slope that it changes by at most on a step that
 FIRST, MOST = 32, 1024  # steps whose lines are worked out at a time: where a limit does not follow, and further on
 SAME_LINE = 1e-12  # share of a line's value that is rounding
 _Line = tuple[float, float]  # slope and value at 0
-_TwoLines = tuple[float, float, float, float]  # the same of two
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +74,27 @@ def greatest_squares(paths: Sequence[GridBounds], max_acceleration: Floats) -> l
     beta[np.append(0, ends[:-1])] = 0.0
     x = np.maximum(_lowered(beta, _Pass(steps, backwards=False), ends), 0.0)
     return np.split(x, ends[:-1])
+
+
+@dataclass(frozen=True, eq=False)
+class _TwoLines:
+    """Of the lines of steps that follow one another two that are the least of them: the first up to where they cross.
+
+    Attributes:
+        first: number of the first step.
+        every: all lines of the steps of which two are not enough.
+        slope: of the one that is least at 0, (g,); NaN where two are not enough.
+        give: its value at 0, (g,).
+        other_slope: of the one that is least at the limit, (g,).
+        other_give: its value at 0, (g,).
+    """
+
+    first: int
+    every: dict[int, list[_Line]]
+    slope: list[float]
+    give: list[float]
+    other_slope: list[float]
+    other_give: list[float]
 
 
 class _Steps:
@@ -167,37 +187,34 @@ class _Pass:
         gain, give = self._lines(np.array([i]))
         return float((gain * x + give).min())
 
-    def two(self, some: Ints, limit: Floats) -> list[_TwoLines | list[_Line]]:
-        """Of the lines of steps the two that are the least of them from 0 to limits; all of them if it takes more.
+    def two(self, blocks: Sequence[tuple[int, int]], limit: Floats) -> list[_TwoLines]:
+        """Of the lines of steps the two that are the least of them from 0 to limits.
 
         Args:
-            some: the steps, (g,).
-            limit: of each, (g,).
-
-        Returns:
-            Slope and value at 0 of the one that is least at 0, and of the one that is least at the limit; or of all.
+            blocks: the steps, each from one to one before another.
+            limit: of each step, (n,) at least.
         """
-        out: list[_TwoLines | list[_Line]] = [(1.0, rise, 1.0, rise) for rise in self._rise[some].tolist()]
-        mine = np.flatnonzero(self._bent[some])
-        if not len(mine):
-            return out
-        gain, give = self._lines(some[mine])
-        at_limit = gain * limit[mine] + give
-        step, one, other = np.arange(len(mine)), give.argmin(axis=0), at_limit.argmin(axis=0)
-        a, b, c, d = gain[one, step], give[one, step], gain[other, step], give[other, step]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            crossing = (d - b) / (a - c)
-            # the least of straight lines is concave: what is not below these two where they cross is so nowhere
-            least = (gain * crossing + give).min(axis=0)
-            known = (one == other) | (least >= a * crossing + b - SAME_LINE * np.abs(b))
-        known &= np.isfinite(at_limit[other, step])
-        found = zip(mine.tolist(), known.tolist(), a.tolist(), b.tolist(), c.tolist(), d.tolist(), strict=True)
-        for n, (i, good, *line) in enumerate(found):
-            if good:
-                out[i] = line[0], line[1], line[2], line[3]
-            else:
-                out[i] = list(zip(gain[:, n].tolist(), give[:, n].tolist(), strict=True))
-        return out
+        some = np.concatenate([np.arange(*block) for block in blocks])
+        out = np.ones((4, len(some)))
+        out[1] = out[3] = self._rise[some]
+        mine, every = np.flatnonzero(self._bent[some]), {}
+        if len(mine):
+            gain, give = self._lines(some[mine])
+            at_limit = gain * limit[some[mine]] + give
+            step, one, other = np.arange(len(mine)), give.argmin(axis=0), at_limit.argmin(axis=0)
+            a, b, c, d = gain[one, step], give[one, step], gain[other, step], give[other, step]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                crossing = (d - b) / (a - c)
+                # the least of straight lines is concave: what is not below these two where they cross is so nowhere
+                least = (gain * crossing + give).min(axis=0)
+                known = (one == other) | (least >= a * crossing + b - SAME_LINE * np.abs(b))
+            known &= np.isfinite(at_limit[other, step])
+            out[:, mine] = np.where(known, a, np.nan), b, c, d
+            for n in np.flatnonzero(~known).tolist():
+                every[int(some[mine[n]])] = list(zip(gain[:, n].tolist(), give[:, n].tolist(), strict=True))
+        ends = np.cumsum([stop - first for first, stop in blocks])[:-1]
+        lines = [np.split(each, ends) for each in out]
+        return [_TwoLines(first, every, *(each[k].tolist() for each in lines)) for k, (first, _) in enumerate(blocks)]
 
     def _lines(self, some: Ints) -> tuple[Floats, Floats]:
         """Slopes and values at 0 of the lines of bent steps, (k, s) each."""
@@ -223,54 +240,55 @@ def _lowered(limit: Floats, steps: _Pass, ends: Ints) -> Floats:
         (n + 1,).
     """
     x, starts = limit.tolist(), steps.starts(limit)
-    lines: list[_TwoLines | list[_Line] | None] = [None] * len(limit)
     of_path = np.split(starts, np.searchsorted(starts, ends[:-1]))
-    fall = [_falls(x, some.tolist(), end - 1, (steps, lines)) for some, end in zip(of_path, ends.tolist(), strict=True)]
-    while fall:
-        asked = [(run, block) for run in fall for block in [next(run, None)] if block is not None]
-        fall = [run for run, _ in asked]
-        if asked:  # by all paths together
-            some = np.concatenate([np.arange(*block) for _, block in asked])
-            for i, line in zip(some.tolist(), steps.two(some, limit[some]), strict=True):
-                lines[i] = line
+    fall = [_falls(x, some.tolist(), end - 1, steps) for some, end in zip(of_path, ends.tolist(), strict=True)]
+    asked = [(run, block) for run in fall for block in [next(run, None)] if block is not None]
+    while asked:  # by all paths together
+        lines = steps.two([block for _, block in asked], limit)
+        answered = [(run, _next_block(run, some)) for (run, _), some in zip(asked, lines, strict=True)]
+        asked = [(run, block) for run, block in answered if block is not None]
     return np.array(x)
 
 
-def _falls(
-    x: list[float], starts: list[int], last: int, known: tuple[_Pass, list[_TwoLines | list[_Line] | None]]
-) -> Iterator[tuple[int, int]]:
+_Falls = Generator[tuple[int, int], _TwoLines, None]
+
+
+def _next_block(run: _Falls, lines: _TwoLines) -> tuple[int, int] | None:
+    try:
+        return run.send(lines)
+    except StopIteration:
+        return None
+
+
+def _falls(x: list[float], starts: list[int], last: int, steps: _Pass) -> _Falls:
     """Lower the values of one path where they do not follow.
 
     Args:
         x: values of all paths, which are lowered.
         starts: steps of this one on which they do not follow.
         last: number of its last value.
-        known: the steps, and their lines as far as they are known.
+        steps: the steps.
 
     Yields:
-        Steps whose lines are asked for, from the first to one past the last.
+        Steps whose lines are asked for, from the first to one past the last; it takes those lines.
     """
-    steps, lines = known
-    done, high, count = 0, -1, 0  # lines are known up to high
+    done, low, high = 0, 0, -1  # lines are known of the steps from low up to high
+    lines: _TwoLines | None = None
     for start in starts:
         i = max(start, done)
         # plain floats: of two numbers a time numpy is the slower
         while i < last:
-            line = lines[i]
-            if line is None:
-                count = min(2 * count, MOST) if i == high else FIRST
-                high = min(i + count, last)
-                yield i, high
-                line = lines[i]
-                assert line is not None
-            v = x[i]
-            if v < 0.0:
-                v = steps.least_at(i, v)
-            elif isinstance(line, list):
-                v = min([gain * v + give for gain, give in line])
+            if lines is None or not low <= i < high:
+                count = min(2 * (high - low), MOST) if i == high else FIRST
+                low, high = i, min(i + count, last)
+                lines = yield low, high
+                slope, give = lines.slope, lines.give
+                other_slope, other_give = lines.other_slope, lines.other_give
+            v, k = x[i], i - low
+            one, other = slope[k] * v + give[k], other_slope[k] * v + other_give[k]
+            if one != one or v < 0.0:
+                v = min([a * v + b for a, b in lines.every[i]]) if i in lines.every else steps.least_at(i, v)
             else:
-                a, b, c, d = line
-                one, other = a * v + b, c * v + d
                 v = one if one < other else other
             i += 1
             if not v < x[i]:
