@@ -64,6 +64,8 @@ MUTANTS = (
     Mutant("cell/collision/proofs/motion_bounds.py", "parts * (straight + curvature(self.radius, np.abs(b - a)) / 4)", "parts * straight", (BOUNDS,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "np.minimum(value - off, carried)", "np.minimum(value, carried)", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "travel = share * self._links.travel(", "travel = 0.5 * self._links.travel(", (PLANES,)),
+    Mutant("cell/collision/wire.py", "self._size + self.reach + SLACK", "self._size + SLACK", ("cell/collision/test_wire.py",)),
+    Mutant("cell/collision/wire.py", "turn, box = np.abs(data.geom_xmat[part].reshape(-1, 3, 3))", "turn, box = 0 * np.abs(data.geom_xmat[part].reshape(-1, 3, 3))", ("cell/collision/test_wire.py",)),
     Mutant("cell/collision/proofs/link_poses.py", "        away += turned[self.joint] * self.size[:, None]\n", "", (PLANES,)),
     Mutant("cell/collision/proofs/link_poses.py", "turned, turned) / 2.0)", "turned, turned) / 8.0)", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "np.full(len(look.travel), -np.inf), np", "np.full(len(look.travel), np.inf), np", (PLANES,)),

@@ -81,7 +81,6 @@ class _TwoLines:
     """Of the lines of steps that follow one another two that are the least of them: the first up to where they cross.
 
     Attributes:
-        first: number of the first step.
         every: all lines of the steps of which two are not enough.
         slope: of the one that is least at 0, (g,); NaN where two are not enough.
         give: its value at 0, (g,).
@@ -89,7 +88,6 @@ class _TwoLines:
         other_give: its value at 0, (g,).
     """
 
-    first: int
     every: dict[int, list[_Line]]
     slope: list[float]
     give: list[float]
@@ -214,7 +212,7 @@ class _Pass:
                 every[int(some[mine[n]])] = list(zip(gain[:, n].tolist(), give[:, n].tolist(), strict=True))
         ends = np.cumsum([stop - first for first, stop in blocks])[:-1]
         lines = [np.split(each, ends) for each in out]
-        return [_TwoLines(first, every, *(each[k].tolist() for each in lines)) for k, (first, _) in enumerate(blocks)]
+        return [_TwoLines(every, *(each[k].tolist() for each in lines)) for k in range(len(blocks))]
 
     def _lines(self, some: Ints) -> tuple[Floats, Floats]:
         """Slopes and values at 0 of the lines of bent steps, (k, s) each."""
