@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-BLOCK = 512  # configurations worked on at a time: what fits a core's cache
+BLOCK = 4096  # configurations worked on at a time: what fits a core's cache, and costs few calls
 MANY = 150  # configurations, from which on a joint's turn of all of them costs less than a product of each
 
 
@@ -122,6 +122,17 @@ class Chain:
         A = self.origins[:, :3, :3]
         return A, A @ K, A @ K @ K
 
+    @cached_property
+    def _offsets(self) -> list[list[tuple[int, float]]]:
+        # of each joint's origin the coordinates that are not 0
+        return [[(k, float(p[k])) for k in np.flatnonzero(p).tolist()] for p in self.origins[:, :3, 3]]
+
+    @cached_property
+    def _turns(self) -> list[Floats | None]:
+        # of each joint's origin the turn, if there is one
+        turns = self.origins[:, :3, :3]
+        return [turn if (turn != np.eye(3)).any() else None for turn in turns]
+
     def frames(self, q: Floats) -> tuple[Floats, Floats]:
         """Poses of all joint frames.
 
@@ -132,10 +143,30 @@ class Chain:
             Rotations (m, n, 3, 3) and positions (m, n, 3) of the joint frames in the base frame, m.
         """
         R, p = np.empty((*q.shape, 3, 3)), np.empty((*q.shape, 3))
-        put = self._put_many if len(q) >= MANY else self._put_frames
+        if len(q) < MANY:
+            self._put_frames(q, R, p)
+            return R, p
         for first in range(0, len(q), BLOCK):
-            put(q[first : first + BLOCK], R[first : first + BLOCK], p[first : first + BLOCK])
+            some = slice(first, first + BLOCK)
+            axes, place = self.frame_axes(q[some])
+            R[some], p[some] = axes.transpose(3, 2, 1, 0), place.transpose(2, 1, 0)
         return R, p
+
+    def frame_axes(self, q: Floats) -> tuple[Floats, Floats]:
+        """Poses of all joint frames, configurations last: what is worked out of many of them runs along memory.
+
+        Args:
+            q: configurations, (m, n), rad.
+
+        Returns:
+            Components of the frames' axes in the base frame, (3, 3, n, m): axis, component, joint, configuration; and
+            positions, (3, n, m), m.
+        """
+        axes, place = np.empty((3, 3, self.n, len(q))), np.empty((3, self.n, len(q)))
+        for first in range(0, len(q), BLOCK):
+            some = slice(first, first + BLOCK)
+            self._put_axes(q[some], axes[..., some], place[..., some])
+        return axes, place
 
     def _put_frames(self, q: Floats, R: Floats, p: Floats) -> None:
         """As :meth:`frames`, into given arrays."""
@@ -147,22 +178,21 @@ class Chain:
             R[:, i] = R[:, i - 1] @ local[:, i]
             p[:, i] = p[:, i - 1] + R[:, i - 1] @ self.origins[i, :3, 3]
 
-    def _put_many(self, q: Floats, R: Floats, p: Floats) -> None:
-        """The same with the columns of all rotations side by side: turned about an axis, one of the frame's or any."""
-        m, s, c = len(q), np.sin(q.T), np.cos(q.T)
-        columns, at = np.empty((self.n, 3, 3, m)), np.empty((self.n, 3, m))
-        before = np.broadcast_to(np.eye(3)[..., None], (3, 3, m))
-        place = np.zeros((3, m))
+    def _put_axes(self, q: Floats, axes: Floats, place: Floats) -> None:
+        """As :meth:`frame_axes`, into given arrays: frames turned about an axis, one of their own or any."""
+        turned = np.ascontiguousarray(q.T)
+        s, c = np.sin(turned), np.cos(turned)
+        before = np.broadcast_to(np.eye(3)[..., None], (3, 3, len(q)))
+        at = np.zeros((3, len(q)))
         for i in range(self.n):
-            at[i] = place
-            for k in np.flatnonzero(self.origins[i, :3, 3]).tolist():
-                at[i] += self.origins[i, k, 3] * before[k]
-            turn = self.origins[i, :3, :3]
-            if (turn != np.eye(3)).any():
+            place[:, i] = at
+            for k, length in self._offsets[i]:
+                place[:, i] += length * before[k]
+            turn = self._turns[i]
+            if turn is not None:
                 before = np.einsum("kc,kxm->cxm", turn, before)
-            _turned(before, self.axes[i], (s[i], c[i]), columns[i])
-            before, place = columns[i], at[i]
-        R[:], p[:] = columns.transpose(3, 0, 2, 1), at.transpose(2, 0, 1)
+            _turned(before, self.axes[i], (s[i], c[i]), axes[:, :, i])
+            before, at = axes[:, :, i], place[:, i]
 
     def forward(self, q: Floats) -> Floats:
         """Pose of the TCP.
@@ -173,7 +203,15 @@ class Chain:
         Returns:
             ``Ts_base_tcp``, (m, 4, 4), m.
         """
-        return self._tcp(*self.frames(q))
+        if len(q) < MANY:
+            return self._tcp(*self.frames(q))
+        T = np.empty((len(q), 4, 4))
+        for first in range(0, len(q), BLOCK):
+            some = slice(first, first + BLOCK)
+            axes, place = self.frame_axes(q[some])
+            # of the last frame alone
+            T[some] = self._tcp(axes[:, :, -1:].transpose(3, 2, 1, 0), place[:, -1:].transpose(2, 1, 0))
+        return T
 
     def _tcp(self, R: Floats, p: Floats) -> Floats:
         T = np.zeros((len(R), 4, 4))

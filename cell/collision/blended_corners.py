@@ -26,7 +26,7 @@ from ..timing.blending import blended, kept_zone, mirrored
 from .clearances import Clearances, SeesClearances
 from .proofs.between_samples import unproven_steps
 from .proofs.motion_bounds import curvature, joint_travel_bound
-from .proofs.plane_proofs import proofs_of
+from .proofs.plane_proofs import has_proofs, proofs_of
 from .rounded_paths import NOTHING, BlendedPath, Parabolas, Roundings, on_rows, pieces
 from .rounding_bisection import looked_at
 from .rounding_proofs import KnownRows, every_rounding_kept
@@ -123,14 +123,15 @@ def cut_corners_of(
     Returns:
         For each path what :func:`cut_corners` gives.
     """
-    proofs = proofs_of(checker)
-    left = [_not_by_rows(checker, radius, *one, by_sheets=proofs is not None) for one in paths]
+    by_sheets = has_proofs(checker)
+    left = [_not_by_rows(checker, radius, *one, by_sheets=by_sheets) for one in paths]
     asked = [
         RoundedSteps(path, rows, np.flatnonzero(open_ & (rows.kept > rows.least)))
         for (path, rows), open_ in zip(paths, left, strict=True)
     ]
     some = [i for i, one in enumerate(asked) if len(one.steps)]
-    if proofs is not None and some:
+    proofs = proofs_of(checker) if some else None
+    if proofs is not None:
         for i, kept in zip(some, sheets_kept(proofs, radius, [asked[i] for i in some]), strict=True):
             left[i][asked[i].steps[kept]] = False
     return [_cut_where(checker, radius, *one, open_) for one, open_ in zip(paths, left, strict=True)]

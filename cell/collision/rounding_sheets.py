@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints
+from ..arrays import Ints, distinct
 from ..timing.blending import kept_zone, mirrored
 from .proofs.motion_bounds import curvature
 from .proofs.plane_proofs import PlaneProofs
@@ -75,10 +75,6 @@ class _Curves:
         out: Floats = (self.at(u + zone)[0] - self.at(u - zone)[0]) / (2 * zone)[:, None]
         return out
 
-    def _between(self, low: Floats, high: Floats) -> tuple[Ints, Ints]:
-        """The corners between lengths, both ends among them."""
-        return np.searchsorted(self._corner, low), np.searchsorted(self._corner, high, side="right")
-
     def bends(self, some: _Rectangles) -> tuple[Floats, Floats]:
         """What rectangles are off the mean of their corners by.
 
@@ -89,30 +85,27 @@ class _Curves:
         u, v, z, w = some.u, some.v, some.narrow, some.wide
         du, dz = ((v - u) / 2)[:, None], ((w - z) / 2)[:, None]
         zero, one, two = self._sums
-        first, stop = self._between(u - w, v + w)
-        most = (zero[stop] - zero[first]) / (2 * z)[:, None]
+        # the windows that are averaged over at the corners (u, z), (u, w), (v, z) and (v, w): where they begin and end
+        ends = np.array([[u - z, u + z], [u - w, u + w], [v - z, v + z], [v - w, v + w]])
+        area, q, slope = (each.reshape(4, 2, len(u), -1) for each in self.at(ends.ravel()))
+        # the corners of the rows between lengths, both ends among them
+        first, inner = np.searchsorted(self._corner, np.stack([ends[1, 0], ends[0, 1]]))
+        end, stop = np.searchsorted(self._corner, np.stack([ends[2, 0], ends[3, 1]]), side="right")
+        zeros = zero[stop] - zero[first]
+        most = zeros / (2 * z)[:, None]
         # of z: convex in u, so greatest at one of the ends
-        moments = []
-        for at in (u, v):
-            x = (at - self.shift[some.path])[:, None]
-            moments.append(
-                two[stop] - two[first] - 2 * x * (one[stop] - one[first]) + x**2 * (zero[stop] - zero[first])
-            )
-        by_zone = np.minimum(np.maximum(*moments) / (2 * z**3)[:, None], most)
+        twos, ones = two[stop] - two[first], one[stop] - one[first]
+        x, y = ((at - self.shift[some.path])[:, None] for at in (u, v))
+        moment = np.maximum(*(twos - 2 * at * ones + at**2 * zeros for at in (x, y)))
+        by_zone = np.minimum(moment / (2 * z**3)[:, None], most)
         # of u: by the slopes at both ends of the window, and what they change by as it moves
-        changes = np.zeros_like(most)
-        for low, high in ((u - w, v - z), (u + z, v + w)):
-            a, b = self._between(low, high)
-            changes += zero[b] - zero[a]
-        slopes = np.abs(self.at(v + w)[2] - self.at(u - w)[2])
+        changes = zero[end] - zero[first] + zero[stop] - zero[inner]
+        slopes = np.abs(slope[3, 1] - slope[1, 0])
         by_length = np.minimum((slopes + changes) / (2 * z)[:, None], most)
-        speed_u, speed_z = np.zeros_like(most), np.zeros_like(most)
-        for at in (u, v):
-            for zone in (z, w):
-                ends, size = [self.at(at + sign * zone) for sign in (-1.0, 1.0)], zone[:, None]
-                mean = (ends[1][0] - ends[0][0]) / (2 * size)
-                np.maximum(speed_u, np.abs(ends[1][1] - ends[0][1]) / (2 * size), out=speed_u)
-                np.maximum(speed_z, np.abs((ends[1][1] + ends[0][1]) / 2 - mean) / size, out=speed_z)
+        size = np.array([z, w, z, w])[..., None]
+        mean = (area[:, 1] - area[:, 0]) / (2 * size)
+        speed_u = (np.abs(q[:, 1] - q[:, 0]) / (2 * size)).max(axis=0)
+        speed_z = (np.abs((q[:, 1] + q[:, 0]) / 2 - mean) / size).max(axis=0)
         # every place is no further from some corner than half of each side
         speed_u += du * by_length + dz * most
         speed_z += dz * by_zone + du * most
@@ -197,8 +190,10 @@ def _whole(curves: _Curves, asked: Sequence[RoundedSteps]) -> tuple[_Rectangles,
         room, share = one.known.kept[k] - one.known.least, np.zeros(len(k))
         for some in SHARES:
             left = np.flatnonzero(share == 0)
-            ends = (replace(corners, zone=some * zone).off(curves.radius, alone[k[left] + n]) for n in (0, 1))
-            off = np.maximum(*ends)
+            if not len(left):
+                break
+            ends = alone[np.concatenate([k[left], k[left] + 1])]
+            off = replace(corners, zone=some * zone).off(curves.radius, ends).reshape(2, -1).max(axis=0)
             share[left[off <= room[left]]] = some
         there.append(share > 0)
         laid = np.maximum(one.known.stage[k], one.known.stage[k + 1])
@@ -230,5 +225,5 @@ def _corners(some: _Rectangles) -> tuple[Floats, Ints]:
     """Lengths and zones of all corners, (2, m), and which of them are those of each rectangle, (k, 4)."""
     at = np.concatenate([some.u, some.v, some.u, some.v])
     zone = np.concatenate([some.narrow, some.narrow, some.wide, some.wide])
-    each, of = np.unique(np.stack([at, zone]), axis=1, return_inverse=True)
-    return each, of.reshape(4, -1).T
+    first, of = distinct(at, zone)
+    return np.stack([at[first], zone[first]]), of.reshape(4, -1).T

@@ -24,11 +24,10 @@ from ..failure import Failure, Place, Where
 from ..job.job import speeds
 from ..motion.deposition_speed import HELD, HeldSpeed, note_stretches, over_stretches
 from ..motion.motion import STANDING, Motion
-from ..rigid import inverse
-from ..scene.table_kinematics import TableKinematics
-from ..timing.time_law import time_path, time_stops, time_travel
+from ..timing.time_law import PathRows, TimeLaw, time_paths, time_stops
 from ..units import METRES_PER_MM
 from .blended_check import bead_corners, bead_path, travel_corners, travel_path
+from .travels.timed_travels import AskedTravel, TimedRows, limits_of, on_the_part, retracted, timed_travels
 
 if TYPE_CHECKING:
     from ..job.job import Job
@@ -38,16 +37,6 @@ if TYPE_CHECKING:
 
 EXACT_STOP = 1e-5  # m: a controller that rounds corners over less stops in them
 TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row
-
-
-@dataclass(frozen=True, eq=False)
-class _Piece:
-    """Rows of a bead or a travel, with their times from the row before on."""
-
-    q: Floats
-    dt: Floats
-    arc: int
-    target: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,22 +101,27 @@ def timed(job: Job, run: RunBeads) -> TimedBeads:
         Their rows.
     """
     held_speed = HeldSpeed.unknown(len(job.targets))
-    pieces: list[_Piece] = []
-    last, home_s = 0.0, 0.0
+    pieces: list[TimedRows] = []
     first, final = run.stretches[0].first, run.stretches[-1].stop
-    if run.home is not None and run.home.out is not None:
-        out, last = _travel(job, run.home.out[0], 0.0, first, begins=True)
-        pieces.append(out)
-        home_s += float(out.dt.sum()) + last
-    if len(run.travels) < len(run.stretches):
-        pieces.append(_bead(job, run.stretches[0], last, held_speed))
-    for before, _, stretch, way in run.led_to:
-        travel, last = _travel(job, way[0], _dwell(job, before, stretch.first), stretch.first)
-        pieces += [travel, _bead(job, stretch, last, held_speed)]
-    if run.home is not None and run.home.back is not None:
-        back, _ = _travel(job, run.home.back[0], 0.0, final - 1, ends=True)
-        pieces.append(back)
-        home_s += float(back.dt.sum())
+    out, back = (None, None) if run.home is None else (run.home.out, run.home.back)
+    ways = [] if out is None else [AskedTravel(out[0], first, begins=True)]
+    ways += [AskedTravel(way[0], after.first, _dwell(job, before, after.first)) for before, _, after, way in run.led_to]
+    ways += [] if back is None else [AskedTravel(back[0], final - 1, ends=True)]
+    travels = iter(timed_travels(job, ways))
+    last, home_s = 0.0, 0.0
+    if out is not None:
+        from_home, last = next(travels)
+        pieces.append(from_home)
+        home_s += float(from_home.dt.sum()) + last
+    for k, bead in enumerate(_timed_beads(job, run.stretches)):
+        if k >= len(run.stretches) - len(run.travels):
+            travel, last = next(travels)
+            pieces.append(travel)
+        pieces.append(_bead(job, bead, last, held_speed))
+    if back is not None:
+        to_home, _ = next(travels)
+        pieces.append(to_home)
+        home_s += float(to_home.dt.sum())
     return TimedBeads(
         q=np.concatenate([piece.q for piece in pieces]),
         dt=np.concatenate([piece.dt for piece in pieces]),
@@ -192,17 +186,17 @@ def with_ways(job: Job, motion: Motion, out: Floats | None, back: Floats | None)
     n, weld = job.scene.chain.n, np.flatnonzero(motion.arc)
     first, last = int(weld[0]), int(weld[-1])
     rows = slice(first if out is not None else 0, last + 1 if back is not None else len(motion.t_s))
-    pieces = [_Piece(motion.q[rows], np.diff(motion.t_s[rows], prepend=np.nan), 0, motion.target[rows])]
+    pieces = [TimedRows(motion.q[rows], np.diff(motion.t_s[rows], prepend=np.nan), 0, motion.target[rows])]
     arcs = [motion.arc[rows]]
     if out is not None:
-        piece, step = _travel(job, out, 0.0, int(motion.target[first]), begins=True)
+        ((piece, step),) = timed_travels(job, [AskedTravel(out, int(motion.target[first]), begins=True)])
         pieces[0].dt[0] = step
         pieces.insert(0, piece)
         arcs.insert(0, np.zeros(len(piece.q), dtype=motion.arc.dtype))
     else:
         pieces[0].dt[0] = motion.t_s[0]
     if back is not None:
-        piece, _ = _travel(job, back, 0.0, int(motion.target[last]), ends=True)
+        ((piece, _),) = timed_travels(job, [AskedTravel(back, int(motion.target[last]), ends=True)])
         pieces.append(piece)
         arcs.append(np.zeros(len(piece.q), dtype=motion.arc.dtype))
     dt, where = (np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("dt", "target"))
@@ -220,7 +214,7 @@ def with_ways(job: Job, motion: Motion, out: Floats | None, back: Floats | None)
 
 def way_time(job: Job, way: Floats, target: int, *, begins: bool) -> float:
     """How long a way to the first bead (begins), or from the last one, takes, s."""
-    piece, step = _travel(job, way, 0.0, target, begins=begins, ends=not begins)
+    ((piece, step),) = timed_travels(job, [AskedTravel(way, target, begins=begins, ends=not begins)])
     return float(piece.dt.sum()) + (step if begins else 0.0)
 
 
@@ -242,28 +236,55 @@ def corners(job: Job, context: Context, run: RunBeads) -> dict[int, Failure]:
             continue
         # a stop on the way leaves other corners to be rounded than the planner knew
         path, rows = travel_path(q)
-        stop = int(rows[_retracted(job, _on_the_part(job, path.q))])
+        stop = int(rows[retracted(job, on_the_part(job, path.q))])
         failure = travel_corners(context, q, found, int(context.laid[last]), [stop])
         if failure is not None:
             failures[first] = failure.at(Place(Where.TRAVEL, from_target=last, to_target=first))
     return failures
 
 
-def _bead(job: Job, stretch: Stretch, dt_before: float, held_speed: HeldSpeed) -> _Piece:
+@dataclass(frozen=True, eq=False)
+class _TimedBead:
+    """A bead and when its rows are passed.
+
+    Attributes:
+        stretch: the bead.
+        s: length of the TCP's way to each row, (m,), m.
+        at: rows at which targets are passed, but for the last the first of each edge.
+        law: its time law; None of a bead of one row.
+    """
+
+    stretch: Stretch
+    s: Floats
+    at: Ints
+    law: TimeLaw | None
+
+
+def _timed_beads(job: Job, stretches: Sequence[Stretch]) -> list[_TimedBead]:
+    """Beads with their time laws, which are worked out together where they are run without a stop."""
+    blend, cap = job.case.process.blend_mm * METRES_PER_MM, speeds(job)
+    beads: list[_TimedBead] = []
+    asked: list[PathRows] = []
+    for stretch in stretches:
+        path, edge = bead_path(stretch, blend), stretch.edge[:-1]
+        at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(stretch.q) - 1)
+        law = None
+        if blend < EXACT_STOP and len(edge):
+            law = time_stops(path.q, path.s, *limits_of(job, path.q), cap=cap[edge], stops=at)
+        elif len(edge):
+            asked.append(PathRows(path.q, path.s, cap[edge], blend))
+        beads.append(_TimedBead(stretch, path.s, at, law))
+    laws = iter(time_paths(asked, *limits_of(job, asked[0].q)) if asked else ())
+    return [replace(bead, law=next(laws)) if bead.law is None and len(bead.s) > 1 else bead for bead in beads]
+
+
+def _bead(job: Job, bead: _TimedBead, dt_before: float, held_speed: HeldSpeed) -> TimedRows:
     """A bead's rows; notes in ``held_speed`` how fast it is."""
-    process = job.case.process
+    process, stretch, law = job.case.process, bead.stretch, bead.law
     q, target = stretch.axes, stretch.edge + (stretch.fraction >= 1.0)
     dt = np.array([dt_before])
-    if len(q) > 1:
-        path = bead_path(stretch, process.blend_mm * METRES_PER_MM)
-        s = path.s
-        edge, cap = stretch.edge[:-1], speeds(job)
-        limits = _limits(job, q)
-        at = np.append(np.flatnonzero(np.diff(edge, prepend=-1)), len(q) - 1)
-        if path.zone < EXACT_STOP:
-            law = time_stops(q, s, *limits, cap=cap[edge], stops=at)
-        else:
-            law = time_path(q, s, *limits, cap=cap[edge], zone=path.zone)
+    if law is not None:
+        s, at, edge, cap = bead.s, bead.at, stretch.edge[:-1], speeds(job)
         dt = np.append(dt, np.diff(law.t))
         asked = np.concatenate([[0.0], np.cumsum(np.diff(s) / cap[edge])])
         note_stretches(held_speed, np.append(edge[at[:-1]], edge[-1]), s[at], over_stretches(s, law.t, asked))
@@ -279,24 +300,7 @@ def _bead(job: Job, stretch: Stretch, dt_before: float, held_speed: HeldSpeed) -
             q = np.insert(q, k % len(q), q[k], axis=0)
             target = np.insert(target, k % len(target), target[k])
             dt = np.insert(dt, 1 if k == 0 else len(dt), wait)
-    return _Piece(q, dt, 1, target)
-
-
-def _limits(job: Job, rows: Floats) -> tuple[Floats, Floats]:
-    """Speeds and accelerations of the axes that rows have: the arm's, or the table's as well."""
-    drives = job.drives
-    if rows.shape[1] > job.scene.chain.n:
-        return drives.speed, drives.acceleration
-    return drives.arm_speed, drives.arm_acceleration
-
-
-def _on_the_part(job: Job, rows: Floats) -> Floats:
-    """Where the TCP is, (m, 3), m: seen from the part where the table moves, else from the base."""
-    n = job.scene.chain.n
-    Ts = job.scene.chain.forward(rows[:, :n])
-    if rows.shape[1] > n:
-        Ts = inverse(TableKinematics.of(job.scene).poses(rows[:, n:])) @ Ts
-    return np.asarray(Ts[:, :3, 3])
+    return TimedRows(q, dt, 1, target)
 
 
 def _merged(q: Floats, target: Ints, dt: Floats) -> tuple[Floats, Ints, Floats]:
@@ -314,50 +318,3 @@ def _dwell(job: Job, before: int, after: int) -> float:
     t = job.targets
     same = t.sub_volume_index[before] == t.sub_volume_index[after]
     return job.case.process.dwell_s if same and t.layer[before] != t.layer[after] else 0.0
-
-
-def _travel(
-    job: Job, way: Floats, wait: float, leads_to: int, *, begins: bool = False, ends: bool = False
-) -> tuple[_Piece, float]:
-    """A travel's rows between its ends, and the time of its last step.
-
-    The ends are the beads' own rows, but for what the motion begins or ends with: there they are the travel's.
-    """
-    limits = _limits(job, way)
-    moves = np.abs(np.diff(way, axis=0)).max(axis=1) > STANDING
-    moves[-1] |= not moves.any()
-    way = np.concatenate([way[:1], way[1:-1][moves[:-1]], way[-1:]])
-    if len(way) == 2:
-        way = np.insert(way, 1, way.mean(axis=0), axis=0)  # a row with the arc off
-    p = _on_the_part(job, way)
-    cap = _near_the_part(job, way, p, leaves=not begins, arrives=not ends)
-    if wait > 0:
-        k = _retracted(job, p)
-        leave = time_travel(way[: k + 1], *limits, cap=cap[:k])
-        arrive = time_travel(way[k:], *limits, cap=cap[k:])
-        way, dt = np.insert(way, k, way[k], axis=0), np.concatenate([leave, [wait], arrive])
-    else:
-        dt = time_travel(way, *limits, cap=cap)
-    if begins:
-        way, dt = np.concatenate([way[:1], way]), np.concatenate([[0.0], dt])
-    if ends:
-        way, dt = np.concatenate([way, way[-1:]]), np.concatenate([dt, [0.0]])
-    return _Piece(way[1:-1], dt[:-1], 0, np.full(len(way) - 2, leads_to)), float(dt[-1])
-
-
-def _near_the_part(job: Job, way: Floats, p: Floats, *, leaves: bool, arrives: bool) -> Floats:
-    """Caps on the joints' speed where a travel retracts and approaches at the speed of the TCP asked for, (m - 1,)."""
-    process = job.case.process
-    near = process.retract_mm * METRES_PER_MM + STANDING
-    leaving = np.logical_and.accumulate(np.linalg.norm(p[1:] - p[0], axis=1) <= near)
-    arriving = np.logical_and.accumulate(np.linalg.norm(p[:-1] - p[-1], axis=1)[::-1] <= near)[::-1]
-    step = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1), STANDING)
-    speed = process.travel_speed_mm_s * METRES_PER_MM * np.linalg.norm(np.diff(way, axis=0), axis=1) / step
-    return np.where((leaving & leaves) | (arriving & arrives), np.maximum(speed, STANDING), np.inf)
-
-
-def _retracted(job: Job, p: Floats) -> int:
-    """The first sample of a travel that is off the part by the retraction, or else the farthest off."""
-    off = np.linalg.norm(p - p[0], axis=1)[1:-1]
-    far = np.flatnonzero(off >= job.case.process.retract_mm * METRES_PER_MM - STANDING)
-    return 1 + (int(far[0]) if len(far) else int(np.argmax(off)))

@@ -20,7 +20,7 @@ from ik.chain import Floats
 from ik.reachability_proof import certify
 from ik.roll import wrap
 
-from ..arrays import Ints
+from ..arrays import Ints, distinct
 from ..collision.clearances import Clearances
 from ..failure import Effort, Failure, Kind, Place, Where
 from .blocked_rolls import with_blocked_rolls
@@ -228,13 +228,11 @@ class BeadSearch:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
         # standings that differ by whole turns of a joint are one to look at; of a group there may be several others
         angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME_ANGLE / 3) / SAME_ANGLE).astype(np.int64)
-        _, first, same = np.unique(
-            np.column_stack([index[:, :3], angle]), axis=0, return_index=True, return_inverse=True
-        )
+        first, same = distinct(*index[:, :3].T, *angle.T)
         some = index[first]
         axes = self.placed.axes(self.nodes.q[tuple(some.T)], some[:, 0])
         seen, tools = with_blocked_rolls(self.context, axes, self.stage[some[:, 0]])
-        found, of_tool = seen.rows(same.reshape(-1)), (tools.turn > 0)[same.reshape(-1)]
+        found, of_tool = seen.rows(same), (tools.turn > 0)[same]
         hit = found.distance < self.context.settings.clearance
         self._free[tuple(index[~hit].T)] = True
         self.cost[tuple(index.T)] += near_cost(found.distance, self.context.settings.clearance)
@@ -256,7 +254,7 @@ class BeadSearch:
                 todo = todo[~self._free[todo].any(axis=(1, 2, 3))]
             nodes = np.argwhere(np.isfinite(self.cost[todo]) & ~self._free[todo])
             if one_a_roll:
-                nodes = nodes[np.unique(nodes[:, :2], axis=0, return_index=True)[1]]
+                nodes = nodes[distinct(*nodes[:, :2].T)[0]]
             if len(nodes):
                 self._check(np.column_stack([todo[nodes[:, 0]], nodes[:, 1:]]))
         self._judged[todo] = True

@@ -151,7 +151,7 @@ class BeadsAhead:
             self._wasted += len(bead)  # until it is given out
             search = StationSearch(bead, step, Ends(come_from), nodes=known)
             found = search.way()
-            way = self._full_way(bead, q_before) if found is None else found[1:]
+            way = self._full_way(search, q_before) if found is None else found[1:]
             if way is None:
                 if come_from is q_before:
                     self._vain = bead.first, q_before, search
@@ -211,10 +211,15 @@ class BeadsAhead:
             first = self._stops[first]
         return beads
 
-    def _full_way(self, bead: SearchedBead, q_before: Floats | None) -> tuple[Floats, Floats] | None:
-        """Rolls and configurations on the way that the full search of a bead begins with, where that costs little."""
-        context = self._context
-        if not context.window.is_fixed:
+    def _full_way(self, search: StationSearch, q_before: Floats | None) -> tuple[Floats, Floats] | None:
+        """Rolls and configurations on the way that the full search of a bead begins with, where that costs little.
+
+        Args:
+            search: the quick search of it, which found no way.
+            q_before: where the arm comes from, (j,), rad, or None.
+        """
+        bead, context = search.bead, self._context
+        if not context.window.is_fixed or search.shut:
             return None
         # of one roll alone the nodes are few
         nodes = evaluate(context.solver, bead.placed, context.window, context.settings.roll_step, context.limits)

@@ -24,7 +24,7 @@ from ik.chain import Floats
 from ik.roll import apply_roll, wrap
 from ik.singularity import margins
 
-from ..arrays import Ints
+from ..arrays import Ints, distinct
 from ..collision.clearances import Clearances
 from ..failure import Contact, RollBetween
 from .blocked_rolls import with_blocked_rolls
@@ -219,9 +219,9 @@ def _looked_at(
 ) -> _Looked:
     """Targets at rolls, (m,): all their branches, or one of each; or as many as it takes to see that it is free."""
     solver = context.solver
-    each, same = np.unique(np.stack([target, roll]), axis=1, return_inverse=True)
-    placed = context.placed.rows(each[0].astype(np.int64))
-    found = solver.candidates(apply_roll(placed.Ts_base_target, each[1])).q[same.reshape(-1)]
+    first, same = distinct(target, roll)
+    placed = context.placed.rows(target[first])
+    found = solver.candidates(apply_roll(placed.Ts_base_target, roll[first])).q[same]
     # without a closed form there are no branches, and every configuration stands by itself
     found = found if solver.form is not None else np.swapaxes(found, 1, 2)
     if branch is None:
@@ -244,8 +244,7 @@ def _with_room(context: Context, looked: _Looked, *, until_free: bool) -> _Looke
     """The same with the room where it is NaN: of one branch of each roll first, as the tool stands alike in all."""
     room, held = looked.room.copy(), looked.held.copy()
     pair, position = looked.pair.copy(), looked.position.copy()
-    _, alike = np.unique(np.stack([looked.target, looked.roll]), axis=1, return_inverse=True)
-    alike = alike.reshape(-1)
+    _, alike = distinct(looked.target, looked.roll)
     for one_a_roll in (True, False):
         at = np.flatnonzero(np.isnan(room))
         if one_a_roll:

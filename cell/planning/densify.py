@@ -97,8 +97,9 @@ def _densified(
     """Rows of several beads with those put in that they need, of which bead each is, and what is wrong with them."""
     failures: dict[int, Failure] = {}
     new, lost = np.zeros(len(stretch.q), dtype=bool), np.zeros(int(of[-1]) + 1, dtype=bool)
+    asked = np.flatnonzero(np.diff(of) == 0)  # from one bead to the next there is no step
     for _ in range(close.halvings):
-        step = _open(context, stretch, of, close)
+        step = _open(context, stretch, asked, close)
         step = step[~lost[of[step]]]  # a bead in which something is wrong is left as it is
         if not len(step):
             break
@@ -107,9 +108,11 @@ def _densified(
         failures.update({int(e) + 1: Failure(Kind.JOINT_LIMIT, place=_on_edge(int(e))) for e in unreached})
         stretch = _merged(stretch, more, step)
         new, of = np.insert(new, step + 1, True), np.insert(of, step + 1, of[step])
+        halves = step + np.arange(len(step))
+        asked = np.stack([halves, halves + 1], axis=1).ravel()  # all others have been found close
     else:
         # what is still off the bead after the last halving is not run along it
-        step = _open(context, stretch, of, close)
+        step = _open(context, stretch, asked, close)
         for k in step[~lost[of[step]]].tolist():
             edge = int(stretch.edge[k])
             failures[edge + 1] = Failure(Kind.JUMP, place=_on_edge(edge))
@@ -124,16 +127,16 @@ def _on_edge(edge: int) -> Place:
     return Place(Where.BEAD, from_target=edge)
 
 
-def _open(context: Context, stretch: Stretch, of: Ints, close: Closeness) -> Ints:
-    """Steps whose middle is off the bead; from one bead to the next there is none."""
-    edge, _, _ = _ends(stretch)
-    placed = context.placed.bead
-    T = _seen(context, (stretch.q[:-1] + stretch.q[1:]) / 2, (stretch.table[:-1] + stretch.table[1:]) / 2)
+def _open(context: Context, stretch: Stretch, asked: Ints, close: Closeness) -> Ints:
+    """Those of some steps whose middle is off the bead."""
+    edge, placed = stretch.edge[asked], context.placed.bead
+    q, table = ((each[asked] + each[asked + 1]) / 2 for each in (stretch.q, stretch.table))
+    T = _seen(context, q, table)
     a, b = placed.position[edge], placed.position[edge + 1]
     along = b - a
     s = np.clip(((T[:, :3, 3] - a) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
     position, normal = on_bead(context, edge, s)
-    return np.flatnonzero((off_bead(T, position, normal, close) > 1.0) & (np.diff(of) == 0))
+    return asked[off_bead(T, position, normal, close) > 1.0]
 
 
 def _seen(context: Context, q: Floats, table: Floats) -> Floats:

@@ -201,6 +201,12 @@ class StationSearch:
         q_way = banded.unwound(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
         return None if q_way is None else (group, roll[every, way[1]], q_way)
 
+    @property
+    def shut(self) -> bool:
+        """Whether nothing is left at some station: of a held roll, for which all is looked at, no way is then whole."""
+        left = np.isfinite(self.cost) & (self.known != HIT)
+        return not left.any(axis=(1, 2)).all()
+
     def _cheapest(self, q: Floats, roll: Floats, cost: Floats) -> tuple[int, Ints] | None:
         """The cheapest way through nodes (j, t, 1, b) at rolls (t, b): mostly one on which the roll stays as it is."""
         stay = banded.prices(self.chain, q, roll, self.bounds, STILL, circular=False)

@@ -174,7 +174,7 @@ class Scene:
         """
         if self.piece_of_geom[geom] == Piece.FIXTURE:
             return self.model.body(self.model.geom_bodyid[geom]).name.split("/")[1]
-        name = self.model.geom(geom).name
+        name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, geom)
         return name or f"{self.model.body(self.model.geom_bodyid[geom]).name} (geom {geom})"
 
 

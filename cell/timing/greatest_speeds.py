@@ -1,11 +1,12 @@
 """The greatest speeds along a rounded path, on a grid, under the joints' accelerations: what time laws are made of.
 
-    x = greatest_squares(slope, bend, step, max_acceleration, top)      # squares of the speeds, from rest to rest
+    x = greatest_squares([GridBounds(slope, bend, step, top)], max_acceleration)[0]     # squares, from rest to rest
 
 A joint's acceleration on a step is a u + b x, with the path's own acceleration u and the square x of its speed at the
 step's start: a is the path's slope at the start or at the end, b its bend. So every bound is linear in x, and of what
 can follow a value on a step, forwards or backwards, the greatest is the least of a few straight lines. On a step on
-which the path is straight they are one; where the speed is well within what all joints can, none is worked out.
+which the path is straight they are one; where the speed is well within what all joints can, none is worked out. Of
+several paths all are worked out together, as those of one path that stands wherever two of them meet.
 
 Radians and seconds; the unit of the path's length is the caller's.
 
@@ -14,6 +15,9 @@ Source: Pham and Pham, A new approach to time-optimal path parameterization base
 """
 
 from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,26 +28,71 @@ from ..arrays import Ints
 
 FLAT_SLOPE = 1e-12  # slope that counts as none
 STRAIGHT = 1e-12  # share of the slope that it changes by at most on a step that counts as straight
-FIRST, MOST = 32, 256  # steps whose lines are worked out at a time: where a limit does not follow, and further on
+FIRST, MOST = 32, 1024  # steps whose lines are worked out at a time: where a limit does not follow, and further on
 SAME_LINE = 1e-12  # share of a line's value that is rounding
-_TwoLines = tuple[float, float, float, float]  # slope and value at 0 of two straight lines
+_Line = tuple[float, float]  # slope and value at 0
 
 
-def greatest_squares(slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats, top: Floats) -> Floats:
-    """Squares of the greatest speeds at a grid, (n + 1,): what can still be stopped backwards, greedily forwards.
+@dataclass(frozen=True, eq=False)
+class GridBounds:
+    """What bounds the speed along a path on a grid, but for the joints' accelerations.
 
-    Args:
+    Attributes:
         slope: of the path at the grid, (j, n + 1).
         bend: its change along each step, (j, n).
         step: lengths, (n,).
-        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
         top: greatest squares that other bounds allow, (n + 1,).
     """
+
+    slope: Floats
+    bend: Floats
+    step: Floats
+    top: Floats
+
+
+def greatest_squares(paths: Sequence[GridBounds], max_acceleration: Floats) -> list[Floats]:
+    """Squares of the greatest speeds on grids: what can still be stopped backwards, greedily forwards.
+
+    Args:
+        paths: each run from rest to rest; one at least.
+        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+
+    Returns:
+        Those of each path, (n + 1,).
+    """
+    ends = np.cumsum([len(path.top) for path in paths])
+    # from one path to the next there is a step on which nothing bends, and at its ends they stand
+    straight, one = np.zeros((len(max_acceleration), 1)), np.ones(1)
+    slope, top = np.concatenate([path.slope for path in paths], axis=1), np.concatenate([path.top for path in paths])
+    bend = np.concatenate([part for path in paths for part in (path.bend, straight)][:-1], axis=1)
+    step = np.concatenate([part for path in paths for part in (path.step, one)][:-1])
     steps = _Steps(slope, bend, step, max_acceleration)
-    limit = np.append(np.minimum(top[:-1], steps.most(top[:-1])), 0.0)
-    beta = _lowered(limit[::-1], _Pass(steps, backwards=True))[::-1]
-    beta[0] = 0.0
-    return np.maximum(_lowered(beta, _Pass(steps, backwards=False)), 0.0)
+    limit = np.minimum(top, np.append(steps.most(top[:-1]), np.inf))
+    limit[ends - 1] = 0.0
+    backwards = ends[-1] - np.append(0, ends[:-1])[::-1]
+    beta = _lowered(limit[::-1], _Pass(steps, backwards=True), backwards)[::-1]
+    beta[np.append(0, ends[:-1])] = 0.0
+    x = np.maximum(_lowered(beta, _Pass(steps, backwards=False), ends), 0.0)
+    return np.split(x, ends[:-1])
+
+
+@dataclass(frozen=True, eq=False)
+class _TwoLines:
+    """Of the lines of steps that follow one another two that are the least of them: the first up to where they cross.
+
+    Attributes:
+        every: all lines of the steps of which two are not enough.
+        slope: of the one that is least at 0, (g,); NaN where two are not enough.
+        give: its value at 0, (g,).
+        other_slope: of the one that is least at the limit, (g,).
+        other_give: its value at 0, (g,).
+    """
+
+    every: dict[int, list[_Line]]
+    slope: list[float]
+    give: list[float]
+    other_slope: list[float]
+    other_give: list[float]
 
 
 class _Steps:
@@ -136,35 +185,34 @@ class _Pass:
         gain, give = self._lines(np.array([i]))
         return float((gain * x + give).min())
 
-    def two(self, first: int, limit: Floats) -> list[_TwoLines | None]:
-        """Of the lines of steps from one on the two that are the least of them from 0 to limits; None: it takes more.
+    def two(self, blocks: Sequence[tuple[int, int]], limit: Floats) -> list[_TwoLines]:
+        """Of the lines of steps the two that are the least of them from 0 to limits.
 
         Args:
-            first: the first step.
-            limit: of each step, (g,).
-
-        Returns:
-            Slope and value at 0 of the one that is least at 0, and of the one that is least at the limit.
+            blocks: the steps, each from one to one before another.
+            limit: of each step, (n,) at least.
         """
-        block = slice(first, first + len(limit))
-        out: list[_TwoLines | None] = [(1.0, rise, 1.0, rise) for rise in self._rise[block].tolist()]
-        mine = np.flatnonzero(self._bent[block])
-        if not len(mine):
-            return out
-        gain, give = self._lines(first + mine)
-        at_limit = gain * limit[mine] + give
-        step, one, other = np.arange(len(mine)), give.argmin(axis=0), at_limit.argmin(axis=0)
-        a, b, c, d = gain[one, step], give[one, step], gain[other, step], give[other, step]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            crossing = (d - b) / (a - c)
-            # the least of straight lines is concave: what is not below these two where they cross is so nowhere
-            least = (gain * crossing + give).min(axis=0)
-            known = (one == other) | (least >= a * crossing + b - SAME_LINE * np.abs(b))
-        known &= np.isfinite(at_limit[other, step])
-        found = zip(mine.tolist(), known.tolist(), a.tolist(), b.tolist(), c.tolist(), d.tolist(), strict=True)
-        for i, good, *line in found:
-            out[i] = (line[0], line[1], line[2], line[3]) if good else None
-        return out
+        some = np.concatenate([np.arange(*block) for block in blocks])
+        out = np.ones((4, len(some)))
+        out[1] = out[3] = self._rise[some]
+        mine, every = np.flatnonzero(self._bent[some]), {}
+        if len(mine):
+            gain, give = self._lines(some[mine])
+            at_limit = gain * limit[some[mine]] + give
+            step, one, other = np.arange(len(mine)), give.argmin(axis=0), at_limit.argmin(axis=0)
+            a, b, c, d = gain[one, step], give[one, step], gain[other, step], give[other, step]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                crossing = (d - b) / (a - c)
+                # the least of straight lines is concave: what is not below these two where they cross is so nowhere
+                least = (gain * crossing + give).min(axis=0)
+                known = (one == other) | (least >= a * crossing + b - SAME_LINE * np.abs(b))
+            known &= np.isfinite(at_limit[other, step])
+            out[:, mine] = np.where(known, a, np.nan), b, c, d
+            for n in np.flatnonzero(~known).tolist():
+                every[int(some[mine[n]])] = list(zip(gain[:, n].tolist(), give[:, n].tolist(), strict=True))
+        ends = np.cumsum([stop - first for first, stop in blocks])[:-1]
+        lines = [np.split(each, ends) for each in out]
+        return [_TwoLines(every, *(each[k].tolist() for each in lines)) for k in range(len(blocks))]
 
     def _lines(self, some: Ints) -> tuple[Floats, Floats]:
         """Slopes and values at 0 of the lines of bent steps, (k, s) each."""
@@ -176,36 +224,72 @@ class _Pass:
             return np.where(on, 1 / gain, 0.0), np.where(on, give / gain, np.inf)
 
 
-def _lowered(limit: Floats, steps: _Pass) -> Floats:
+def _lowered(limit: Floats, steps: _Pass, ends: Ints) -> Floats:
     """The greatest values below limits of which each can follow on the one before.
 
     Where the limits themselves follow from one another, which is most of a bead at its speed, nothing is worked out.
 
     Args:
-        limit: (n + 1,); the first is the first value.
+        limit: (n + 1,); the first of a path is its first value.
         steps: n of them.
+        ends: one past the last value of each path.
+
+    Returns:
+        (n + 1,).
     """
-    x, last = limit.tolist(), len(limit) - 1
-    two: list[_TwoLines | None] = []
-    done, low, high = 0, 0, 0  # two lines are known of the steps from low up to high
-    for start in steps.starts(limit).tolist():
+    x, starts = limit.tolist(), steps.starts(limit)
+    of_path = np.split(starts, np.searchsorted(starts, ends[:-1]))
+    fall = [_falls(x, some.tolist(), end - 1, steps) for some, end in zip(of_path, ends.tolist(), strict=True)]
+    asked = [(run, block) for run in fall for block in [next(run, None)] if block is not None]
+    while asked:  # by all paths together
+        lines = steps.two([block for _, block in asked], limit)
+        answered = [(run, _next_block(run, some)) for (run, _), some in zip(asked, lines, strict=True)]
+        asked = [(run, block) for run, block in answered if block is not None]
+    return np.array(x)
+
+
+_Falls = Generator[tuple[int, int], _TwoLines, None]
+
+
+def _next_block(run: _Falls, lines: _TwoLines) -> tuple[int, int] | None:
+    try:
+        return run.send(lines)
+    except StopIteration:
+        return None
+
+
+def _falls(x: list[float], starts: list[int], last: int, steps: _Pass) -> _Falls:
+    """Lower the values of one path where they do not follow.
+
+    Args:
+        x: values of all paths, which are lowered.
+        starts: steps of this one on which they do not follow.
+        last: number of its last value.
+        steps: the steps.
+
+    Yields:
+        Steps whose lines are asked for, from the first to one past the last; it takes those lines.
+    """
+    done, low, high = 0, 0, -1  # lines are known of the steps from low up to high
+    lines: _TwoLines | None = None
+    for start in starts:
         i = max(start, done)
         # plain floats: of two numbers a time numpy is the slower
         while i < last:
-            if i >= high:
-                count = min(2 * (high - low), MOST) if i == high > 0 else FIRST
+            if lines is None or not low <= i < high:
+                count = min(2 * (high - low), MOST) if i == high else FIRST
                 low, high = i, min(i + count, last)
-                two = steps.two(low, limit[low:high])
-            v, line = x[i], two[i - low]
-            if line is None or v < 0.0:
-                v = steps.least_at(i, v)
+                lines = yield low, high
+                slope, give = lines.slope, lines.give
+                other_slope, other_give = lines.other_slope, lines.other_give
+            v, k = x[i], i - low
+            one, other = slope[k] * v + give[k], other_slope[k] * v + other_give[k]
+            if one != one or v < 0.0:
+                v = min([a * v + b for a, b in lines.every[i]]) if i in lines.every else steps.least_at(i, v)
             else:
-                a, b, c, d = line
-                one, other = a * v + b, c * v + d
                 v = one if one < other else other
             i += 1
             if not v < x[i]:
                 break
             x[i] = v
         done = max(done, i)
-    return np.array(x)

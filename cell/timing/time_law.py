@@ -3,6 +3,7 @@
     law = time_path(q, s, max_speed, max_acceleration, cap=speeds, zone=1e-3)   # along a bead, s in metres of the TCP
     law.t, law.speed                                # at every sample; law.cause(a, b) says what slows it down
     dt = time_travel(q, max_speed, max_acceleration)                            # from rest to rest
+    laws = time_paths([PathRows(q, s, cap, zone)], max_speed, max_acceleration)     # of many, which costs less for each
 
 The fastest law there is under joint speeds, joint accelerations and a cap on the path's own speed, from rest to rest.
 A path of straight pieces has corners, which no axis can run through at any speed; a controller rounds them. So the
@@ -15,6 +16,7 @@ Radians and seconds; the unit of the path's length is the caller's.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -25,7 +27,7 @@ from ik.chain import Floats
 
 from ..arrays import counted
 from .blending import TRAVEL_ZONE, kept_zone, mirrored
-from .greatest_speeds import FLAT_SLOPE, greatest_squares
+from .greatest_speeds import FLAT_SLOPE, GridBounds, greatest_squares
 
 PER_ZONE = 4  # grid steps a zone
 MOST_STEPS = 200_000  # of a grid that is even; a finer one is fine about the samples and grows coarser between them
@@ -33,6 +35,7 @@ GROWTH, EVEN_STEPS = 1.25, 16  # of the steps of such a grid; its pieces have at
 REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
 FEW = 1000  # grid steps, up to which all pieces are gone through finely
 EVEN = 0.99  # of the square of the speed: where it is less beside more, the speed changes
+TOGETHER = 50_000  # grid steps of paths that are worked out together
 CORNER = 0.005  # share of a joint's acceleration that the rounding of a row has to take to count as a corner
 
 
@@ -86,10 +89,47 @@ def time_path(
     Raises:
         ValueError: the path does not move on between two samples, a cap is not above 0, or the zone below 0.
     """
-    cap = np.broadcast_to(np.asarray(cap, dtype=float), len(s) - 1)
-    if len(s) < 2 or not np.all(np.diff(s) > 0) or not np.all(cap > 0) or not zone >= 0:
-        raise ValueError("a time law needs a path that moves on at every sample, caps above 0 and a zone")
-    return _timed(_Path.of(q, s, (max_speed, max_acceleration), cap, zone)).with_use(s - s[0])
+    every = np.broadcast_to(np.asarray(cap, dtype=float), len(s) - 1)
+    return time_paths([PathRows(q, s, every, zone)], max_speed, max_acceleration)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class PathRows:
+    """A path that is to be run from rest to rest.
+
+    Attributes:
+        q: samples, (m, j), rad.
+        s: path length at each, (m,), ascending.
+        cap: greatest speed along the path on each step between samples, (m - 1,).
+        zone: distance each way over which corners are rounded; at most half the path. With 0 corners are stopped in.
+    """
+
+    q: Floats
+    s: Floats
+    cap: Floats
+    zone: float
+
+
+def time_paths(paths: Sequence[PathRows], max_speed: Floats, max_acceleration: Floats) -> list[TimeLaw]:
+    """As :func:`time_path`, of several paths of the same joints.
+
+    Args:
+        paths: the paths.
+        max_speed: of the joints, (j,), rad/s; infinite where unknown.
+        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+
+    Returns:
+        The law of each.
+
+    Raises:
+        ValueError: as of :func:`time_path`.
+    """
+    for one in paths:
+        if len(one.s) < 2 or not np.all(np.diff(one.s) > 0) or not np.all(one.cap > 0) or not one.zone >= 0:
+            raise ValueError("a time law needs a path that moves on at every sample, caps above 0 and a zone")
+    limits = max_speed, max_acceleration
+    found = _timed([_Path.of(one.q, one.s, limits, one.cap, one.zone) for one in paths])
+    return [timed.with_use(one.s - one.s[0]) for timed, one in zip(found, paths, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,40 +205,53 @@ class _Timed:
         return TimeLaw(self.times(s), np.sqrt(np.interp(s, self.grid, x)), self.grid, use)
 
 
-def _timed(path: _Path) -> _Timed:
-    """The fastest law of a path."""
-    return _law(path, _grid(path.s, path.zone, path.corners, _uneven(path)))
+def _timed(paths: Sequence[_Path]) -> list[_Timed]:
+    """The fastest laws of paths of the same joints."""
+    uneven = _uneven(paths)
+    grids = [_grid(path.s, path.zone, path.corners, fine) for path, fine in zip(paths, uneven, strict=True)]
+    return _laws(paths, grids)
 
 
-def _law(path: _Path, grid: Floats) -> _Timed:
-    """The fastest law of a path on a grid."""
+def _laws(paths: Sequence[_Path], grids: Sequence[Floats]) -> list[_Timed]:
+    """The fastest laws of paths of the same joints on grids; one grid at a time would cost more."""
+    out: list[_Timed] = []
+    block = np.cumsum([len(grid) for grid in grids]) // TOGETHER
+    for some in np.split(np.arange(len(paths)), np.flatnonzero(np.diff(block)) + 1):
+        mine = [(paths[i], grids[i], _bounds(paths[i], grids[i])) for i in some.tolist()]
+        if mine:
+            x = greatest_squares([bounds for _, _, bounds in mine], mine[0][0].max_acceleration)
+            out += [_Timed(*one[:2], one[2].slope, one[2].bend, each) for one, each in zip(mine, x, strict=True)]
+    return out
+
+
+def _bounds(path: _Path, grid: Floats) -> GridBounds:
+    """What bounds the speed along a path on a grid."""
     slope, bend = _blended(path.q, path.s, grid, path.zone)
     piece = np.clip(np.searchsorted(path.s, (grid[:-1] + grid[1:]) / 2) - 1, 0, len(path.s) - 2)
     with np.errstate(divide="ignore"):
         most = path.fastest[piece]
         top = np.minimum(np.concatenate([most[:1], most]), np.concatenate([most, most[-1:]]))
         top = np.minimum(top, (path.max_speed[:, None] / np.abs(slope)).min(axis=0)) ** 2
-    step = np.diff(grid)
-    return _Timed(path, grid, slope, bend, greatest_squares(slope, bend, step, path.max_acceleration, top))
+    return GridBounds(slope, bend, np.diff(grid), top)
 
 
-def _uneven(path: _Path) -> NDArray[np.bool_]:
-    """Pieces, (m - 1,), on which the speed changes, and those beside them: the others need no finer grid.
+def _uneven(paths: Sequence[_Path]) -> list[NDArray[np.bool_]]:
+    """Pieces of each path, (m - 1,), on which the speed changes, and those beside them: others need no finer grid.
 
     They are told by the law on a grid of the samples and of where the roundings of corners begin and end: a law that
     keeps to its bounds, though it need not be the fastest.
     """
-    even = np.zeros(len(path.s) - 1, dtype=bool)
-    if path.s[-1] * PER_ZONE / path.zone + len(even) <= FEW:
-        return ~even
-    grid = _grid(path.s, path.zone, path.corners, even)
-    x = _law(path, grid).x
-    first = np.searchsorted(grid, path.s)
-    low, high = np.minimum.reduceat(x, first[:-1]), np.maximum.reduceat(x, first[:-1])
-    low, high = np.minimum(low, x[first[1:]]), np.maximum(high, x[first[1:]])
-    uneven = low < EVEN * high
-    uneven |= np.append(uneven[1:], False) | np.append(False, uneven[:-1])
-    return uneven
+    out = [np.ones(len(path.s) - 1, dtype=bool) for path in paths]
+    many = [k for k, path in enumerate(paths) if path.s[-1] * PER_ZONE / path.zone + len(path.s) - 1 > FEW]
+    some = [paths[k] for k in many]
+    grids = [_grid(path.s, path.zone, path.corners, ~out[k]) for k, path in zip(many, some, strict=True)]
+    for k, law in zip(many, _laws(some, grids), strict=True):
+        x, first = law.x, np.searchsorted(law.grid, law.path.s)
+        low, high = np.minimum.reduceat(x, first[:-1]), np.maximum.reduceat(x, first[:-1])
+        low, high = np.minimum(low, x[first[1:]]), np.maximum(high, x[first[1:]])
+        uneven = low < EVEN * high
+        out[k] = uneven | np.append(uneven[1:], False) | np.append(False, uneven[:-1])
+    return out
 
 
 def time_stops(
@@ -218,11 +271,11 @@ def time_stops(
     Returns:
         The law.
     """
-    laws = []
-    for a, b in pairwise(stops.tolist()):
-        zone = (s[b] - s[a]) / (b - a)
-        part = slice(a, b + 1)
-        laws.append(time_path(q[part], s[part], max_speed, max_acceleration, cap=cap[a:b], zone=zone))
+    pieces = [
+        PathRows(q[a : b + 1], s[a : b + 1], cap[a:b], float((s[b] - s[a]) / (b - a)))
+        for a, b in pairwise(stops.tolist())
+    ]
+    laws = time_paths(pieces, max_speed, max_acceleration)
     begins = np.cumsum([0.0, *(law.t[-1] for law in laws)])
     return TimeLaw(
         np.concatenate([[0.0], *(begin + law.t[1:] for begin, law in zip(begins[:-1], laws, strict=True))]),
@@ -252,18 +305,51 @@ def time_travel(
     Returns:
         (m - 1,), s; 0 where a sample repeats the one before.
     """
-    way = np.linalg.norm(np.diff(q, axis=0), axis=1)
-    moves = way > FLAT_SLOPE
-    dt = np.zeros(len(way))
-    if moves.any():
-        kept = np.concatenate([[True], moves])
-        s = np.concatenate([[0.0], np.cumsum(way[moves])])
-        # joints without a known speed weigh nothing, but something has to end the travel
-        known = np.where(np.isfinite(max_speed), max_speed, 1.0)
-        caps = np.broadcast_to(np.asarray(cap, dtype=float), len(way))[moves]
-        path = _Path.of(q[kept], s, (known, max_acceleration), caps, zone)
-        dt[moves] = np.diff(_timed(path).times(path.s))
-    return dt
+    every = np.broadcast_to(np.asarray(cap, dtype=float), len(q) - 1)
+    return time_travels([TravelRows(q, every)], max_speed, max_acceleration, zone)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class TravelRows:
+    """A travel from rest to rest.
+
+    Attributes:
+        q: samples, (m, j), rad; a sample may repeat the one before.
+        cap: greatest speed of all joints together (the norm of theirs) on each step, (m - 1,), rad/s.
+    """
+
+    q: Floats
+    cap: Floats
+
+
+def time_travels(
+    travels: Sequence[TravelRows], max_speed: Floats, max_acceleration: Floats, zone: float = TRAVEL_ZONE
+) -> list[Floats]:
+    """As :func:`time_travel`, of several travels of the same joints.
+
+    Args:
+        travels: the travels.
+        max_speed: of the joints, (j,), rad/s; infinite where unknown.
+        max_acceleration: of the joints, (j,), rad/s^2; infinite where unknown.
+        zone: rounding of corners, rad of joint travel each way.
+
+    Returns:
+        Of each, (m - 1,), s; 0 where a sample repeats the one before.
+    """
+    # joints without a known speed weigh nothing, but something has to end the travel
+    limits = np.where(np.isfinite(max_speed), max_speed, 1.0), max_acceleration
+    out, paths, steps = [], [], []
+    for one in travels:
+        way = np.linalg.norm(np.diff(one.q, axis=0), axis=1)
+        moves = way > FLAT_SLOPE
+        out.append(np.zeros(len(way)))
+        if moves.any():
+            s = np.concatenate([[0.0], np.cumsum(way[moves])])
+            paths.append(_Path.of(one.q[np.concatenate([[True], moves])], s, limits, one.cap[moves], zone))
+            steps.append((out[-1], moves))
+    for (dt, moves), timed in zip(steps, _timed(paths), strict=True):
+        dt[moves] = np.diff(timed.times(timed.path.s))
+    return out
 
 
 def _corners(s: Floats, slope: Floats, share: Floats) -> Floats:

@@ -17,7 +17,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ...arrays import Ints
-from .link_poses import ArmLinks, LinkPoses
+from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
 from .motion_bounds import OFF_PARABOLA
 from .proof_cells import ProofCells
 
@@ -65,16 +65,15 @@ class StepBends:
         """How the world moves as it is seen from a link.
 
         Returns:
-            By how much its turn and its place half-way are off the middle of those at the ends, (k, 3, 3) and (k, 3),
-            and the cube of all that the joints up to the link turn, (k,).
+            By how much the link's axes (3, 3, k) and, as it sees it, the world's origin (3, k) are off the middle of
+            those at the ends half-way; and the cube of all that the joints up to the link turn, (k,).
         """
         if link not in self._known:
-            R, p = self._poses.R[:, link], self._poses.p[:, link]
-            at = np.einsum("kij,ki->kj", R, p)
-            R_half, p_half = self._halfway.R[:, link], self._halfway.p[:, link]
+            axes, half = self._poses.axes[:, :, link], self._halfway.axes[:, :, link]
+            at, there = (seen_from(each.axes[:, :, link], each.place[:, link]) for each in (self._poses, self._halfway))
             a, b = self._step, self._step + 1
-            skew = np.swapaxes(R_half - (R[a] + R[b]) / 2, 1, 2)
-            off = (at[a] + at[b]) / 2 - np.einsum("kij,ki->kj", R_half, p_half)
+            skew = half - (axes.take(a, axis=-1) + axes.take(b, axis=-1)) / 2
+            off = (at.take(a, axis=-1) + at.take(b, axis=-1)) / 2 - there
             self._known[link] = skew, off, self._turn[:, : link + 1].sum(axis=1) ** 3
         return self._known[link]
 
@@ -108,12 +107,13 @@ class CarriedPlanes:
         """
         links = self._links
         joint = links.owner[pairs.geom]
-        normal = np.einsum("kij,ki->kj", poses.R[cells.at[pairs.cell], joint], pairs.normal)
+        normal = seen_from(poses.axes_of(joint, cells.at[pairs.cell]), pairs.normal.T)
         above = -links.reach(pairs.geom, -normal)
         which, at = cells.samples_of(pairs.cell)
         sample, link = cells.sample[at], joint[which]
-        outward = np.einsum("kij,kj->ki", poses.R[sample, link], normal[which])
-        below = links.reach(pairs.other[which], outward) - np.einsum("ki,ki->k", outward, poses.p[sample, link])
+        outward = as_seen(poses.axes_of(link, sample), normal.take(which, axis=1))
+        below = links.reach(pairs.other[which], outward)
+        below -= np.einsum("xk,xk->k", outward, poses.places_of(link, sample))
         bent = np.zeros(len(pairs.cell))
         np.maximum.at(bent, which, self._bent(bends, pairs, which, sample))
         return which, at, above[which] - below - bent[which]
@@ -130,9 +130,10 @@ class CarriedPlanes:
         joint = links.owner[pairs.geom]
         for j in np.unique(joint).tolist():
             mine = np.flatnonzero((joint[which] == j) & (step >= 0))
-            skew, off, cube = (each[step[mine]] for each in bends.seen_from(j))
+            skew, off, cube = (each.take(step[mine], axis=-1) for each in bends.seen_from(j))
             of = which[mine]
-            moved = np.linalg.norm(off + np.einsum("kij,kj->ki", skew, middle[of]), axis=1)
-            turned = np.sqrt((skew**2).sum(axis=(1, 2))) * size[of]
+            moved = off + seen_from(skew, middle.T.take(of, axis=1))
+            moved = np.sqrt(np.einsum("xk,xk->k", moved, moved))
+            turned = np.sqrt(np.einsum("cxk,cxk->k", skew, skew)) * size[of]
             out[mine] = moved + turned + OFF_PARABOLA * furthest[of] * cube
         return out

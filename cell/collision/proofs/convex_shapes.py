@@ -1,7 +1,7 @@
 """How far convex shapes reach in given directions.
 
     shape = convex_shape(model, geom, R, p)      # in a frame in which the shape stands at R, p
-    shape.support(directions)                    # (..., 3) -> (...), m: of all its points x the greatest direction . x
+    shape.support(directions)                    # (3, ...) -> (...), m: of all its points x the greatest direction . x
 
 A plane that two shapes lie on either side of keeps them apart by the gap between their supports. Metres.
 """
@@ -54,20 +54,19 @@ class ConvexShape:
         """How far it reaches.
 
         Args:
-            direction: (..., 3), of unit length.
+            direction: (3, ...), of unit length.
 
         Returns:
             (...), m; infinite where it has no end.
         """
         if self.endless:
-            across = 1.0 - direction @ self.axis
-            return np.where(across <= ALONG, direction @ self.points[0], np.inf)
-        flat = direction.reshape(-1, 3)
-        out = self.points[0] @ flat.T if len(self.points) == 1 else (self.points @ flat.T).max(axis=0)
+            across = 1.0 - self.axis @ direction
+            return np.where(across <= ALONG, self.points[0] @ direction, np.inf)
+        out = self.points[0] @ direction if len(self.points) == 1 else (self.points @ direction).max(axis=0)
         out = out + self.ball
         if self.disc:
-            out += self.disc * np.sqrt(np.clip(1.0 - (flat @ self.axis) ** 2, 0.0, 1.0))
-        return np.asarray(out.reshape(direction.shape[:-1]))
+            out += self.disc * np.sqrt(np.clip(1.0 - (self.axis @ direction) ** 2, 0.0, 1.0))
+        return np.asarray(out)
 
 
 def convex_shape(model: mujoco.MjModel, geom: int, R: Floats, p: Floats) -> ConvexShape:

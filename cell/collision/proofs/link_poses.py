@@ -10,6 +10,7 @@ Base frame, metres, radians.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -27,17 +28,47 @@ LAST_LINKS = 3  # by whose places it is told which samples are alike: where thes
 
 @dataclass(frozen=True, eq=False)
 class LinkPoses:
-    """Where the arm's links are at samples, base frame.
+    """Where the arm's links are at samples, base frame; samples last, so that what is worked out runs along memory.
 
     Attributes:
-        R: of the joints' frames, (m, n, 3, 3).
-        p: (m, n, 3), m.
-        centres: of balls that hold the arm's shapes, (m, b, 3), m.
+        axes: of the joints' frames: axis, component, joint and sample, (3, 3, n, m).
+        place: of their origins, (3, n, m), m.
+        centres: of balls that hold the arm's shapes, (b, 3, m), m.
     """
 
-    R: Floats
-    p: Floats
+    axes: Floats
+    place: Floats
     centres: Floats
+
+    @property
+    def R(self) -> Floats:
+        """Rotations of the joints' frames, (m, n, 3, 3)."""
+        return self.axes.transpose(3, 2, 1, 0)
+
+    @property
+    def p(self) -> Floats:
+        """Their origins, (m, n, 3), m."""
+        return self.place.transpose(2, 1, 0)
+
+    def axes_of(self, joint: Ints, sample: Ints) -> Floats:
+        """Axes of the frames of joints at samples, (k,) each: axis, component, and which, (3, 3, k)."""
+        n, m = self.axes.shape[2:]
+        return self.axes.reshape(9, n * m).take(joint * m + sample, axis=1).reshape(3, 3, -1)
+
+    def places_of(self, joint: Ints, sample: Ints) -> Floats:
+        """Origins of the frames of joints at samples, (3, k), m."""
+        n, m = self.place.shape[1:]
+        return self.place.reshape(3, n * m).take(joint * m + sample, axis=1)
+
+
+def seen_from(axes: Floats, v: Floats) -> Floats:
+    """Vectors (3, k) of the base frame as frames with these axes (3, 3, k) see them, (3, k)."""
+    return np.einsum("cxk,xk->ck", axes, v)
+
+
+def as_seen(axes: Floats, v: Floats) -> Floats:
+    """Vectors (3, k) that frames with these axes (3, 3, k) see, in the base frame, (3, k)."""
+    return np.einsum("cxk,ck->xk", axes, v)
 
 
 class ArmLinks:
@@ -82,26 +113,49 @@ class ArmLinks:
 
     def poses(self, q: Floats) -> LinkPoses:
         """Where the links are at configurations (m, n), rad."""
-        R, p = self.chain.frames(q)
-        centres = np.empty((len(q), len(self.joint), 3))
+        axes, place = self.chain.frame_axes(q)
+        centres = np.empty((len(self.joint), 3, len(q)))
         for j in np.unique(self.joint).tolist():
             mine = self.joint == j
             # one product for all samples: many small ones cost more than they compute
-            turned = (R[:, j].reshape(-1, 3) @ self.centre[mine].T).reshape(len(q), 3, -1)
-            centres[:, mine] = np.swapaxes(turned, 1, 2) + p[:, j, None]
-        return LinkPoses(R, p, centres)
+            turned = (self.centre[mine] @ axes[:, :, j].reshape(3, -1)).reshape(-1, 3, len(q))
+            centres[mine] = turned + place[:, j]
+        return LinkPoses(axes, place, centres)
 
     def places(self, poses: LinkPoses) -> Floats:
         """Coordinates that tell where the arm is: of a shape far out on each of its last links, (m, 9), m."""
-        return poses.centres[:, self._outer].reshape(len(poses.p), -1)
+        return np.ascontiguousarray(poses.centres[self._outer].reshape(-1, poses.centres.shape[-1]).T)
 
     def travel(self, poses: LinkPoses, a: Ints, b: Ints) -> Floats:
         """How far any point of the arm is at most at samples a from where it is at samples b, (t,), m."""
+        turned, moved = (_between(each, a, b) for each in (poses.axes, poses.centres))
+        turned = turned.reshape(9, -1, len(a))
         # the chord of a turn, of what is 1 from its centre
-        turned, moved = (poses.R[a] - poses.R[b]).reshape(len(a), -1, 9), poses.centres[a] - poses.centres[b]
-        chord = np.sqrt(np.einsum("tji,tji->tj", turned, turned) / 2.0)
-        away = np.sqrt(np.einsum("tgi,tgi->tg", moved, moved))
-        out: Floats = (away + chord[:, self.joint] * self.size).max(axis=1)
+        chord = np.sqrt(np.einsum("xjt,xjt->jt", turned, turned) / 2.0)
+        return self._furthest(chord, moved)
+
+    def off_middle(self, poses: LinkPoses, halfway: LinkPoses, step: Ints) -> Floats:
+        """How far any point of the arm is at most, half-way, from the middle of its places at the ends of steps, m.
+
+        Args:
+            poses: at the samples.
+            halfway: in the middles of the steps.
+            step: the steps by their first samples, (k,).
+        """
+        skew, off = (
+            half - (each.take(step, axis=-1) + each.take(step + 1, axis=-1)) / 2
+            for half, each in ((halfway.axes, poses.axes), (halfway.centres, poses.centres))
+        )
+        skew = skew.reshape(9, -1, len(step))
+        # of what is 1 from its centre
+        turned = np.sqrt(np.einsum("xjt,xjt->jt", skew, skew))
+        return self._furthest(turned, off)
+
+    def _furthest(self, turned: Floats, moved: Floats) -> Floats:
+        """How far any point is moved at most, (t,), m: links turn by (n, t), the balls' middles move by (b, 3, t)."""
+        away = np.sqrt(np.einsum("gxt,gxt->gt", moved, moved))
+        away += turned[self.joint] * self.size[:, None]
+        out: Floats = away.max(axis=0)
         return out
 
     def shape(self, geom: int) -> ConvexShape:
@@ -116,12 +170,14 @@ class ArmLinks:
         return self._still[geom]
 
     def reach(self, geom: Ints, direction: Floats) -> Floats:
-        """How far shapes reach in directions, each in its own frame, (k,) and (k, 3) -> (k,), m."""
-        out, order = np.empty(len(geom)), np.argsort(geom, kind="stable")
-        each, begins = np.unique(geom[order], return_index=True)
-        for g, a, b in zip(each.tolist(), begins.tolist(), [*begins.tolist(), len(geom)][1:], strict=True):
-            mine = order[a:b]
-            out[mine] = self.shape(g).support(direction[mine])
+        """How far shapes reach in directions, each in its own frame, (k,) and (3, k) -> (k,), m."""
+        if (geom[1:] < geom[:-1]).any():
+            order, out = np.argsort(geom, kind="stable"), np.empty(len(geom))
+            out[order] = self.reach(geom[order], direction[:, order])
+            return out
+        out = np.empty(len(geom))
+        for a, b in pairwise(np.flatnonzero(np.diff(geom, prepend=-1, append=-1)).tolist()):
+            out[a:b] = self.shape(int(geom[a])).support(direction[:, a:b])
         return out
 
     def _arm_shapes(self, geoms: Ints) -> tuple[Ints, dict[int, ConvexShape]]:
@@ -138,3 +194,11 @@ class ArmLinks:
             place = R[i].T @ (base[:3, :3].T @ (data.geom_xpos[g] - base[:3, 3]) - p[i])
             shapes[g] = convex_shape(model, g, turn @ data.geom_xmat[g].reshape(3, 3), place)
         return owner, shapes
+
+
+def _between(x: Floats, a: Ints, b: Ints) -> Floats:
+    """Differences of what is known at samples, which are last: at samples a less at samples b."""
+    rows = x.reshape(-1, x.shape[-1])
+    out = rows.take(a, axis=1)
+    out -= rows.take(b, axis=1)
+    return out.reshape(*x.shape[:-1], -1)

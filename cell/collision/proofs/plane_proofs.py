@@ -32,7 +32,7 @@ from ..clearances import Clearances
 from ..near_pairs import NearPairs
 from ..pair_groups import PairGroup, pair_groups
 from .carried_planes import CarriedPlanes, PairsBelow, StepBends
-from .link_poses import ArmLinks, LinkPoses
+from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
 from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
@@ -87,13 +87,13 @@ class _Look:
         far: distance out to which was looked, (c,), m.
         travel: how far any point of the arm is at most from where it is there, at the cells' samples, (t,), m; of two
             that both may move twice that.
-        most: the same at most in each cell, (c,), m.
+        within: those of the samples at which it is little enough for something to be proved, ascending, (w,).
     """
 
     near: NearPairs
     far: Floats
     travel: Floats
-    most: Floats
+    within: Ints
 
 
 class PlaneProofs:
@@ -186,7 +186,8 @@ class PlaneProofs:
                     break
                 some = pieces.rows(open_)
                 cells, of = some.cells(places, spacing)
-                look = self._look(group, q, poses, cells, (share, wanted + share * float(bend[open_].max()), beyond))
+                most = wanted + share * float(bend[open_].max())
+                look = self._look(group, q, poses, cells, (share, wanted, most, beyond))
                 value, _, frames = self._values(poses, cells, look, wanted, None)
                 off = np.maximum.reduce([share * bend[open_], *(some.off(self._radius, i) for i in frames)])
                 mine[open_] = np.maximum(mine[open_], value[of].min(axis=1) - off)
@@ -199,12 +200,8 @@ class PlaneProofs:
         That is measured half-way. The parabola through all three places is as far off at most, and the way off the
         parabola by the third derivative times |t (t - 1/2) (t - 1)| / 6, which is a ``OFF_PARABOLA`` at most.
         """
-        off = halfway.centres - (poses.centres[step] + poses.centres[step + 1]) / 2
-        skew = (halfway.R - (poses.R[step] + poses.R[step + 1]) / 2).reshape(len(step), -1, 9)
-        # of what is 1 from its centre
-        turned = np.sqrt(np.einsum("kji,kji->kj", skew, skew))
-        away = np.sqrt(np.einsum("kgi,kgi->kg", off, off)) + turned[:, self._links.joint] * self._links.size
-        measured = away.max(axis=1) + OFF_PARABOLA * change_of_curvature(self._radius, turn)
+        away = self._links.off_middle(poses, halfway, step)
+        measured = away + OFF_PARABOLA * change_of_curvature(self._radius, turn)
         return np.minimum(curvature(self._radius, turn) / 8, measured)
 
     def _bend_seen(self, turn: Floats, link: int) -> Floats:
@@ -256,7 +253,9 @@ class PlaneProofs:
                     break
                 most = float(least[open_].max())
                 cells, of = cells_of(places, step[open_], laid[open_], spacing)
-                look = self._look(group, q, poses, cells, (share, most, beyond))
+                # what this look does not prove, the last one tells as well as it can
+                lowest = -np.inf if spacing == self._spacings[-1] else float(least[open_].min())
+                look = self._look(group, q, poses, cells, (share, lowest, most, beyond))
                 seen.nearer(cells.at, look.near.nearest(len(cells.at)))
                 value, carried, frames = self._values(poses, cells, look, most, None if group.itself else bends)
                 off = np.maximum.reduce([share * bend[open_], *(self._bend_seen(turn[open_], i) for i in frames)])
@@ -268,7 +267,7 @@ class PlaneProofs:
         return ProvedSteps(kept, seen), bent
 
     def _look(
-        self, group: PairGroup, q: Floats, poses: LinkPoses, cells: ProofCells, asked: tuple[float, float, float]
+        self, group: PairGroup, q: Floats, poses: LinkPoses, cells: ProofCells, asked: tuple[float, ...]
     ) -> _Look:
         """Look at the samples of cells, as far out as the arm's travel in each asks for.
 
@@ -277,15 +276,18 @@ class PlaneProofs:
             q: samples, (m, n), rad.
             poses: at the samples.
             cells: of steps.
-            asked: what counts of the arm's travel, what is wanted, and how much further is looked at most, m.
+            asked: what counts of the arm's travel, what is wanted at least and at most, and how much further is looked
+                at most, m.
         """
-        share, wanted, beyond = asked
+        share, least, wanted, beyond = asked
         travel = share * self._links.travel(poses, cells.sample, cells.at[cells.cell])
         most = np.zeros(len(cells.at))
         np.maximum.at(most, cells.cell, travel)
         level = np.ceil(np.log(wanted + most + ROOM) / np.log(COARSER))
         far = np.minimum(COARSER**level, wanted + beyond)
-        return _Look(group.pairs_within(q[cells.at], cells.laid, far), far, travel, most)
+        # what may come in from further away than was looked is too near: of such samples nothing is asked
+        within = np.flatnonzero(far[cells.cell] - travel >= least)
+        return _Look(group.pairs_within(q[cells.at], cells.laid, far), far, travel, within)
 
     def _values(
         self, poses: LinkPoses, cells: ProofCells, look: _Look, wanted: float, bends: StepBends | None
@@ -303,12 +305,16 @@ class PlaneProofs:
             What is kept at the samples, (t,), m; what those pairs keep on the steps to and from the samples whose
             planes are carried along, (t,), m; and the links with which the other planes move.
         """
-        near, travel, most = look.near, look.travel, look.most
+        near, travel, within = look.near, look.travel[look.within], look.within
+        out, carried = np.full(len(look.travel), -np.inf), np.full(len(look.travel), np.inf)
+        cells = ProofCells(cells.at, cells.laid, cells.cell[within], cells.sample[within])
+        most = np.full(len(cells.at), -np.inf)
+        np.maximum.at(most, cells.cell, travel)
         # what stays far enough off by its travel alone needs no plane
         off = near.distance - most[near.row] >= wanted
         far = look.far.copy()
         np.minimum.at(far, near.row[off], near.distance[off])
-        out, carried = far[cells.cell] - travel, np.full(len(travel), np.inf)
+        out[within] = far[cells.cell] - travel
         which_pairs = np.flatnonzero(~off)
         planes = self._planes(poses, cells, near, which_pairs)
         which, at = cells.samples_of(planes.cell)
@@ -317,10 +323,10 @@ class PlaneProofs:
             least = np.full(len(planes.cell), np.inf)
             np.minimum.at(least, which, over)
             held = self._held(poses, cells, (planes, least), self._below(near, which_pairs), (wanted, bends))
-            np.minimum.at(carried, held[1], held[2] - LESS)
+            np.minimum.at(carried, within[held[1]], held[2] - LESS)
             stay = ~held[0][which]
             at, over = at[stay], over[stay]
-        np.minimum.at(out, at, over)
+        np.minimum.at(out, within[at], over)
         return out - LESS, carried, np.unique(planes.frame[planes.frame >= 0]).tolist()
 
     def _held(
@@ -373,44 +379,51 @@ class PlaneProofs:
         a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal
         frame = links.owner[b]
         on_link = np.flatnonzero(frame >= 0)
-        R = poses.R[cells.at[cell[on_link]], frame[on_link]]
-        normal[on_link] = np.einsum("kij,ki->kj", R, normal[on_link])
+        axes = poses.axes_of(frame[on_link], cells.at[cell[on_link]])
+        normal[on_link] = seen_from(axes, normal[on_link].T).T
         order = np.lexsort((near.distance[which], frame, a, cell))
         a, b, cell, frame, normal = a[order], b[order], cell[order], frame[order], normal[order]
         new = np.append(True, (np.diff(cell) != 0) | (np.diff(a) != 0) | (np.diff(frame) != 0))[: len(a)]
         leads = np.flatnonzero(new)
         leader = leads[np.cumsum(new) - 1] if len(leads) else leads
-        under = links.reach(b, normal[leader])
+        under = links.reach(b, normal[leader].T)
         shares = under <= under[leader] + self._one_plane
         offset = np.full(len(a), -np.inf)
         np.maximum.at(offset, leader[shares], under[shares])
         alone = np.flatnonzero(~shares)
-        offset[alone] = links.reach(b[alone], normal[alone])
-        kept = new | ~shares
+        offset[alone] = links.reach(b[alone], normal[alone].T)
+        kept = np.flatnonzero(new | ~shares)
+        kept = kept[np.argsort(a[kept], kind="stable")]  # those of a shape together
         return _Planes(cell[kept], a[kept], frame[kept], normal[kept], offset[kept])
 
     def _over(self, poses: LinkPoses, planes: _Planes, which: Ints, sample: Ints) -> Floats:
         """How far shapes are on their side of planes at samples, (c,), m."""
-        geom, frame, normal = planes.geom[which], planes.frame[which], planes.normal[which]
-        joint = self._links.owner[geom]
-        off = poses.p[sample, joint]
+        geom, frame = planes.geom[which], planes.frame[which]
+        normal, joint = np.ascontiguousarray(planes.normal.T).take(which, axis=1), self._links.owner[geom]
+        off = poses.places_of(joint, sample)
         link = np.flatnonzero(frame >= 0)
         if len(link):
-            normal[link] = np.einsum("kij,kj->ki", poses.R[sample[link], frame[link]], normal[link])
-            off[link] -= poses.p[sample[link], frame[link]]
-        own = np.einsum("kij,ki->kj", poses.R[sample, joint], normal)
-        over: Floats = np.einsum("ki,ki->k", normal, off) - planes.offset[which] - self._links.reach(geom, -own)
+            axes = poses.axes_of(frame[link], sample[link])
+            normal[:, link] = as_seen(axes, normal[:, link])
+            off[:, link] -= poses.places_of(frame[link], sample[link])
+        own = seen_from(poses.axes_of(joint, sample), normal)
+        over: Floats = np.einsum("xk,xk->k", normal, off) - planes.offset[which] - self._links.reach(geom, -own)
         return over
 
 
 _made: weakref.WeakKeyDictionary[Checker, PlaneProofs] = weakref.WeakKeyDictionary()
 
 
-def proofs_of(checker: object) -> PlaneProofs | None:
-    """The proofs of a checker, made once; None unless it is of all pairs, of an arm at a table that stands."""
+def has_proofs(checker: object) -> bool:
+    """Whether a checker has such proofs: it is of all pairs, of an arm at a table that stands."""
     if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
-        return None
-    if len(checker.scene.arm_qpos) != checker.scene.chain.n:
+        return False
+    return len(checker.scene.arm_qpos) == checker.scene.chain.n
+
+
+def proofs_of(checker: object) -> PlaneProofs | None:
+    """The proofs of a checker, made once, when they are asked for first; None where there are none."""
+    if not isinstance(checker, Checker) or not has_proofs(checker):
         return None
     if checker not in _made:
         _made[checker] = PlaneProofs(checker)

@@ -10,6 +10,7 @@ Use:
 
 from __future__ import annotations
 
+import weakref
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -71,8 +72,11 @@ def all_radii(scene: Scene) -> Floats:
     return np.concatenate([radii(scene), table_radii(scene)])
 
 
+_known: weakref.WeakKeyDictionary[Scene, Floats] = weakref.WeakKeyDictionary()
+
+
 def tool_radii(scene: Scene) -> Floats:
-    """How far from the wire's line each geom that moves with the TCP reaches.
+    """How far from the wire's line each geom that moves with the TCP reaches; worked out once.
 
     Args:
         scene: the cell.
@@ -80,6 +84,12 @@ def tool_radii(scene: Scene) -> Floats:
     Returns:
         (ngeom,) m: what a turn of the roll moves it by, a radian; infinite for all that does not move with the TCP.
     """
+    if scene not in _known:
+        _known[scene] = _tool_radii(scene)
+    return _known[scene]
+
+
+def _tool_radii(scene: Scene) -> Floats:
     model, data = scene.model, mujoco.MjData(scene.model)
     mujoco.mj_kinematics(model, data)
     tcp = scene.sites["tcp"]

@@ -68,6 +68,7 @@ def test_beads_at_which_the_wrist_swings_are_found_ahead_too():
             assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-12), name
         quick = StationSearch(SearchedBead.of(context, first, stop), context.settings.roll_step, Ends(q_before))
         swinging += quick.way() is None
+        assert not quick.shut
         q_before = one.q_targets[-1]
     assert 0 < swinging < 8
 
@@ -120,3 +121,17 @@ def test_a_search_in_vain_is_not_done_again(boss):
     full, quick = (plan_bead(narrow, firsts[0], stops[0], None, quickly=quickly) for quickly in (False, True))
     assert full.target_failures.keys() == quick.target_failures.keys()
     assert full.edge_failures.keys() == quick.edge_failures.keys()
+
+
+def test_where_a_station_is_shut_no_way_is_whole(boss):
+    job, context = boss
+    firsts, stops = beads_of(job)
+    shut = 0
+    for clearance in np.arange(0.0125, 0.1, 0.0025).tolist():
+        narrow = Context.of(job, context.checker.table, replace(context.settings, clearance=clearance))
+        for first, stop in zip(firsts, stops, strict=True):
+            quick = StationSearch(SearchedBead.of(narrow, first, stop), context.settings.roll_step, Ends())
+            if quick.way() is None and quick.shut and context.window.is_fixed:
+                shut += 1
+                assert plan_bead(narrow, first, stop, None, quickly=False).target_failures
+    assert (shut > 5) == context.window.is_fixed

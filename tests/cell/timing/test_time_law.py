@@ -8,7 +8,7 @@ import pytest
 from cell.job.job import speeds
 from cell.motion.deposition_speed import HeldSpeed, speed_document, too_slow
 from cell.timing.blending import blended
-from cell.timing.time_law import time_path, time_travel
+from cell.timing.time_law import TOGETHER, PathRows, TravelRows, time_path, time_paths, time_travel, time_travels
 
 V, A = np.array([2.0]), np.array([5.0])
 ZONE = 1e-3
@@ -213,3 +213,24 @@ def test_no_piece_of_the_rounded_path_asks_for_more_than_the_accelerations(seed)
     for u in (low, high):
         needed = np.abs(slope(u) * along + bend * np.interp(u, law.grid, square)[:, None])
         assert (needed <= most * 1.01).all()
+
+
+def test_paths_timed_together_take_as_long_as_each_by_itself():
+    rng = np.random.default_rng(41)
+    fastest, most = np.array([3.0, 2.0]), np.array([4.0, 1.5])
+    paths, travels = [], []
+    for _ in range(30):
+        q, s = bent_path(rng)
+        zone = float(rng.choice([1e-5, 1e-3, 2e-3, 0.0]))
+        paths.append(PathRows(q, s + rng.normal(), rng.uniform(0.005, 0.05, len(s) - 1), zone))
+        cap = np.where(rng.random(len(s) - 1) < 0.5, np.inf, rng.uniform(0.1, 2.0, len(s) - 1))
+        travels.append(TravelRows(np.repeat(q, rng.integers(1, 3, len(q)), axis=0)[: len(q)] * 20, cap))
+    laws = time_paths(paths, fastest, most)
+    assert sum(len(law.grid) for law in laws) > 2 * TOGETHER  # in a few blocks
+    for one, law in zip(paths, laws, strict=True):
+        alone = time_path(one.q, one.s, fastest, most, cap=one.cap, zone=one.zone)
+        for name in ("t", "speed", "grid", "use"):
+            np.testing.assert_array_equal(getattr(law, name), getattr(alone, name))
+    for one, dt in zip(travels, time_travels(travels, fastest, most), strict=True):
+        np.testing.assert_array_equal(dt, time_travel(one.q, fastest, most, cap=one.cap))
+    assert time_travels([], fastest, most) == []

@@ -280,7 +280,7 @@ def test_every_pair_lies_on_either_side_of_a_plane(scenes):
         for row, pair in zip(near.row.tolist(), near.geom.tolist(), strict=True):
             b, a = sorted(pair, key=lambda g: links.owner[g])
             mine = (planes.cell == row) & (planes.geom == a) & (planes.frame == links.owner[b])
-            assert (links.shape(b).support(planes.normal[mine]) <= planes.offset[mine] + 1e-9).any()
+            assert (links.shape(b).support(planes.normal[mine].T) <= planes.offset[mine] + 1e-9).any()
         shared += len(near.row) - len(planes.cell)
     assert shared > 50
 
