@@ -51,7 +51,7 @@ def unwound(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
         The chunk, every configuration of it where it was but for whole turns.
     """
     chain, n = context.solver.chain, context.solver.chain.n
-    q = np.concatenate([stretch.q for stretch in plan.stretches] + [way[0][:, :n] for way in plan.travels])
+    q = np.concatenate([stretch.q for stretch in plan.stretches] + [way.q[:, :n] for way in plan.travels])
     turn = 2 * np.pi * np.round((last.q_targets[-1] - plan.stretches[0].q_targets[0]) / (2 * np.pi))
     turn[(q.min(axis=0) + turn < chain.lower) | (q.max(axis=0) + turn > chain.upper)] = 0.0
     return _turned(plan, turn) if turn.any() else plan
@@ -64,9 +64,9 @@ def _turned(plan: PartPlan, turn: Floats) -> PartPlan:
         return replace(s, q_targets=s.q_targets + turn, q=s.q + turn)
 
     def way(found: Way) -> Way:
-        rows = found[0].copy()
+        rows = found.q.copy()
         rows[:, : len(turn)] += turn
-        return rows, found[1]
+        return found._replace(q=rows)
 
     beads = tuple(replace(bead, stretches=tuple(map(stretch, bead.stretches))) for bead in plan.beads)
     return PartPlan(beads, tuple(map(way, plan.travels)), plan.travel_failures)

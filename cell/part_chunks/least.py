@@ -18,7 +18,7 @@ from ik.singularity import KINDS, least_singular_value
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..collision.proofs.between_samples import kept_on_steps, least_on_the_way
+from ..collision.proofs.between_samples import least_on_the_way
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
@@ -70,9 +70,8 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
     ]
 
     def add(way: Way, stage: int, target: int) -> None:
-        low = np.minimum(way[1].distance, context.checker.reach)
-        kept, m = kept_on_steps(low, way[0], context.radius), len(way[0])
-        runs.append((way[0], way[1], kept, np.full(m, stage), np.full(m, target)))
+        m = len(way.q)
+        runs.append((way.q, way.clearances, way.kept, np.full(m, stage), np.full(m, target)))
 
     for _, last, after, way in run.led_to:
         add(way, int(context.laid[last]), after.first)

@@ -19,7 +19,6 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..collision.clearances import Clearances
 from ..failure import Failure, Place, Where
 from ..job.job import speeds
 from ..motion.deposition_speed import HELD, HeldSpeed, note_stretches, over_stretches
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from .context import Context
     from .edge_check import Stretch
     from .travels.home import HomeWays
+    from .travels.travel import Way
 
 EXACT_STOP = 1e-5  # m: a controller that rounds corners over less stops in them
 TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row
@@ -63,12 +63,12 @@ class RunBeads:
     """
 
     stretches: tuple[Stretch, ...]
-    travels: tuple[tuple[Floats, Clearances], ...]
+    travels: tuple[Way, ...]
     before: tuple[int, int] | None = None
     home: HomeWays | None = None
 
     @property
-    def led_to(self) -> list[tuple[int, int, Stretch, tuple[Floats, Clearances]]]:
+    def led_to(self) -> list[tuple[int, int, Stretch, Way]]:
         """The beads that a travel leads to: first and last target of the bead before, the bead, and the travel."""
         if not self.travels:
             return []
@@ -122,7 +122,7 @@ def timed(job: Job, run: RunBeads) -> TimedBeads:
     if len(run.travels) < len(run.stretches):
         pieces.append(_bead(job, run.stretches[0], last, held_speed))
     for before, _, stretch, way in run.led_to:
-        travel, last = _travel(job, way[0], _dwell(job, before, stretch.first), stretch.first)
+        travel, last = _travel(job, way.q, _dwell(job, before, stretch.first), stretch.first)
         pieces += [travel, _bead(job, stretch, last, held_speed)]
     if run.home is not None and run.home.back is not None:
         back, _ = _travel(job, run.home.back[0], 0.0, final - 1, ends=True)
@@ -236,14 +236,14 @@ def corners(job: Job, context: Context, run: RunBeads) -> dict[int, Failure]:
         Why, by the target on the way to which it is.
     """
     failures = bead_corners(context, job.case.process.blend_mm * METRES_PER_MM, run.stretches)
-    for before, last, after, (q, found) in run.led_to:
+    for before, last, after, way in run.led_to:
         first = after.first
         if not _dwell(job, before, first):
             continue
         # a stop on the way leaves other corners to be rounded than the planner knew
-        path, rows = travel_path(q)
+        path, rows = travel_path(way.q)
         stop = int(rows[_retracted(job, _on_the_part(job, path.q))])
-        failure = travel_corners(context, q, found, int(context.laid[last]), [stop])
+        failure = travel_corners(context, way.q, way.at_least, int(context.laid[last]), [stop])
         if failure is not None:
             failures[first] = failure.at(Place(Where.TRAVEL, from_target=last, to_target=first))
     return failures

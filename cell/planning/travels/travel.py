@@ -14,13 +14,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from ik.chain import Floats
 
+from ...collision.checker import Checker
 from ...collision.clearances import Clearances
-from ...collision.proofs.between_samples import unproven_steps
+from ...collision.proofs.between_samples import kept_on_steps, unproven_steps
 from ...failure import ON_TRAVEL, Effort, Failure, Kind
 from ..blended_check import travel_corners, wire_corners
 from ..context import Context
@@ -39,7 +41,33 @@ SEARCH_STEPS = np.deg2rad(
 SHORTCUTS = 60
 SEED = 20240
 UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
-Way = tuple[Floats, Clearances]
+
+
+class Way(NamedTuple):
+    """A travel that is free.
+
+    Attributes:
+        q: samples, (m, j), rad.
+        clearances: the nearest pairs where it was looked; nothing at other samples.
+        low: nothing is nearer at each sample, (m,), m.
+        kept: nothing is nearer from each sample to the next, (m,), m; -inf after the last.
+    """
+
+    q: Floats
+    clearances: Clearances
+    low: Floats
+    kept: Floats
+
+    @classmethod
+    def of(cls, checker: Checker, radius: Floats, q: Floats, seen: Clearances) -> Way:
+        """One all of whose samples were looked at by a checker."""
+        low = np.minimum(seen.distance, checker.reach)
+        return cls(q, seen, low, kept_on_steps(low, q, radius))
+
+    @property
+    def at_least(self) -> Clearances:
+        """Clearances at the samples, at least."""
+        return Clearances(self.low, self.clearances.pair, self.clearances.position)
 
 
 def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> Way | Failure:
@@ -204,7 +232,7 @@ class _Travel:
         if cut is not None:
             self.failure = cut
             return None
-        return q, found
+        return Way.of(self.context.checker, self.context.radius, q, found)
 
     def _dragged(self, q: Floats, whole: Floats, first: int) -> Failure | None:
         """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
@@ -271,7 +299,7 @@ def _with(failure: Failure, *, shut_in: str, attempts: int | None = None) -> Fai
 
 def _room(way: Way) -> float:
     """The least clearance on a travel, m."""
-    return float(way[1].distance.min())
+    return float(way.clearances.distance.min())
 
 
 def _collision(context: Context, q: Floats, stage: int) -> Clearances | Failure:
