@@ -15,6 +15,7 @@ ROUNDINGS = "cell/collision/test_rounding_proofs.py"
 SHEETS = "cell/collision/test_rounding_sheets.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
 STRAIGHT, METAL = "cell/planning/travels/test_straight_travels.py", "cell/job/test_wire_in_metal.py"
+COVERS = "cell/collision/proofs/test_laid_covers.py"
 GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
 # of a row that comes to lie too near: the steps beside it are reported all the same
 AT_ITS_END = (
@@ -72,13 +73,21 @@ MUTANTS = (
     Mutant("cell/collision/proofs/link_poses.py", "        away += turned[self.joint] * self.size[:, None]\n", "", (PLANES,)),
     Mutant("cell/collision/proofs/link_poses.py", "turned, turned) / 2.0)", "turned, turned) / 8.0)", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "np.full(len(look.travel), -np.inf), np", "np.full(len(look.travel), np.inf), np", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "np.maximum.at(offset, leader[shares], under[shares])", "offset[leader] = under[leader]", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "np.flatnonzero(new | ~shares)", "np.flatnonzero(new)", (PLANES,)),
+    Mutant("cell/collision/proofs/shared_planes.py", "np.maximum.at(offset, leader[shares], under[shares])", "offset[leader] = under[leader]", (PLANES,)),
+    Mutant("cell/collision/proofs/shared_planes.py", "np.flatnonzero(new | ~shares)", "np.flatnonzero(new)", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "near.distance - most[near.row] >= wanted", "near.distance >= wanted", (PLANES,)),
-    Mutant("cell/collision/proofs/plane_proofs.py", "            off[:, link] -= poses.places_of(frame[link], sample[link])\n", "", (PLANES,)),
+    Mutant("cell/collision/proofs/shared_planes.py", "            off[:, link] -= poses.places_of(frame[link], sample[link])\n", "", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "measured = away + OFF", "measured = 0.5 * away + OFF", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "away + OFF_PARABOLA * change_of_curvature(self._radius, turn)", "away", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "np.minimum.at(carried, within[held[1]], held[2] - LESS)", "pass", (PLANES,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "middle + grown * corners", "middle + corners", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "        middle = points[mine].mean(axis=0)", "        middle = (points.min(axis=0) + points.max(axis=0)) / 2", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "        beyond[mine] = np.inf\n", "", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "                points.append(before.points)\n", "                points.append(before.points[:1])\n", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "_laid[k][stage - 1]", "_laid[k][max(stage - 2, 0)]", (COVERS,)),
+    Mutant("cell/collision/proofs/covered_pairs.py", "gap -= links.reach(cover, tried)", "gap += links.reach(cover, -tried)", (COVERS,)),
+    Mutant("cell/collision/proofs/covered_pairs.py", "far - size[:, None] - shape.size < need", "far - size[:, None] < need", (COVERS,)),
+    Mutant("cell/collision/proofs/plane_proofs.py", "others.joined(covered_pairs(self._links, poses, cells, seen, far))", "others", (COVERS,)),
     Mutant("cell/collision/proofs/carried_planes.py", "above[which] - below - bent[which]", "above[which] - below", (PLANES,)),
     Mutant("cell/collision/proofs/carried_planes.py", "out[mine] = moved + turned + ", "out[mine] = moved + ", (PLANES,)),
     Mutant("cell/collision/proofs/proof_cells.py", "begins = np.append(0, np.flatnonzero(np.diff(laid[order])) + 1)[: len(order)]", "begins = np.zeros(1, dtype=np.int64)", (PLANES,)),
@@ -137,7 +146,7 @@ MUTANTS = (
     Mutant("cell/collision/checker.py", "(scene.deposit_of_geom < stage)", "(scene.deposit_of_geom < stage - 1)", (DETECTION, "cell/collision/test_clearances.py")),
     Mutant("cell/collision/model_copies.py", "mine = copy.copy(model)", "mine = model", ("cell/collision/test_model_copies.py", "cell/collision/test_shared_scene.py")),
     Mutant("cell/collision/model_copies.py", "mine = spare.pop()", "mine = spare[-1]", ("cell/collision/test_model_copies.py", "cell/collision/test_shared_scene.py")),
-    Mutant("cell/collision/broad_phase.py", "self.radius + reach", "self.radius", ("cell/collision/test_clearances.py",)),
+    Mutant("cell/collision/broad_phase.py", "room <= reach", "room <= 0.0", ("cell/collision/test_clearances.py",)),
     Mutant("cell/collision/model_copies.py", "mine.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE", "pass", ("cell/collision/test_model_copies.py",)),
     Mutant("cell/mjcf/convex_pieces.py", "yield (thin[:, None] + 4 * slack * CORNERS).reshape(-1, 3)", "pass", ("cell/mjcf/test_convex_pieces.py",)),
     Mutant("cell/mjcf/convex_pieces.py", "return parts if all(part.volume() > 0 for part in parts) else [solid]", "return parts", ("cell/mjcf/test_convex_pieces.py",)),
@@ -168,7 +177,10 @@ MUTANTS = (
     Mutant("cell/planning/travels/travel.py", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)\n", "    step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=-1.0)\n", (NEAR,)),
     Mutant("cell/planning/travels/straight_travels.py", "    good[of[found.distance < room]] = False\n", "", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "        good[of[k[step]]] = False\n", "", (STRAIGHT,)),
-    Mutant("cell/planning/travels/straight_travels.py", "(route.q, seen) if is_clear else None", "(route.q, seen)", (STRAIGHT,)),
+    Mutant("cell/planning/travels/straight_travels.py", "way if is_clear else None", "way", (STRAIGHT,)),
+    Mutant("cell/planning/travels/straight_travels.py", "left[of[step[proved.kept < room]]] = True", "pass", (STRAIGHT,)),
+    Mutant("cell/planning/travels/straight_travels.py", "np.append(-np.inf, kept[:-1])", "np.append(np.inf, kept[:-1])", (STRAIGHT,)),
+    Mutant("cell/planning/travels/travel.py", "kept_on_steps(low, q, radius)", "np.append(low[:-1], -np.inf)", (STRAIGHT,)),
     Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "off <= OUTSIDE_MM", (METAL,)),
     Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "~away", (METAL,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "cells.laid, far), far, travel, within)", "cells.laid, far), 2 * far, travel, within)", (PLANES,)),

@@ -51,6 +51,7 @@ class ArmPoses:
         turn = np.concatenate([data.xmat[bodies], data.ximat[bodies], data.geom_xmat[geoms]]).reshape(-1, 3, 3)
         self._pose = np.concatenate([turn, place[:, :, None]], axis=2)  # (k, 3, 4)
         self._split = len(bodies)
+        self._moved, self._place = moved[model.geom_bodyid], data.geom_xpos.copy()
 
     def put(self, data: mujoco.MjData, q: Floats) -> Iterator[None]:
         """Put the arm into one configuration after the other.
@@ -70,6 +71,24 @@ class ArmPoses:
                 xpos[b], xipos[b], geom_xpos[g] = p[:k], p[k : 2 * k], p[2 * k :]
                 xmat[b], ximat[b], geom_xmat[g] = R[:k], R[k : 2 * k], R[2 * k :]
                 yield
+
+    def places(self, geoms: Ints, q: Floats) -> Floats:
+        """Where geoms of the arm are.
+
+        Args:
+            geoms: ids, (g,); one that none of the joints carries stays where it is.
+            q: configurations, (m, n), rad.
+
+        Returns:
+            (m, g, 3), m.
+        """
+        R, p = self._motions(q)
+        out = np.broadcast_to(self._place[geoms], (len(q), len(geoms), 3)).copy()
+        for j in range(q.shape[1]):
+            mine = np.flatnonzero(self._moved[geoms] == j)
+            turned = (R[:, j].reshape(-1, 3) @ self._place[geoms[mine]].T).reshape(len(q), 3, len(mine))
+            out[:, mine] = np.swapaxes(turned, 1, 2) + p[:, j, None]
+        return out
 
     def _placed(self, q: Floats) -> tuple[Floats, Floats]:
         """Positions (m, k, 3) and rotations (m, k, 9)."""

@@ -1,7 +1,8 @@
 """Which bodies of a large part are near enough to the arm to be looked at.
 
     near = BroadPhase.of(scene, model, data)       # None for a part of one body
-    near.select(data, reach)                   # before mj_collision: leaves out what is too far off
+    for room in near.rooms(q): ...             # q (m, n) rad: how far each body is from the arm at least, (b,) m
+    near.select(room, reach)                   # before mj_collision: leaves out what is too far off
 
 MuJoCo goes through every geom of each body that may be hit, which for a part of thousands of layers costs more than the
 collisions. Spheres around geoms and bodies overlap wherever the geoms come within reach of each other: nothing within
@@ -10,6 +11,7 @@ reach is left out. Metres.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,6 +22,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
+from .arm_poses import CHUNK, ArmPoses
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -38,6 +41,7 @@ class BroadPhase:
         centre: of each body's pieces, (b, 3), world frame.
         geoms: of the arm, those that may collide, (g,).
         radius: of a sphere round a geom and one round a body's pieces, added up, (g, b), m.
+        poses: kinematics of the arm.
     """
 
     model: mujoco.MjModel
@@ -46,15 +50,19 @@ class BroadPhase:
     centre: Floats
     geoms: Ints
     radius: Floats
+    poses: ArmPoses
 
     @classmethod
-    def of(cls, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> BroadPhase | None:
+    def of(
+        cls, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, poses: ArmPoses | None = None
+    ) -> BroadPhase | None:
         """Prepare.
 
         Args:
-            scene: the composed cell.
+            scene: the composed cell, with the arm's own joints alone.
             model: the checker's copy of its model, of which bodies are left out.
             data: its table's pose, after mj_kinematics.
+            poses: kinematics of the arm, where there is one already.
         """
         bodies = [b for b in range(model.nbody) if model.body(b).name.startswith("pieces_")]
         if not bodies:
@@ -66,12 +74,25 @@ class BroadPhase:
             radius[i] = float((np.linalg.norm(place - centre[i], axis=1) + bound).max())
         geoms = np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0))
         both = model.geom_rbound[geoms][:, None] + radius + SLACK
-        return cls(model, np.array(bodies), scene.body_conaffinity[bodies], centre, geoms, both)
+        own = scene.body_conaffinity[bodies]
+        return cls(model, np.array(bodies), own, centre, geoms, both, poses or ArmPoses(scene))
 
-    def select(self, data: mujoco.MjData, reach: float) -> None:
+    def rooms(self, q: Floats) -> Iterator[Floats]:
+        """How far bodies are from whatever of the arm may collide, at least.
+
+        Args:
+            q: configurations, (m, n), rad.
+
+        Yields:
+            For each configuration (b,), m.
+        """
+        for first in range(0, len(q), CHUNK):
+            place = self.poses.places(self.geoms, q[first : first + CHUNK]).reshape(-1, 3)
+            square = np.einsum("gi,gi->g", place, place)[:, None] - 2.0 * place @ self.centre.T
+            square += np.einsum("bi,bi->b", self.centre, self.centre)
+            away = np.sqrt(np.maximum(square, 0.0)).reshape(-1, *self.radius.shape)
+            yield from (away - self.radius).min(axis=1)
+
+    def select(self, room: Floats, reach: float) -> None:
         """Let bodies collide that something of the arm may be within reach of (m), and no others."""
-        place = data.geom_xpos[self.geoms]
-        square = np.einsum("gi,gi->g", place, place)[:, None] - 2.0 * place @ self.centre.T
-        square += np.einsum("bi,bi->b", self.centre, self.centre)
-        near = (square <= (self.radius + reach) ** 2).any(axis=0)
-        self.model.body_conaffinity[self.bodies] = np.where(near, self.conaffinity, 0)
+        self.model.body_conaffinity[self.bodies] = np.where(room <= reach, self.conaffinity, 0)

@@ -16,6 +16,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -135,7 +136,8 @@ class Checker:
         # where the table's axes move as well, all of it has to follow
         arm_alone = len(scene.arm_qpos) == scene.chain.n
         self._poses = ArmPoses(scene) if scene.model.ngeom > MANY_GEOMS and arm_alone else None
-        self._broad_phase = BroadPhase.of(scene, self._model, self._data) if arm_alone else None
+        self._broad_phase = BroadPhase.of(scene, self._model, self._data, self._poses) if arm_alone else None
+        self._room: Floats = np.zeros(0)
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
         self._body_contype = scene.body_contype
@@ -256,11 +258,39 @@ class Checker:
         for laid in np.unique(stage):
             self._lay(int(laid), arm_alone=True)
             rows = np.flatnonzero(stage == laid)
-            for i, _ in zip(rows.tolist(), self._put(q[rows]), strict=True):
+            rooms = repeat(self._room) if self._broad_phase is None else self._broad_phase.rooms(q[rows])
+            for i, room, _ in zip(rows.tolist(), rooms, self._put(q[rows]), strict=False):
+                self._room = room
                 yield i
         if self._data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
             # pairs were left out: the nearest may be among them
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
+
+    @property
+    def ignored(self) -> Ints:
+        """Geoms of deposits that do not count, laid or not, (k,)."""
+        return np.flatnonzero(self._ignored)
+
+    def nearest_pairs(self, q: Floats, stage: Ints) -> NearPairs:
+        """Of every configuration the nearest pair, and others that are nearly as near.
+
+        Args:
+            q: configurations of the arm, (m, n), rad.
+            stage: number of deposits already laid, (m,).
+
+        Returns:
+            The pairs; none of a configuration in which nothing is within the reach.
+        """
+        found, far = [], self.reach
+        for i in self._each(q, stage):
+            if count := self._collide(far):
+                self.asked.contacts += count
+                c = self._data.contact
+                found.append((i, c.geom.copy(), c.dist.copy(), c.frame.reshape(-1, 9).copy(), c.pos.copy()))
+                far = FURTHER * max(float(c.dist.min()), 0.0) + LEAST_FAR
+            else:
+                far = self.reach
+        return NearPairs.of(found)
 
     def posed(self) -> mujoco.MjData:
         """MuJoCo's own data at the table's pose: of what does not move with the arm."""
@@ -292,7 +322,7 @@ class Checker:
         """Find all pairs out to some distance; how many."""
         self._look_out_to(far)
         if self._broad_phase is not None:
-            self._broad_phase.select(self._data, far)
+            self._broad_phase.select(self._room, far)
         mujoco.mj_collision(self._model, self._data)
         return int(self._data.ncon)
 

@@ -45,6 +45,13 @@ class NearPairs:
         out.distance[row], out.pair[row], out.position[row] = self.distance[k], self.geom[k], self.position[k]
         return out
 
+    def joined(self, other: NearPairs) -> NearPairs:
+        """These and others of the same configurations."""
+        names = ("row", "geom", "distance", "normal", "position")
+        each = [np.concatenate([getattr(self, name), getattr(other, name)]) for name in names]
+        order = np.argsort(each[0], kind="stable")
+        return NearPairs(*(one[order] for one in each))
+
     @classmethod
     def of(cls, found: list[tuple[int, Ints, Floats, Floats, Floats]]) -> NearPairs:
         """Of contacts by configuration: its row, ids, distances, frames (k, 9) and positions."""

@@ -141,5 +141,5 @@ def _runs(chunks: Sequence[Chunk], plan: PartPlan, home: HomeWays | None) -> lis
 def _nearest_known(runs: Sequence[RunBeads]) -> float:
     """The least clearance at any sample: that of a chunk need not be looked for where it is more, m."""
     found = [s.clearances.distance.min() for run in runs for s in run.stretches]
-    found += [way[1].distance.min() for run in runs for way in run.travels]
+    found += [way.clearances.distance.min() for run in runs for way in run.travels]
     return float(min(found, default=np.inf))

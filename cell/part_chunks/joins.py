@@ -23,7 +23,7 @@ from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import PartPlan, travel_to
-from ..planning.travels.travel import Way
+from ..planning.travels.travel import FreeTravel
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class JoinedBead:
     """
 
     bead: BeadPlan | None
-    way: Way | Failure
+    way: FreeTravel | Failure
 
 
 def unwound(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
@@ -51,7 +51,7 @@ def unwound(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
         The chunk, every configuration of it where it was but for whole turns.
     """
     chain, n = context.solver.chain, context.solver.chain.n
-    q = np.concatenate([stretch.q for stretch in plan.stretches] + [way[0][:, :n] for way in plan.travels])
+    q = np.concatenate([stretch.q for stretch in plan.stretches] + [way.q[:, :n] for way in plan.travels])
     turn = 2 * np.pi * np.round((last.q_targets[-1] - plan.stretches[0].q_targets[0]) / (2 * np.pi))
     turn[(q.min(axis=0) + turn < chain.lower) | (q.max(axis=0) + turn > chain.upper)] = 0.0
     return _turned(plan, turn) if turn.any() else plan
@@ -63,10 +63,10 @@ def _turned(plan: PartPlan, turn: Floats) -> PartPlan:
     def stretch(s: Stretch) -> Stretch:
         return replace(s, q_targets=s.q_targets + turn, q=s.q + turn)
 
-    def way(found: Way) -> Way:
-        rows = found[0].copy()
+    def way(found: FreeTravel) -> FreeTravel:
+        rows = found.q.copy()
         rows[:, : len(turn)] += turn
-        return rows, found[1]
+        return found._replace(q=rows)
 
     beads = tuple(replace(bead, stretches=tuple(map(stretch, bead.stretches))) for bead in plan.beads)
     return PartPlan(beads, tuple(map(way, plan.travels)), plan.travel_failures)

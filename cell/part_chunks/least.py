@@ -18,11 +18,11 @@ from ik.singularity import KINDS, least_singular_value
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..collision.proofs.between_samples import kept_on_steps, least_on_the_way
+from ..collision.proofs.between_samples import least_on_the_way
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
-from ..planning.travels.travel import Way
+from ..planning.travels.travel import FreeTravel
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,9 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
         (s.axes, s.clearances, s.kept, context.deposits_before[s.edge], s.edge) for s in run.stretches
     ]
 
-    def add(way: Way, stage: int, target: int) -> None:
-        low = np.minimum(way[1].distance, context.checker.reach)
-        kept, m = kept_on_steps(low, way[0], context.radius), len(way[0])
-        runs.append((way[0], way[1], kept, np.full(m, stage), np.full(m, target)))
+    def add(way: FreeTravel, stage: int, target: int) -> None:
+        m = len(way.q)
+        runs.append((way.q, way.clearances, way.kept, np.full(m, stage), np.full(m, target)))
 
     for _, last, after, way in run.led_to:
         add(way, int(context.laid[last]), after.first)

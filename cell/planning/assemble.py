@@ -19,7 +19,6 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..collision.clearances import Clearances
 from ..failure import Failure, Place, Where
 from ..job.job import speeds
 from ..motion.deposition_speed import HELD, HeldSpeed, note_stretches, over_stretches
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from .context import Context
     from .edge_check import Stretch
     from .travels.home import HomeWays
+    from .travels.travel import FreeTravel
 
 EXACT_STOP = 1e-5  # m: a controller that rounds corners over less stops in them
 TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row
@@ -52,12 +52,12 @@ class RunBeads:
     """
 
     stretches: tuple[Stretch, ...]
-    travels: tuple[tuple[Floats, Clearances], ...]
+    travels: tuple[FreeTravel, ...]
     before: tuple[int, int] | None = None
     home: HomeWays | None = None
 
     @property
-    def led_to(self) -> list[tuple[int, int, Stretch, tuple[Floats, Clearances]]]:
+    def led_to(self) -> list[tuple[int, int, Stretch, FreeTravel]]:
         """The beads that a travel leads to: first and last target of the bead before, the bead, and the travel."""
         if not self.travels:
             return []
@@ -104,9 +104,9 @@ def timed(job: Job, run: RunBeads) -> TimedBeads:
     pieces: list[TimedRows] = []
     first, final = run.stretches[0].first, run.stretches[-1].stop
     out, back = (None, None) if run.home is None else (run.home.out, run.home.back)
-    ways = [] if out is None else [AskedTravel(out[0], first, begins=True)]
-    ways += [AskedTravel(way[0], after.first, _dwell(job, before, after.first)) for before, _, after, way in run.led_to]
-    ways += [] if back is None else [AskedTravel(back[0], final - 1, ends=True)]
+    ways = [] if out is None else [AskedTravel(out.q, first, begins=True)]
+    ways += [AskedTravel(way.q, after.first, _dwell(job, before, after.first)) for before, _, after, way in run.led_to]
+    ways += [] if back is None else [AskedTravel(back.q, final - 1, ends=True)]
     travels = iter(timed_travels(job, ways))
     last, home_s = 0.0, 0.0
     if out is not None:
@@ -230,14 +230,14 @@ def corners(job: Job, context: Context, run: RunBeads) -> dict[int, Failure]:
         Why, by the target on the way to which it is.
     """
     failures = bead_corners(context, job.case.process.blend_mm * METRES_PER_MM, run.stretches)
-    for before, last, after, (q, found) in run.led_to:
+    for before, last, after, way in run.led_to:
         first = after.first
         if not _dwell(job, before, first):
             continue
         # a stop on the way leaves other corners to be rounded than the planner knew
-        path, rows = travel_path(q)
+        path, rows = travel_path(way.q)
         stop = int(rows[retracted(job, on_the_part(job, path.q))])
-        failure = travel_corners(context, q, found, int(context.laid[last]), [stop])
+        failure = travel_corners(context, way.q, way.at_least, int(context.laid[last]), [stop])
         if failure is not None:
             failures[first] = failure.at(Place(Where.TRAVEL, from_target=last, to_target=first))
     return failures

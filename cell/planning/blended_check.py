@@ -99,12 +99,35 @@ def travel_corners(
         Why it is not free, or None.
     """
     for first, last in zip([0, *stops], [*stops, len(q) - 1], strict=True):
-        mine = slice(first, last + 1)
-        path, rows = travel_path(q[mine], zone)
+        path, rows = travel_path(q[first : last + 1], zone)
         hit = _met(context.checker, context, path, found.rows(first + rows), stage, context.settings.kept)
         if hit is not None:
             return hit
     return None
+
+
+def free_travels(
+    checker: Checker, context: Context, ways: Sequence[tuple[Floats, Clearances, Floats, int]], least: float
+) -> list[bool]:
+    """Whether travels are free when their corners are rounded: of many, which are looked at together.
+
+    Args:
+        checker: collision detection, of the whole cell or of the wire.
+        context: what the search uses.
+        ways: rows, (m, j), rad, that are free themselves; their clearances at least; what is kept at least on the steps
+            between them, (m,), m, -inf where a step is not looked at; and deposits laid by then.
+        least: clearance to be kept, m; 0: nothing is touched.
+
+    Returns:
+        For each of them.
+    """
+    paths = []
+    for q, found, kept, stage in ways:
+        path, rows = travel_path(q)
+        on_step = np.minimum.reduceat(kept[:-1], rows[:-1]) if len(rows) > 1 else np.zeros(0)
+        known = KnownRows(np.full(len(rows), stage), found.rows(rows), least, np.isfinite(on_step), on_step)
+        paths.append((path, known))
+    return [not len(step) for step, _ in cut_corners_of(checker, context.radius, paths)]
 
 
 def wire_corners(

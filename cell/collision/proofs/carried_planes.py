@@ -17,6 +17,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ...arrays import Ints
+from ..near_pairs import NearPairs
 from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
 from .motion_bounds import OFF_PARABOLA
 from .proof_cells import ProofCells
@@ -37,6 +38,16 @@ class PairsBelow:
     geom: Ints
     other: Ints
     normal: Floats
+
+
+def pairs_below(links: ArmLinks, near: NearPairs, which: Ints) -> PairsBelow:
+    """Pairs of the arm and what stands still."""
+    geom, owner = near.geom[which], links.owner[near.geom[which]]
+    swap = owner[:, 1] > owner[:, 0]
+    a, b = np.where(swap, geom[:, 1], geom[:, 0]), np.where(swap, geom[:, 0], geom[:, 1])
+    # from what is on the other side towards the shape
+    normal = np.where(swap[:, None], near.normal[which], -near.normal[which]) @ links.T_world_base[:3, :3]
+    return PairsBelow(near.row[which], a, b, normal)
 
 
 class StepBends:

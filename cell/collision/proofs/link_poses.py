@@ -21,6 +21,7 @@ from ...arrays import Ints
 from ..arm_poses import joint_of_shapes
 from ..checker import Checker
 from .convex_shapes import ConvexShape, convex_shape
+from .laid_covers import covers_of
 
 WORLD = -1
 LAST_LINKS = 3  # by whose places it is told which samples are alike: where these are, the others hardly differ
@@ -92,6 +93,12 @@ class ArmLinks:
         self._outer = order[np.unique(self.joint[order], return_index=True)[1]][-LAST_LINKS:]
         self._still: dict[int, ConvexShape] = {}
         self._data = checker.posed()
+        laid = np.flatnonzero((scene.deposit_of_geom >= 0) & scene.contact_bits.any(axis=0))
+        self.covers = covers_of(scene, checker.table, np.setdiff1d(laid, checker.ignored), self.shape)
+        bits = np.bitwise_or.reduce(scene.contact_bits[:, laid], axis=1)
+        one, other = scene.contact_bits[:, self.moving] & bits[::-1, None]
+        self.meets_laid = self.moving[(one | other) != 0]  # the wire may touch what is laid
+        self.owner = np.append(self.owner, np.full(self.covers.stop - len(self.owner), WORLD))
 
     def _balls(self) -> tuple[Floats, Floats, Ints]:
         """Balls that hold the arm's shapes, (b, 3), (b,) m, and the joints that carry them: one round each link's.
@@ -159,7 +166,9 @@ class ArmLinks:
         return out
 
     def shape(self, geom: int) -> ConvexShape:
-        """A shape in the frame of its joint; of what stands still in the base frame."""
+        """A shape in the frame of its joint; of what stands still, and covers of it, in the base frame."""
+        if geom >= self._scene.model.ngeom:
+            return self.covers.shape(geom)
         if self.owner[geom] >= 0:
             return self._shapes[geom]
         if geom not in self._still:

@@ -31,19 +31,21 @@ from ..checker import COARSER, Checker
 from ..clearances import Clearances
 from ..near_pairs import NearPairs
 from ..pair_groups import PairGroup, pair_groups
-from .carried_planes import CarriedPlanes, PairsBelow, StepBends
-from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
+from .carried_planes import CarriedPlanes, PairsBelow, StepBends, pairs_below
+from .covered_pairs import covered_pairs
+from .link_poses import ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
 from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
+from .shared_planes import ONE_PLANE, Planes, SharedPlanes
 from .sheet_pieces import SheetPieces
 
 SPACINGS = (0.2, 0.1, 0.05, 0.02, 0.0)  # m of travel between the samples that are looked at, one after the other
 FEW_SHAPES = 100  # that stand still, beyond which looks as far out as the widest spacing asks for cost too much
 BEYOND_STILL, BEYOND_ITSELF = 0.16, 0.2  # m: how much further than what is wanted is looked out to at most
+COVERED = 2  # spacings at which what is laid is taken as a whole first, where it has many shapes
 ROOM = 2e-3  # m that is looked further out than the arm's travel asks for: what is between samples is taken off
 LESS = 1e-8  # m, of rounding
-ONE_PLANE = 2e-4  # m: shapes that reach no further over a plane than this share it
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,25 +59,6 @@ class ProvedSteps:
 
     kept: Floats
     seen: Clearances
-
-
-@dataclass(frozen=True, eq=False)
-class _Planes:
-    """Planes, each between some shape of the arm and what is on its other side.
-
-    Attributes:
-        cell: whose they are, (p,).
-        geom: the shape of the arm, (p,).
-        frame: joint with whose link the plane moves, (p,), or ``WORLD`` of ``link_poses``.
-        normal: in that frame, towards the shape, (p, 3).
-        offset: how far what is on the other side reaches along it, (p,), m.
-    """
-
-    cell: Ints
-    geom: Ints
-    frame: Ints
-    normal: Floats
-    offset: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +89,7 @@ class PlaneProofs:
         spacings: tuple[float, ...] | None = None,
         beyond: tuple[float, float] = (BEYOND_STILL, BEYOND_ITSELF),
         one_plane: float = ONE_PLANE,
+        covered: bool | None = None,
     ) -> None:
         """Prepare.
 
@@ -116,15 +100,18 @@ class PlaneProofs:
             beyond: how much further than what is wanted is looked out to at most, of what stands still and of the arm
                 itself, m.
             one_plane: shapes that reach no further over a plane than this share it, m.
+            covered: whether what is laid is taken as a whole first; where left out, if it may have many shapes.
         """
         still_shapes = checker.scene.contact_bits.any(axis=0) & ~checker.scene.arm_geom
-        suited = SPACINGS if still_shapes.sum() <= FEW_SHAPES else SPACINGS[1:]
-        self._spacings, self._one_plane = suited if spacings is None else spacings, one_plane
+        many = bool(still_shapes.sum() > FEW_SHAPES)
+        self._covered = many if covered is None else covered
+        suited = SPACINGS[1:] if many else SPACINGS
+        self._spacings = suited if spacings is None else spacings
         still, itself = pair_groups(checker)
         self._groups = ((still, 1.0, beyond[0]), (itself, 2.0, beyond[1]))
         self._radius = radii(checker.scene)
         self._links = ArmLinks(checker)
-        self._carried = CarriedPlanes(self._links)
+        self._carried, self._shared = CarriedPlanes(self._links), SharedPlanes(self._links, one_plane)
 
     def along(
         self, q: Floats, step: Ints, laid: Ints, wanted: Floats | float, bend: float, share: float = 0.0
@@ -180,14 +167,15 @@ class PlaneProofs:
         places, kept = self._links.places(poses), np.full(len(pieces.laid), np.inf)
         for group, share, beyond in self._groups:
             mine = np.full(len(kept), -np.inf)
-            for spacing in spacings:
+            for spacing, covered in self._tries(group, spacings):
                 open_ = np.flatnonzero((mine < wanted) & (kept >= wanted))
                 if not len(open_):
                     break
                 some = pieces.rows(open_)
                 cells, of = some.cells(places, spacing)
-                most = wanted + share * float(bend[open_].max())
-                look = self._look(group, q, poses, cells, (share, wanted, most, beyond))
+                asked = (share, wanted, wanted + share * float(bend[open_].max()), beyond)
+                near = group.nearest_pairs(q[cells.at], cells.laid) if covered else None
+                look = self._look(group, q, poses, cells, asked, near)
                 value, _, frames = self._values(poses, cells, look, wanted, None)
                 off = np.maximum.reduce([share * bend[open_], *(some.off(self._radius, i) for i in frames)])
                 mine[open_] = np.maximum(mine[open_], value[of].min(axis=1) - off)
@@ -243,20 +231,24 @@ class PlaneProofs:
         bent = bend.copy()
         for group, share, beyond in self._groups:
             mine, at_ends = np.full(len(step), -np.inf), np.full(len(step), -np.inf)
-            for spacing in self._spacings:
-                nearest = wanted[1] * float(seen.distance.min())
-                if np.isfinite(nearest):
-                    least = np.maximum(wanted[0], nearest)
+            tries = self._tries(group, self._spacings)
+            for spacing, covered in tries:
+                least = self._aim(wanted, seen)
                 # where both ends are far enough off, another look helps less than another sample between them
                 open_ = np.flatnonzero((mine < least) & ~((bent > most_bend) & (at_ends >= least)))
                 if not len(open_):
                     break
-                most = float(least[open_].max())
                 cells, of = cells_of(places, step[open_], laid[open_], spacing)
+                near = group.nearest_pairs(q[cells.at], cells.laid) if covered else None
+                if near is not None:
+                    seen.nearer(cells.at, near.nearest(len(cells.at)))
+                    least = self._aim(wanted, seen)
+                most = float(least[open_].max())
                 # what this look does not prove, the last one tells as well as it can
-                lowest = -np.inf if spacing == self._spacings[-1] else float(least[open_].min())
-                look = self._look(group, q, poses, cells, (share, lowest, most, beyond))
-                seen.nearer(cells.at, look.near.nearest(len(cells.at)))
+                lowest = -np.inf if (spacing, covered) == tries[-1] else float(least[open_].min())
+                look = self._look(group, q, poses, cells, (share, lowest, most, beyond), near)
+                if near is None:
+                    seen.nearer(cells.at, look.near.nearest(len(cells.at)))
                 value, carried, frames = self._values(poses, cells, look, most, None if group.itself else bends)
                 off = np.maximum.reduce([share * bend[open_], *(self._bend_seen(turn[open_], i) for i in frames)])
                 value, carried = (np.minimum(each[of], each[of + 1]) for each in (value, carried))
@@ -266,8 +258,26 @@ class PlaneProofs:
             kept = np.minimum(kept, mine)
         return ProvedSteps(kept, seen), bent
 
+    def _tries(self, group: PairGroup, spacings: Sequence[float]) -> list[tuple[float, bool]]:
+        """Spacings one after the other, and whether what is laid is taken as a whole there."""
+        one_by_one = [(spacing, False) for spacing in spacings]
+        if group.itself or not self._covered:
+            return one_by_one
+        return [(spacing, True) for spacing in spacings[:COVERED]] + one_by_one
+
+    def _aim(self, wanted: tuple[Floats, float], seen: Clearances) -> Floats:
+        """What is wanted, and a share of the least that was seen as well."""
+        nearest = wanted[1] * float(seen.distance.min(initial=np.inf))
+        return np.maximum(wanted[0], nearest) if np.isfinite(nearest) else wanted[0]
+
     def _look(
-        self, group: PairGroup, q: Floats, poses: LinkPoses, cells: ProofCells, asked: tuple[float, ...]
+        self,
+        group: PairGroup,
+        q: Floats,
+        poses: LinkPoses,
+        cells: ProofCells,
+        asked: tuple[float, float, float, float],
+        seen: NearPairs | None = None,
     ) -> _Look:
         """Look at the samples of cells, as far out as the arm's travel in each asks for.
 
@@ -278,6 +288,7 @@ class PlaneProofs:
             cells: of steps.
             asked: what counts of the arm's travel, what is wanted at least and at most, and how much further is looked
                 at most, m.
+            seen: pairs at those samples; where they are given, what is laid is taken as a whole.
         """
         share, least, wanted, beyond = asked
         travel = share * self._links.travel(poses, cells.sample, cells.at[cells.cell])
@@ -287,7 +298,10 @@ class PlaneProofs:
         far = np.minimum(COARSER**level, wanted + beyond)
         # what may come in from further away than was looked is too near: of such samples nothing is asked
         within = np.flatnonzero(far[cells.cell] - travel >= least)
-        return _Look(group.pairs_within(q[cells.at], cells.laid, far), far, travel, within)
+        if seen is None:
+            return _Look(group.pairs_within(q[cells.at], cells.laid, far), far, travel, within)
+        others = group.pairs_within(q[cells.at], np.zeros_like(cells.laid), far)
+        return _Look(others.joined(covered_pairs(self._links, poses, cells, seen, far)), far, travel, within)
 
     def _values(
         self, poses: LinkPoses, cells: ProofCells, look: _Look, wanted: float, bends: StepBends | None
@@ -316,13 +330,14 @@ class PlaneProofs:
         np.minimum.at(far, near.row[off], near.distance[off])
         out[within] = far[cells.cell] - travel
         which_pairs = np.flatnonzero(~off)
-        planes = self._planes(poses, cells, near, which_pairs)
+        planes = self._shared.between(poses, cells, near, which_pairs)
         which, at = cells.samples_of(planes.cell)
-        over = self._over(poses, planes, which, cells.sample[at])
+        over = self._shared.over(poses, planes, which, cells.sample[at])
         if bends is not None:
             least = np.full(len(planes.cell), np.inf)
             np.minimum.at(least, which, over)
-            held = self._held(poses, cells, (planes, least), self._below(near, which_pairs), (wanted, bends))
+            below = pairs_below(self._links, near, which_pairs)
+            held = self._held(poses, cells, (planes, least), below, (wanted, bends))
             np.minimum.at(carried, within[held[1]], held[2] - LESS)
             stay = ~held[0][which]
             at, over = at[stay], over[stay]
@@ -333,7 +348,7 @@ class PlaneProofs:
         self,
         poses: LinkPoses,
         cells: ProofCells,
-        known: tuple[_Planes, Floats],
+        known: tuple[Planes, Floats],
         pairs: PairsBelow,
         asked: tuple[float, StepBends],
     ) -> tuple[NDArray[np.bool_], Ints, Floats]:
@@ -359,56 +374,10 @@ class PlaneProofs:
         taken = better[of]
         return np.isin(key, keys[better]), at[taken], value[taken]
 
-    def _below(self, near: NearPairs, which: Ints) -> PairsBelow:
-        """Pairs of the arm and what stands still."""
-        geom, owner = near.geom[which], self._links.owner[near.geom[which]]
-        swap = owner[:, 1] > owner[:, 0]
-        a, b = np.where(swap, geom[:, 1], geom[:, 0]), np.where(swap, geom[:, 0], geom[:, 1])
-        # from what is on the other side towards the shape
-        normal = np.where(swap[:, None], near.normal[which], -near.normal[which]) @ self._links.T_world_base[:3, :3]
-        return PairsBelow(near.row[which], a, b, normal)
-
     def _endless(self, geom: Ints) -> NDArray[np.bool_]:
         """Which shapes have no end, (k,)."""
         each, of = np.unique(geom, return_inverse=True)
         return np.array([self._links.shape(g).endless for g in each.tolist()], dtype=bool)[of]
-
-    def _planes(self, poses: LinkPoses, cells: ProofCells, near: NearPairs, which: Ints) -> _Planes:
-        """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
-        pairs, links = self._below(near, which), self._links
-        a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal
-        frame = links.owner[b]
-        on_link = np.flatnonzero(frame >= 0)
-        axes = poses.axes_of(frame[on_link], cells.at[cell[on_link]])
-        normal[on_link] = seen_from(axes, normal[on_link].T).T
-        order = np.lexsort((near.distance[which], frame, a, cell))
-        a, b, cell, frame, normal = a[order], b[order], cell[order], frame[order], normal[order]
-        new = np.append(True, (np.diff(cell) != 0) | (np.diff(a) != 0) | (np.diff(frame) != 0))[: len(a)]
-        leads = np.flatnonzero(new)
-        leader = leads[np.cumsum(new) - 1] if len(leads) else leads
-        under = links.reach(b, normal[leader].T)
-        shares = under <= under[leader] + self._one_plane
-        offset = np.full(len(a), -np.inf)
-        np.maximum.at(offset, leader[shares], under[shares])
-        alone = np.flatnonzero(~shares)
-        offset[alone] = links.reach(b[alone], normal[alone].T)
-        kept = np.flatnonzero(new | ~shares)
-        kept = kept[np.argsort(a[kept], kind="stable")]  # those of a shape together
-        return _Planes(cell[kept], a[kept], frame[kept], normal[kept], offset[kept])
-
-    def _over(self, poses: LinkPoses, planes: _Planes, which: Ints, sample: Ints) -> Floats:
-        """How far shapes are on their side of planes at samples, (c,), m."""
-        geom, frame = planes.geom[which], planes.frame[which]
-        normal, joint = np.ascontiguousarray(planes.normal.T).take(which, axis=1), self._links.owner[geom]
-        off = poses.places_of(joint, sample)
-        link = np.flatnonzero(frame >= 0)
-        if len(link):
-            axes = poses.axes_of(frame[link], sample[link])
-            normal[:, link] = as_seen(axes, normal[:, link])
-            off[:, link] -= poses.places_of(frame[link], sample[link])
-        own = seen_from(poses.axes_of(joint, sample), normal)
-        over: Floats = np.einsum("xk,xk->k", normal, off) - planes.offset[which] - self._links.reach(geom, -own)
-        return over
 
 
 _made: weakref.WeakKeyDictionary[Checker, PlaneProofs] = weakref.WeakKeyDictionary()

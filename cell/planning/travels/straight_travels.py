@@ -9,22 +9,26 @@ again. It counts where all of it is free with room, as there. Metres, radians.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ik.chain import Floats
 
+from ...arrays import Ints
 from ...collision.checker import Checker
 from ...collision.clearances import Clearances
-from ...collision.proofs.between_samples import unproven_steps
-from ..blended_check import travel_corners, wire_corners
+from ...collision.proofs.between_samples import steps_between, unproven_steps
+from ...collision.proofs.motion_clearance import BEND, NEARLY
+from ...collision.proofs.plane_proofs import proofs_of
+from ..blended_check import free_travels
 from ..context import Context
 from ..edge_check import Stretch
 from .legs import ways_out
 from .rrt_connect import sampled
-from .travel import Way
+from .travel import FreeTravel
 
+ENDS = 3  # samples of either end of a travel that are looked at in any case
 WIRE_ROOM = 1e-9  # m: a wire that comes nearer to something is left to ``travel``
 
 
@@ -60,7 +64,7 @@ class _Route:
     stage: int
 
 
-def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[Way | None]:
+def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[FreeTravel | None]:
     """The straight travels between beads.
 
     Args:
@@ -73,14 +77,13 @@ def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[Way | No
     """
     settings, routes = context.settings, _routes(context, gaps)
     found = _kept(context.checker, context, [(r.q, r.stage) for r in routes], 2 * settings.clearance, settings.kept)
-    free = [
-        (route, seen)
-        for route, seen in zip(routes, found, strict=True)
-        if seen is not None and travel_corners(context, route.q, seen, route.stage) is None
-    ]
-    ways: list[Way | None] = [None] * len(gaps)
-    for (route, seen), is_clear in zip(free, _wire_clear(context, [route for route, _ in free]), strict=True):
-        ways[route.gap] = (route.q, seen) if is_clear else None
+    free = [(route, way) for route, way in zip(routes, found, strict=True) if way is not None]
+    known = [(way.q, way.at_least, way.kept, route.stage) for route, way in free]
+    rounded = free_travels(context.checker, context, known, settings.kept)
+    free = [one for one, is_free in zip(free, rounded, strict=True) if is_free]
+    ways: list[FreeTravel | None] = [None] * len(gaps)
+    for (route, way), is_clear in zip(free, _wire_clear(context, [route for route, _ in free]), strict=True):
+        ways[route.gap] = way if is_clear else None
     return ways
 
 
@@ -102,8 +105,48 @@ def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
 
 def _kept(
     checker: Checker, context: Context, ways: Sequence[tuple[Floats, int]], room: float, least: float
-) -> list[Clearances | None]:
-    """Clearances of ways (samples and deposits laid) with room at every sample that keep a clearance between them."""
+) -> list[FreeTravel | None]:
+    """Ways (samples and deposits laid) with room at every sample that keep a clearance between them.
+
+    Those that keep the room between their samples as well are mostly proved to by few looks; all others are looked at
+    sample by sample.
+    """
+    if not ways:
+        return []
+    of = np.repeat(np.arange(len(ways)), [len(q) for q, _ in ways])
+    q, laid = np.concatenate([q for q, _ in ways]), np.array([stage for _, stage in ways])[of]
+    out: list[FreeTravel | None] = [None] * len(ways)
+    left = np.ones(len(ways), dtype=bool)
+    proofs = proofs_of(checker)
+    if proofs is not None:
+        step = steps_between(q, of)
+        proved, kept = proofs.along(q, step, laid[step], room, BEND, NEARLY), np.full(len(q), -np.inf)
+        kept[step] = proved.kept
+        low = np.maximum(kept, np.append(-np.inf, kept[:-1]))
+        ends = _near_ends(of)
+        proved.seen.nearer(ends, checker.clearances(q[ends], laid[ends]))
+        left[of[step]] = False
+        left[of[step[proved.kept < room]]] = True
+        for i in np.flatnonzero(~left).tolist():
+            mine = np.flatnonzero(of == i)
+            out[i] = FreeTravel(q[mine], proved.seen.rows(mine), low[mine], kept[mine])
+    again = np.flatnonzero(left).tolist()
+    for i, way in zip(again, _looked_at(checker, context, [ways[i] for i in again], room, least), strict=True):
+        out[i] = way
+    return out
+
+
+def _near_ends(of: Ints) -> Ints:
+    """Samples where ways begin and end, of which there the nearest is mostly seen, ascending: ``of`` each which way."""
+    place = np.arange(len(of)) - np.searchsorted(of, of)
+    left = np.searchsorted(of, of, side="right") - 1 - np.arange(len(of))
+    return np.flatnonzero((place < ENDS) | (left < ENDS))
+
+
+def _looked_at(
+    checker: Checker, context: Context, ways: Sequence[tuple[Floats, int]], room: float, least: float
+) -> list[FreeTravel | None]:
+    """The same, all of whose samples are looked at."""
     if not ways:
         return []
     of = np.repeat(np.arange(len(ways)), [len(q) for q, _ in ways])
@@ -115,7 +158,8 @@ def _kept(
     if len(k):
         step, _ = unproven_steps(checker, context.radius, q[k], laid[k], found.rows(k), of[k], least=least)
         good[of[k[step]]] = False
-    return [found.rows(np.flatnonzero(of == i)) if good[i] else None for i in range(len(ways))]
+    radius, every = context.radius, [np.flatnonzero(of == i) for i in range(len(ways))]
+    return [FreeTravel.of(checker, radius, q[k], found.rows(k)) if good[of[k[0]]] else None for k in every]
 
 
 def _wire_clear(context: Context, routes: Sequence[_Route]) -> list[bool]:
@@ -123,8 +167,16 @@ def _wire_clear(context: Context, routes: Sequence[_Route]) -> list[bool]:
     wire = context.wire
     if wire is None:
         return [True] * len(routes)
+    out = [False] * len(routes)
     found = _kept(wire, context, [(r.q[r.across], r.stage) for r in routes], WIRE_ROOM, 0.0)
-    return [
-        seen is not None and wire_corners(wire, context, r.q, (r.across.start, seen), r.stage) is None
-        for r, seen in zip(routes, found, strict=True)
-    ]
+    free, known = [], []
+    for n, (route, way) in enumerate(zip(routes, found, strict=True)):
+        if way is None:
+            continue
+        low, kept = np.full(len(route.q), np.inf), np.full(len(route.q), -np.inf)
+        low[route.across], kept[route.across] = way.low, way.kept
+        free.append(n)
+        known.append((route.q, replace(Clearances.none(len(low)), distance=low), kept, route.stage))
+    for n, is_free in zip(free, free_travels(wire, context, known, 0.0), strict=True):
+        out[n] = is_free
+    return out

@@ -14,13 +14,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from ik.chain import Floats
 
+from ...collision.checker import Checker
 from ...collision.clearances import Clearances
-from ...collision.proofs.between_samples import unproven_steps
+from ...collision.proofs.between_samples import kept_on_steps, unproven_steps
 from ...failure import ON_TRAVEL, Effort, Failure, Kind
 from ..blended_check import travel_corners, wire_corners
 from ..context import Context
@@ -39,10 +41,36 @@ SEARCH_STEPS = np.deg2rad(
 SHORTCUTS = 60
 SEED = 20240
 UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
-Way = tuple[Floats, Clearances]
 
 
-def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> Way | Failure:
+class FreeTravel(NamedTuple):
+    """A travel that is free, and what was seen of it.
+
+    Attributes:
+        q: samples, (m, j), rad.
+        clearances: the nearest pairs where it was looked; nothing at other samples.
+        low: nothing is nearer at each sample, (m,), m.
+        kept: nothing is nearer from each sample to the next, (m,), m; -inf after the last.
+    """
+
+    q: Floats
+    clearances: Clearances
+    low: Floats
+    kept: Floats
+
+    @classmethod
+    def of(cls, checker: Checker, radius: Floats, q: Floats, seen: Clearances) -> FreeTravel:
+        """One all of whose samples were looked at by a checker."""
+        low = np.minimum(seen.distance, checker.reach)
+        return cls(q, seen, low, kept_on_steps(low, q, radius))
+
+    @property
+    def at_least(self) -> Clearances:
+        """Clearances at the samples, at least."""
+        return Clearances(self.low, self.clearances.pair, self.clearances.position)
+
+
+def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> FreeTravel | Failure:
     """From the end of one bead to the start of the next: out along the normal, across, in again.
 
     Args:
@@ -59,7 +87,7 @@ def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: 
     return _Travel(context, end, start, stage).search()
 
 
-def turned(start: Stretch, way: Way) -> Stretch:
+def turned(start: Stretch, way: FreeTravel) -> Stretch:
     """A stretch as it is run after a travel: turned by the whole turns that the travel ends off its beginning."""
     turn = (way[0][-1] - start.axes[0])[: start.q.shape[1]]
     if not turn.any():
@@ -73,12 +101,12 @@ def can_leave(context: Context, end: Stretch, stage: int) -> bool:
     return leg.failure is None and isinstance(_collision(context, leg.q, stage), Clearances)
 
 
-def straight_retract(context: Context, way: Way, stretch: Stretch, at: int) -> float:
+def straight_retract(context: Context, way: FreeTravel, stretch: Stretch, at: int) -> float:
     """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
     return straight_retracts(context, [(way, stretch, at)])[0]
 
 
-def straight_retracts(context: Context, ends: Sequence[tuple[Way, Stretch, int]]) -> list[float]:
+def straight_retracts(context: Context, ends: Sequence[tuple[FreeTravel, Stretch, int]]) -> list[float]:
     """The same of many travels."""
     if not ends:
         return []
@@ -105,9 +133,9 @@ class _Travel:
         self.failure: Failure | None = None
         self.wire = context.wire
 
-    def search(self) -> Way | Failure:
+    def search(self) -> FreeTravel | Failure:
         """The first way that is free with room, of ever dearer ones; without room, the one that has most of it."""
-        clearest: Way | None = None
+        clearest: FreeTravel | None = None
         leaves: list[Leg] = []
         arrives: list[Leg] = []
         for times in RETRACTS:
@@ -147,7 +175,7 @@ class _Travel:
         assert self.failure is not None
         return self.failure
 
-    def _straight(self, leave: Floats, arrive: Floats) -> Way | None:
+    def _straight(self, leave: Floats, arrive: Floats) -> FreeTravel | None:
         """Out, straight across and in, if that is free."""
         return self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
 
@@ -192,7 +220,7 @@ class _Travel:
         lengths = {round(share * most) for share in SHORTER}
         return sorted((n for n in lengths if n > 1), reverse=True)
 
-    def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> Way | None:
+    def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> FreeTravel | None:
         """The whole travel, if it is free: out, by the corners across, and in."""
         middle = sampled(across, self.context.settings.steps.travel_angle)
         q = np.concatenate([leave, middle[1:], arrive[::-1][1:]])
@@ -204,7 +232,7 @@ class _Travel:
         if cut is not None:
             self.failure = cut
             return None
-        return q, found
+        return FreeTravel.of(self.context.checker, self.context.radius, q, found)
 
     def _dragged(self, q: Floats, whole: Floats, first: int) -> Failure | None:
         """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
@@ -221,7 +249,7 @@ class _Travel:
             hit = self.context.describe(nearest, 0, ON_TRAVEL)
         return replace(hit, limit=0.0)
 
-    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> Way | Failure:
+    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> FreeTravel | Failure:
         """Search a way round what is in the way of the straight ones."""
         context = self.context
         starts, goals = (np.array([leg[-1] for leg in legs]) for legs in (leaves, arrives))
@@ -269,9 +297,9 @@ def _with(failure: Failure, *, shut_in: str, attempts: int | None = None) -> Fai
     return replace(failure, effort=effort if attempts is None else replace(effort, attempts=attempts))
 
 
-def _room(way: Way) -> float:
+def _room(way: FreeTravel) -> float:
     """The least clearance on a travel, m."""
-    return float(way[1].distance.min())
+    return float(way.clearances.distance.min())
 
 
 def _collision(context: Context, q: Floats, stage: int) -> Clearances | Failure:

@@ -9,7 +9,7 @@ from cell import prepare
 from cell.case.read import parse_case
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
-from cell.collision.proofs.carried_planes import PairsBelow, StepBends
+from cell.collision.proofs.carried_planes import PairsBelow, StepBends, pairs_below
 from cell.collision.proofs.convex_shapes import convex_shape
 from cell.collision.proofs.motion_clearance import MotionSamples, clearance_along
 from cell.collision.proofs.plane_proofs import PlaneProofs, proofs_of
@@ -54,8 +54,8 @@ def test_nothing_is_nearer_than_what_is_proved_to_be_kept(scenes, size, wanted):
         q, apart = motions(checker, rng, size)
         step = np.flatnonzero(np.diff(apart) == 0)
         laid = np.sort(rng.integers(0, scene.n_deposits + 1, len(step)))
-        for bend in (1e-3, 1.0):
-            proved = PlaneProofs(checker).along(q, step, laid, wanted, bend)
+        for bend, covered in ((1e-3, False), (1.0, False), (1e-3, True)):
+            proved = PlaneProofs(checker, covered=covered).along(q, step, laid, wanted, bend)
             every = dense(q, step, rng)
             near = checker.clearances(every.reshape(-1, q.shape[1]), np.repeat(laid, every.shape[1])).distance
             least = np.minimum(near, REACH).reshape(len(step), -1).min(axis=1)
@@ -153,7 +153,7 @@ def test_over_planes_that_are_carried_along_nothing_is_nearer_than_said(scenes):
             laid = np.full(len(step), scene.n_deposits)
             cells, of = cells_of(links.places(poses), step, laid, 0.1)
             near = proofs._groups[0][0].pairs_within(q[cells.at], cells.laid, 0.2)
-            below = proofs._below(near, np.flatnonzero(near.distance > 0))
+            below = pairs_below(links, near, np.flatnonzero(near.distance > 0))
             mine = np.flatnonzero(~proofs._endless(below.other))
             pairs = PairsBelow(*(getattr(below, name)[mine] for name in ("cell", "geom", "other", "normal")))
             bends = StepBends(poses, halfway, step, turn)
@@ -276,7 +276,7 @@ def test_every_pair_lies_on_either_side_of_a_plane(scenes):
         poses = links.poses(q)
         cells = ProofCells(every, np.full(len(q), scene.n_deposits), every, every)
         near = checker.pairs_within(q, cells.laid, REACH)
-        planes = proofs._planes(poses, cells, near, np.arange(len(near.row)))
+        planes = proofs._shared.between(poses, cells, near, np.arange(len(near.row)))
         for row, pair in zip(near.row.tolist(), near.geom.tolist(), strict=True):
             b, a = sorted(pair, key=lambda g: links.owner[g])
             mine = (planes.cell == row) & (planes.geom == a) & (planes.frame == links.owner[b])

@@ -1,0 +1,164 @@
+"""Convex shapes that hold all that is laid of a sub-volume: one plane serves for hundreds of pieces.
+
+    covers = LaidCovers(scene, geoms, shape_of)     # geoms: ids of the deposits that collide
+    ids = covers.ids(stage)                         # of the covers of what is laid by then, one for each sub-volume
+    covers.shape(ids[0])                            # base frame
+
+A part that grows is below the torch nearly everywhere: a plane that keeps the torch apart from the hull of all its
+pieces keeps it apart from each. Where the torch dips into a hollow of the part no such plane is found, and the pieces
+are taken one by one. Metres.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from manifold3d import Manifold
+
+from ik.chain import Floats
+
+from ...arrays import Ints
+from ...scene.scene import Scene
+from .convex_shapes import ConvexShape
+
+DIRECTIONS = 300  # in which points are looked for that reach furthest
+ROUNDS = 4  # times that points beyond the hull of these are taken as well
+ENOUGH, MOST_GROWN = 1e-3, 0.01  # share by which a cover may be larger; and more than which it is of no use
+SAME, ROUNDING = 1e-9, 1e-6  # share by which points may be beyond a hull that holds them; and a cover thicker for that
+LEAST_DEEP = 1e-9  # m from a hull's middle to its faces
+TOGETHER = 2000  # points that are weighed at once
+Z = np.array([0.0, 0.0, 1.0])
+
+
+class LaidCovers:
+    """The covers of one scene's deposits."""
+
+    def __init__(self, scene: Scene, geoms: Ints, shape_of: Callable[[int], ConvexShape]) -> None:
+        """Nothing is made yet.
+
+        Args:
+            scene: the composed cell.
+            geoms: deposits that count, (k,).
+            shape_of: their shapes, in one frame that does not move.
+        """
+        self._first, self._stages, self._shape_of = scene.model.ngeom, scene.n_deposits + 1, shape_of
+        names = np.array([scene.model.geom(g).name.split("/")[2] for g in geoms.tolist()])
+        number = scene.deposit_of_geom[geoms]
+        of_each = [(geoms[names == name], number[names == name]) for name in dict.fromkeys(names.tolist())]
+        self._laid = [[mine[at == n] for n in range(self._stages)] for mine, at in of_each]
+        self._begins = [int(at.min()) for _, at in of_each]
+        self._made: dict[int, Cover] = {}
+
+    @property
+    def stop(self) -> int:
+        """One past the last id; the first is the number of the scene's geoms."""
+        return self._first + self._stages * len(self._laid)
+
+    def ids(self, stage: int) -> list[int]:
+        """Of the covers of what is laid by then, one for each sub-volume that has been begun."""
+        return [self._first + k * self._stages + stage for k, begun in enumerate(self._begins) if begun < stage]
+
+    def shape(self, cover: int) -> ConvexShape:
+        """The cover with an id."""
+        return self._cover(cover).shape
+
+    def _cover(self, cover: int) -> Cover:
+        if cover not in self._made:
+            k, stage = divmod(cover - self._first, self._stages)
+            pieces = [self._shape_of(g) for g in self._laid[k][stage - 1].tolist()]
+            if any(piece.ball or piece.disc or piece.endless for piece in pieces):
+                raise ValueError("a deposit that is more than the hull of its points")
+            points = [piece.points for piece in pieces]
+            before = self._cover(cover - 1) if stage - 1 > self._begins[k] else None
+            if before is not None:
+                points.append(before.points)
+            self._made[cover] = before if before is not None and len(points) == 1 else Cover.of(np.concatenate(points))
+        return self._made[cover]
+
+
+_made: weakref.WeakKeyDictionary[mujoco.MjModel, dict[tuple[tuple[float, float], bytes], LaidCovers]]
+_made = weakref.WeakKeyDictionary()
+
+
+def covers_of(
+    scene: Scene, table: tuple[float, float], geoms: Ints, shape_of: Callable[[int], ConvexShape]
+) -> LaidCovers:
+    """The covers of deposits of a scene at one table pose, made once; as of :class:`LaidCovers`."""
+    known = _made.setdefault(scene.model, {})
+    key = table, np.asarray(geoms, dtype=np.int64).tobytes()
+    if key not in known:
+        known[key] = LaidCovers(scene, geoms, shape_of)
+    return known[key]
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """A convex shape of few corners that holds many points.
+
+    Attributes:
+        shape: it.
+        points: of the many those that are on their hull or near it, (k, 3), m: the hull of these holds all others.
+    """
+
+    shape: ConvexShape
+    points: Floats
+
+    @classmethod
+    def of(cls, points: Floats) -> Cover:
+        """The hull of those of some points, (k, 3), that reach furthest, grown until none is beyond a face."""
+        mine, grown = _furthest(points - points.mean(axis=0)), np.inf
+        middle = points[mine].mean(axis=0)  # within the hull
+        off = points - middle
+        for _ in range(ROUNDS):
+            corners, normals = _hull(off[mine])
+            if len(normals) < 4:
+                break
+            normals /= np.maximum((corners @ normals.T).max(axis=0), LEAST_DEEP)[:, None]
+            along, furthest, beyond = _along(off, normals)
+            grown = max(float(along.max()), 1.0)
+            if grown - 1.0 <= ENOUGH:
+                break
+            mine = np.union1d(mine, furthest[along > 1.0 + ENOUGH])
+        if grown > 1.0 + MOST_GROWN:  # flat, or nearly so: all of them
+            return cls(ConvexShape(points, 0.0, Z, 0.0), points)
+        beyond[mine] = np.inf
+        thicker = ROUNDING * float(np.linalg.norm(off, axis=1).max())
+        return cls(ConvexShape(middle + grown * corners, thicker, Z, 0.0), points[beyond > 1.0 + SAME])
+
+
+def _furthest(off: Floats) -> Ints:
+    """Points that reach furthest in directions spread evenly where the points are as wide every way, ascending."""
+    spread, turn = np.linalg.eigh(np.cov(off.T))
+    even = turn / np.sqrt(np.maximum(spread, 1e-12))
+    k = np.arange(DIRECTIONS)
+    z, about = 1 - (2 * k + 1) / DIRECTIONS, k * np.pi * (3 - np.sqrt(5))
+    flat = np.sqrt(1 - z**2)
+    return np.unique(_along(off @ even, np.stack([np.cos(about) * flat, np.sin(about) * flat, z], axis=1))[1])
+
+
+def _along(points: Floats, directions: Floats) -> tuple[Floats, Ints, Floats]:
+    """How far points reach in directions, (d,); which of them does, (d,); and how far each does at most, (k,)."""
+    far, which = np.full(len(directions), -np.inf), np.zeros(len(directions), dtype=np.int64)
+    most = np.empty(len(points))
+    for first in range(0, len(points), TOGETHER):
+        product = directions @ points[first : first + TOGETHER].T
+        at = product.argmax(axis=1)
+        most[first : first + TOGETHER] = product.max(axis=0)
+        there = product[np.arange(len(at)), at]
+        further = there > far
+        far[further], which[further] = there[further], first + at[further]
+    return far, which, most
+
+
+def _hull(points: Floats) -> tuple[Floats, Floats]:
+    """Corners of the hull of points, (v, 3), and the unit normals of its faces, (f, 3)."""
+    hull = Manifold.hull_points(points).to_mesh64()
+    corners = np.asarray(hull.vert_properties, dtype=np.float64)[:, :3]
+    a, b, c = (corners[hull.tri_verts[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    length = np.linalg.norm(normals, axis=1)
+    return corners, normals[length > 0] / length[length > 0, None]

@@ -1,0 +1,92 @@
+"""Planes that stand in the world, or on a link nearer to the base: one for all that a shape has on its other side.
+
+    planes = SharedPlanes(links).between(poses, cells, near, which)
+    SharedPlanes(links).over(poses, planes, which, sample)         # how far shapes are on their side of them
+
+Base frame, metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ik.chain import Floats
+
+from ...arrays import Ints
+from ..near_pairs import NearPairs
+from .carried_planes import pairs_below
+from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
+from .proof_cells import ProofCells
+
+ONE_PLANE = 2e-4  # m: shapes that reach no further over a plane than this share it
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """Planes, each between some shape of the arm and what is on its other side.
+
+    Attributes:
+        cell: whose they are, (p,).
+        geom: the shape of the arm, (p,).
+        frame: joint with whose link the plane moves, (p,), or ``WORLD`` of ``link_poses``.
+        normal: in that frame, towards the shape, (p, 3).
+        offset: how far what is on the other side reaches along it, (p,), m.
+    """
+
+    cell: Ints
+    geom: Ints
+    frame: Ints
+    normal: Floats
+    offset: Floats
+
+
+class SharedPlanes:
+    """Planes beside one checker's arm."""
+
+    def __init__(self, links: ArmLinks, one_plane: float = ONE_PLANE) -> None:
+        """Prepare.
+
+        Args:
+            links: the arm.
+            one_plane: shapes that reach no further over a plane than this share it, m.
+        """
+        self._links, self._one_plane = links, one_plane
+
+    def between(self, poses: LinkPoses, cells: ProofCells, near: NearPairs, which: Ints) -> Planes:
+        """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
+        pairs, links = pairs_below(self._links, near, which), self._links
+        a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal
+        frame = links.owner[b]
+        on_link = np.flatnonzero(frame >= 0)
+        axes = poses.axes_of(frame[on_link], cells.at[cell[on_link]])
+        normal[on_link] = seen_from(axes, normal[on_link].T).T
+        order = np.lexsort((near.distance[which], frame, a, cell))
+        a, b, cell, frame, normal = a[order], b[order], cell[order], frame[order], normal[order]
+        new = np.append(True, (np.diff(cell) != 0) | (np.diff(a) != 0) | (np.diff(frame) != 0))[: len(a)]
+        leads = np.flatnonzero(new)
+        leader = leads[np.cumsum(new) - 1] if len(leads) else leads
+        under = links.reach(b, normal[leader].T)
+        shares = under <= under[leader] + self._one_plane
+        offset = np.full(len(a), -np.inf)
+        np.maximum.at(offset, leader[shares], under[shares])
+        alone = np.flatnonzero(~shares)
+        offset[alone] = links.reach(b[alone], normal[alone].T)
+        kept = np.flatnonzero(new | ~shares)
+        kept = kept[np.argsort(a[kept], kind="stable")]  # those of a shape together
+        return Planes(cell[kept], a[kept], frame[kept], normal[kept], offset[kept])
+
+    def over(self, poses: LinkPoses, planes: Planes, which: Ints, sample: Ints) -> Floats:
+        """How far shapes are on their side of planes at samples, (c,), m."""
+        geom, frame = planes.geom[which], planes.frame[which]
+        normal, joint = np.ascontiguousarray(planes.normal.T).take(which, axis=1), self._links.owner[geom]
+        off = poses.places_of(joint, sample)
+        link = np.flatnonzero(frame >= 0)
+        if len(link):
+            axes = poses.axes_of(frame[link], sample[link])
+            normal[:, link] = as_seen(axes, normal[:, link])
+            off[:, link] -= poses.places_of(frame[link], sample[link])
+        own = seen_from(poses.axes_of(joint, sample), normal)
+        over: Floats = np.einsum("xk,xk->k", normal, off) - planes.offset[which] - self._links.reach(geom, -own)
+        return over
