@@ -46,8 +46,8 @@ def test_a_part_in_one_chunk_is_planned_as_ever(job: Job) -> None:
     assert len(plan.travels) == len(other.travels) == len(plan.beads) - 1
     for one, two in zip(plan.stretches, other.stretches, strict=True):
         assert (one.q == two.q).all()
-    for (q, _), (q_other, _) in zip(plan.travels, other.travels, strict=True):
-        assert (q == q_other).all()
+    for way, way_other in zip(plan.travels, other.travels, strict=True):
+        assert (way.q == way_other.q).all()
 
 
 def test_chunks_make_one_motion_that_holds(job: Job, alone: SpanVerdict) -> None:

@@ -3,10 +3,10 @@
 import coal
 import numpy as np
 import pytest
-from support.boss_motion import boss_case
-from support.random_cells import points as random_points
-from support.searches import setup_of
-from support.second_engine import signed_distance
+from support.cells.random_cells import points as random_points
+from support.jobs.boss_motion import boss_case
+from support.jobs.searches import setup_of
+from support.oracles.second_engine import signed_distance
 
 from cell.collision.checker import Checker
 from cell.collision.proofs.covered_pairs import covered_pairs
@@ -52,7 +52,7 @@ def test_no_point_is_beyond_its_cover_in_any_direction():
     for cloud in clouds(rng):
         shape = Cover.of(cloud).shape
         n = directions(rng, 3000)
-        true, said = (cloud @ n.T).max(axis=0), shape.support(n)
+        true, said = (cloud @ n.T).max(axis=0), shape.support(n.T)
         assert (said >= true - 1e-12).all()
         wide = true + (-cloud @ n.T).max(axis=0)
         larger.append(((said - true) / wide).max())
@@ -72,8 +72,8 @@ def test_what_is_left_of_the_points_stands_for_all_of_them_however_often_it_is_a
         cover = last.points
     n = directions(rng, 3000)
     true = (every @ n.T).max(axis=0)
-    assert (last.shape.support(n) >= true).all()
-    assert (last.shape.support(n) - true).max() < 4e-3 * 0.1
+    assert (last.shape.support(n.T) >= true).all()
+    assert (last.shape.support(n.T) - true).max() < 4e-3 * 0.1
     assert len(cover) < 0.5 * len(every)
 
 
@@ -83,10 +83,10 @@ def test_a_cover_holds_all_that_is_laid_by_then_and_nothing_that_comes_later(bos
     assert links.covers.ids(0) == []
     for laid in range(1, boss.scene.n_deposits + 1):
         pieces = np.flatnonzero((deposits >= 0) & (deposits < laid)).tolist()
-        true = np.max([links.shape(g).support(n) for g in pieces], axis=0)
+        true = np.max([links.shape(g).support(n.T) for g in pieces], axis=0)
         (cover,) = links.covers.ids(laid)
-        assert (links.shape(cover).support(n) >= true - 1e-12).all()
-        assert links.shape(cover).support(n) == pytest.approx(true, abs=1e-4)
+        assert (links.shape(cover).support(n.T) >= true - 1e-12).all()
+        assert links.shape(cover).support(n.T) == pytest.approx(true, abs=1e-4)
 
 
 def near_the_part(over, rng, count):
