@@ -60,15 +60,16 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     context = shared.context
     if len(chunks) == 1:
         return plan_part(context, shared.job.targets.path, progress)
-    crew().get_ready(shared, len(chunks))
+    crew().get_ready(shared, len(chunks), copies=False)
+    known, q_before = beginnings(context, chunks)
+    crew().get_ready(shared, len(chunks))  # before a bar is shown, which has a thread of its own
     with counted(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
-        known, q_before = beginnings(context, chunks)
         share = 1 / len(chunks)
         runs = [
             BeadRun(chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share)
             for chunk, q in zip(chunks, q_before, strict=True)
         ]
-        plans = crew().run(_planned, shared, runs, count)
+        plans = crew().run(_planned, shared, runs, count, [chunk.stop - chunk.firsts[0] for chunk in chunks])
     return join_chunks(shared, plans)
 
 

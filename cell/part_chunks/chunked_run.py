@@ -80,7 +80,8 @@ def run_in_chunks(
     runs = _runs(chunks, plan, home)
     known = _nearest_known(runs)
     with counted(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
-        found = crew().run(_run, shared, [(run, known) for run in runs], count)
+        sizes = [sum(len(stretch.q) for stretch in run.stretches) for run in runs]
+        found = crew().run(_run, shared, [(run, known) for run in runs], count, sizes)
     from_home = home is not None and (home.out is not None or home.back is not None)
     motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
     failures: dict[int, Failure] = {}

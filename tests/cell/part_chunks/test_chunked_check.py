@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,12 @@ def test_chunks_make_one_motion_that_holds(job: Job, alone: SpanVerdict) -> None
 class Posted(Crew):
     """Sends everything as to a worker and back, and calls the last item first."""
 
-    def run(self, function: Any, shared: Any, items: Any, tick: Tick | None = None) -> list[Any]:
+    def get_ready(self, shared: object, count: int, *, copies: bool = True) -> None:
+        """Nobody has to."""
+
+    def run(
+        self, function: Any, shared: Any, items: Any, tick: Tick | None = None, sizes: Sequence[float] | None = None
+    ) -> list[Any]:
         there = pickle.loads(pickle.dumps(shared))
         found = {k: function(there, pickle.loads(pickle.dumps(items[k])), tick or int) for k in range(len(items))[::-1]}
         return [pickle.loads(pickle.dumps(found[k])) for k in range(len(items))]
