@@ -26,6 +26,7 @@ HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/proo
 LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/verification/test_accelerations.py"
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_deviation.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
+CREW = "cell/processes/test_crew.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_unsupported.py"
 
 
@@ -234,5 +235,10 @@ MUTANTS = (
     Mutant("cell/programs/export.py", "    if gap.share(written.thinning) > 1:\n", "    if False:\n", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/export.py", "    if result.findings:\n", "    if False:\n", ("cell/programs/test_export.py",)),
     Mutant("cell/remedy_search/search.py", "found = check(*self.start.changed(change, size))", "found = check(*self.start.changed(change, 0.0))", ("cell/remedy_search/test_search.py",)),
+    Mutant("cell/processes/own_process.py", "len(sys._current_frames()) > 1", "False", (CREW,)),
+    Mutant("cell/processes/own_process.py", "            signal.signal(number, signal.SIG_DFL)\n", "            pass\n", (CREW,)),
+    Mutant("cell/processes/worker.py", "Context().run(work, pipe, shared)", "work(pipe, shared)", (CREW,)),
+    Mutant("cell/processes/crew.py", "if error is None or k < error[0]", "if error is None", (CREW,)),
+    Mutant("cell/processes/crew.py", "        if worker.shared != self._number:\n", "        if worker.shared == 0:\n", (CREW,)),
     Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),
 )  # fmt: skip

@@ -309,9 +309,15 @@ _others = _Others()
 _crew: ContextVar[Crew | None] = ContextVar("crew", default=None)
 
 
-def crew() -> Crew:
-    """Who does the work here."""
-    return _crew.get() or Crew(1)
+def crew(*, large: bool = True) -> Crew:
+    """Who does the work here.
+
+    Args:
+        large: whether the work is worth the start of processes that begin with nothing; if not, this process does it
+            alone where there are neither workers yet nor may be copies of it.
+    """
+    mine = _crew.get() or Crew(1)
+    return mine if large or mine.workers() or may_fork() else Crew(1)
 
 
 @contextmanager

@@ -89,14 +89,18 @@ def test_what_is_sent_away_comes_back_the_same(
 ) -> None:
     job = request.getfixturevalue(which)
     here = mark(found_in(job, FEW))
-    for module in ("chunked_plan", "chunked_run"):
-        monkeypatch.setattr(f"cell.part_chunks.{module}.crew", lambda: Posted(2))
+    monkeypatch.setattr("cell.part_chunks.chunking.crew", lambda **_: Posted(2))
     assert mark(found_in(job, FEW)) == here
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("which", ["job", "lost"])
-def test_the_number_of_processes_changes_nothing(which: str, request: pytest.FixtureRequest) -> None:
+def test_the_number_of_processes_changes_nothing(
+    which: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of processes that begin with nothing; copies are compared in `tests/cell/cli/test_jobs.py`."""
+    monkeypatch.setattr("cell.processes.crew.may_fork", lambda: False)
+    monkeypatch.setattr("cell.part_chunks.chunking.WORTH_A_START", 0)
     job = request.getfixturevalue(which)
     here = found_in(job, FEW)
     assert (here.motion is None) == (which == "lost")

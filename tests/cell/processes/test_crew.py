@@ -356,7 +356,8 @@ def test_processes_of_a_large_part_begin_while_its_cell_is_composed(
 ) -> None:
     begun: list[tuple[int, str]] = []
     monkeypatch.setattr(Crew, "begin", lambda _, count, module: begun.append((count, module)))
-    monkeypatch.setattr("cell.job.job.LARGE_PART", large)
+    monkeypatch.setattr("cell.job.job.LARGE_PART", 10)
+    monkeypatch.setattr("cell.job.job.WORTH_A_START", large)
     monkeypatch.setattr("cell.job.job.LEAST_CHUNK", 10)
     monkeypatch.setattr("cell.job.job.compose", lambda *_: begun.append((0, "composed")) or 1 / 0)
     with pytest.raises(ZeroDivisionError):
