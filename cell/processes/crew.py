@@ -25,7 +25,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from ..errors import InputError
-from .own_process import may_fork, uninterrupted
+from .own_process import at_rest, may_fork, uninterrupted
 from .worker import Tick, packed, work, work_on
 
 S = TypeVar("S")
@@ -203,7 +203,7 @@ class Crew:
         self.begun = time.process_time() if self.begun is None else self.begun
         while len(self._workers) < count:
             here, there = Pipe()
-            forked = may_fork()
+            forked = may_fork() and at_rest()
             with uninterrupted(ending=forked):
                 process = self._forked(there, here) if forked else _spawned(there)
             there.close()  # so that the pipe ends with the worker
@@ -317,7 +317,7 @@ def crew(*, large: bool = True) -> Crew:
             alone where there are neither workers yet nor may be copies of it.
     """
     mine = _crew.get() or Crew(1)
-    return mine if large or mine.workers() or may_fork() else Crew(1)
+    return mine if large or mine.workers() or (may_fork() and at_rest()) else Crew(1)
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import parent_process
 
-AT_REST_S = 0.0, 0.002, 0.008  # waited until other threads sleep
+AT_REST_S = 0.0, 0.002, 0.008, 0.03, 0.06  # waited until other threads sleep
 GARBAGE = 20_000  # objects made, between two searches for circles of them: what is large is in none
 ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
@@ -43,16 +43,19 @@ def may_fork() -> bool:
 
     They may on Linux, where Python runs one thread and those of libraries sleep: a thread that is at something while it
     is copied would leave it half done in the copy, and its locks shut. Threads that libraries keep for later (OpenBLAS
-    begins its own anew in a copy, manifold3d's are for slicing) wait for work.
+    begins its own anew in a copy, manifold3d's are for slicing) wait for work, which :func:`at_rest` makes sure of.
     """
-    if sys.platform != "linux" or len(sys._current_frames()) > 1:
-        return False
-    for wait_s in AT_REST_S:  # libraries' threads look for more to do for a moment
+    return sys.platform == "linux" and len(sys._current_frames()) == 1
+
+
+def at_rest() -> bool:
+    """Whether all other threads of this process sleep; those of libraries look for more to do for a moment."""
+    for wait_s in AT_REST_S:
         time.sleep(wait_s)
         try:
             if all(_sleeps(int(thread)) for thread in os.listdir("/proc/self/task")):
                 return True
-        except OSError:
+        except OSError:  # a thread that is gone
             pass
     return False
 

@@ -51,7 +51,8 @@ def test_a_long_layer_is_cut_at_a_bead() -> None:
 def test_processes_that_begin_with_nothing_start_for_a_large_part_alone(
     copied: bool, targets: int, jobs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cell.processes.crew.may_fork", lambda: copied)
+    for name in ("may_fork", "at_rest"):
+        monkeypatch.setattr(f"cell.processes.crew.{name}", lambda: copied)
     half = WORTH_A_START // 2
     chunks = [Chunk((100,), 100 + half), Chunk((100 + half,), 100 + WORTH_A_START + targets)]
     assert crew_for(chunks).jobs == 1

@@ -1,12 +1,13 @@
 """Work shared out among processes: the same results, the first error, and nobody left behind.
 
-Workers are copies of this process where they may be, and begin with nothing elsewhere: both are tested alike. Where a
-runner of tests has threads of its own, copies are tested in a process without.
+Workers are copies of this process where they may be, and begin with nothing elsewhere: both are tested alike. Runners
+of tests have threads of their own: copies are tested in a process without.
 """
 
 from __future__ import annotations
 
 import faulthandler
+import hashlib
 import multiprocessing
 import os
 import pickle
@@ -27,7 +28,7 @@ from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.processes.crew import Crew, WorkerTraceback, cores, crew, processor_time, working
-from cell.processes.own_process import ENDING, may_fork
+from cell.processes.own_process import ENDING, at_rest, may_fork
 from cell.processes.worker import Tick, _heard
 from cell.progress import phase, watched
 from cell.shipped import DEFAULT_CASE
@@ -35,6 +36,7 @@ from cell.termination import Terminated, terminable
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="nowhere else are processes copied")
+BYTES = bytes(50_000_000)
 ALONE = "RBAM_TEST_COPIES"  # set in the process that tests copies
 
 
@@ -42,19 +44,17 @@ ALONE = "RBAM_TEST_COPIES"  # set in the process that tests copies
 def how(request: pytest.FixtureRequest) -> Iterator[str]:
     """How workers begin."""
     copied = request.param == "copied"
-    if copied and not may_fork():
-        assert ALONE not in os.environ
-        pytest.skip("this process has threads; tested in one of its own")
+    if copied and ALONE not in os.environ:
+        pytest.skip("tested in a process of its own")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("cell.processes.crew.may_fork", lambda: copied)
+        for name in ("may_fork", "at_rest"):
+            patch.setattr(f"cell.processes.crew.{name}", lambda: copied)
         yield request.param
 
 
 @LINUX
 @pytest.mark.skipif(ALONE in os.environ, reason="this is that process")
 def test_all_holds_of_copies(how: str) -> None:
-    if how == "copied" or may_fork():
-        pytest.skip("tested here")
     argv = [sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-k", "copied", "-m", ""]
     env = {**os.environ, ALONE: "1"}
     done = subprocess.run([*argv, __file__], cwd=ROOT, env=env, capture_output=True, text=True, check=False)
@@ -237,21 +237,41 @@ def test_a_copy_has_what_is_shared_from_the_beginning(how: str) -> None:
 
 
 @LINUX
-def test_no_copy_is_made_while_another_thread_is_at_something(monkeypatch: pytest.MonkeyPatch) -> None:
-    if not may_fork():
-        pytest.skip("this process has threads; tested in one of its own")
+def test_no_copy_is_made_while_another_thread_is_at_something(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
     end = threading.Event()
-    other = threading.Thread(target=end.wait)
+    other = threading.Thread(target=end.wait, daemon=True)
     other.start()
     assert not may_fork()
     end.set()
     other.join()
-    assert may_fork()
-    with monkeypatch.context() as patch:  # one of a library
-        patch.setattr("cell.processes.own_process._sleeps", lambda thread: False)
-        assert not may_fork()
+    if how == "copied":
+        assert may_fork()
     monkeypatch.setattr("sys.platform", "darwin")
     assert not may_fork()
+
+
+@LINUX
+def test_a_thread_of_a_library_is_at_rest_when_it_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
+    end = threading.Event()
+    other = threading.Thread(target=end.wait, daemon=True)
+    other.start()
+    assert at_rest()
+    end.set()
+    other.join()
+    busy = threading.Thread(target=hash_on, args=(end,), daemon=True)
+    end.clear()
+    busy.start()
+    try:
+        assert not at_rest()
+    finally:
+        end.set()
+        busy.join()
+
+
+def hash_on(end: threading.Event) -> None:
+    """Work outside of Python, as a library's own thread does."""
+    while not end.is_set():
+        hashlib.sha256(BYTES)
 
 
 @pytest.mark.slow
