@@ -30,6 +30,7 @@ SURFACES = "slicing/surfaces/test_surfaces.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
+CREW = "cell/processes/test_crew.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_unsupported.py"
 
 
@@ -278,5 +279,11 @@ MUTANTS = (
     Mutant("cell/programs/export.py", "    if result.findings:\n", "    if False:\n", ("cell/programs/test_export.py",)),
     Mutant("cell/remedy_search/search.py", "if row.reason is not None}", "if row.failure is not None}", ("cell/remedy_search/test_search.py",)),
     Mutant("cell/remedy_search/search.py", "found = check_fixed(*self.start.changed(change, size))", "found = check_fixed(*self.start.changed(change, 0.0))", ("cell/remedy_search/test_search.py",)),
+    Mutant("cell/processes/own_process.py", " and len(sys._current_frames()) == 1", "", (CREW,)),
+    Mutant("cell/processes/own_process.py", '.split()[0] == "S"', '.split()[0] != "Z"', (CREW,)),
+    Mutant("cell/processes/own_process.py", "            signal.signal(number, signal.SIG_DFL)\n", "            pass\n", (CREW,)),
+    Mutant("cell/processes/worker.py", "Context().run(work, pipe, shared)", "work(pipe, shared)", (CREW,)),
+    Mutant("cell/processes/crew.py", "if error is None or k < error[0]", "if error is None", (CREW,)),
+    Mutant("cell/processes/crew.py", "        if worker.shared != self._number:\n", "        if worker.shared == 0:\n", (CREW,)),
     Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),
 )  # fmt: skip

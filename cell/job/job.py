@@ -64,6 +64,7 @@ if TYPE_CHECKING:
 
 LARGE_PART = 1500  # targets from which a part is cut into chunks of whole beads that are planned side by side
 LEAST_CHUNK = 750  # targets that a chunk has at least
+WORTH_A_START = 10_000  # targets from which processes that begin with nothing save more than half a second, their start
 
 
 def speeds(job: Job) -> Floats:
@@ -350,7 +351,7 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
         raise InputError(
             f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
         )
-    if len(path.targets) >= LARGE_PART:
+    if len(path.targets) >= max(LARGE_PART, WORTH_A_START):
         crew().begin(len(path.targets) // LEAST_CHUNK, "cell.part_chunks.chunked_run")
     axis = (0.0, 0.0) if part.round_body is None else part.round_body.axis_xy_mm
     shape = toolpath_shape(path, part.body_mesh, part.profile, axis, built)

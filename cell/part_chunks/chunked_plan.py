@@ -20,11 +20,11 @@ from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, reduced_budget, travel_failure
 from ..planning.travels.travel import FreeTravel
-from ..processes.crew import crew
+from ..processes.crew import Crew
 from ..processes.worker import Tick
 from ..progress import Progress, counted
 from .beginnings import beginnings
-from .chunking import Chunk
+from .chunking import Chunk, crew_for
 from .joins import JoinedBead, joint_of, same_end, unwound
 
 
@@ -60,29 +60,32 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     context = shared.context
     if len(chunks) == 1:
         return plan_part(context, shared.job.targets.path, progress)
-    crew().get_ready(shared, len(chunks))
+    workers = crew_for(chunks)
+    workers.get_ready(shared, len(chunks), copies=False)
+    known, q_before = beginnings(context, chunks)
+    workers.get_ready(shared, len(chunks))  # before a bar is shown, which has a thread of its own
     with counted(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
-        known, q_before = beginnings(context, chunks)
         share = 1 / len(chunks)
         runs = [
             BeadRun(chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share)
             for chunk, q in zip(chunks, q_before, strict=True)
         ]
-        plans = crew().run(_planned, shared, runs, count)
-    return join_chunks(shared, plans)
+        plans = workers.run(_planned, shared, runs, count, [len(chunk) for chunk in chunks])
+    return join_chunks(shared, plans, workers)
 
 
-def join_chunks(shared: Shared, plans: Sequence[PartPlan]) -> PartPlan:
+def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: Crew | None = None) -> PartPlan:
     """Make plans of chunks the plan of the part.
 
     Args:
         shared: the part and what it is planned with.
         plans: of its chunks, in order.
+        workers: who planned them; this process where left out.
 
     Returns:
         The plan.
     """
-    return _Joining(shared, plans).plan()
+    return _Joining(shared, plans, workers or Crew(1)).plan()
 
 
 def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PartPlan:
@@ -96,8 +99,8 @@ def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBe
 class _Joining:
     """Chunks made one plan."""
 
-    def __init__(self, shared: Shared, plans: Sequence[PartPlan]) -> None:
-        self.shared, self.context = shared, shared.context
+    def __init__(self, shared: Shared, plans: Sequence[PartPlan], workers: Crew) -> None:
+        self.shared, self.context, self.workers = shared, shared.context, workers
         self.beads: list[BeadPlan] = []
         self.travels: dict[int, FreeTravel] = {}  # by the first target of the bead that they lead to
         self.travel_failures: dict[int, Failure] = {}
@@ -116,7 +119,7 @@ class _Joining:
         """The plan of the part."""
         befores = {k: self._before(k) for k in self.joins}
         ends = [(befores[k], self.beads[k]) for k in self.joins]
-        found = crew().run(_joined, self.shared, ends)
+        found = self.workers.run(_joined, self.shared, ends)
         reduced = reduced_budget(self.context)
         for k, joint in zip(self.joins, found, strict=True):
             # one that led on from another end is found once more

@@ -21,11 +21,10 @@ from ..planning.assemble import RunBeads, TimedBeads, assemble, corners, timed
 from ..planning.densify import densified
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeWays
-from ..processes.crew import crew
 from ..processes.worker import Tick
 from ..progress import Progress, counted
 from .chunked_plan import Shared
-from .chunking import Chunk
+from .chunking import Chunk, crew_for
 from .least import Least, least_clearance, least_margin, least_of, least_sigma, nearest_sample, samples_of
 
 
@@ -80,7 +79,8 @@ def run_in_chunks(
     runs = _runs(chunks, plan, home)
     known = _nearest_known(runs)
     with counted(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
-        found = crew().run(_run, shared, [(run, known) for run in runs], count)
+        sizes = [sum(len(stretch.q) for stretch in run.stretches) for run in runs]
+        found = crew_for(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes)
     from_home = home is not None and (home.out is not None or home.back is not None)
     motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
     failures: dict[int, Failure] = {}

@@ -6,14 +6,16 @@ chunks[0].firsts, chunks[0].stop
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from slicing import Targets
 
-from ..job.job import LARGE_PART, LEAST_CHUNK
+from ..job.job import LARGE_PART, LEAST_CHUNK, WORTH_A_START
 from ..planning.context import Span
+from ..processes.crew import Crew, crew
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,10 @@ class Chunk:
 
     firsts: tuple[int, ...]
     stop: int
+
+    def __len__(self) -> int:
+        """How many targets they have."""
+        return self.stop - self.firsts[0]
 
 
 @dataclass(frozen=True)
@@ -71,3 +77,12 @@ class Chunking:
 
 
 USUAL = Chunking()
+
+
+def crew_for(chunks: Sequence[Chunk]) -> Crew:
+    """Who works on chunks: processes that begin with nothing only where there is enough to do for them.
+
+    Args:
+        chunks: of a part.
+    """
+    return crew(large=sum(map(len, chunks)) >= WORTH_A_START)

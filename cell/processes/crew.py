@@ -14,18 +14,19 @@ import os
 import pickle
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import Pipe, get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from ..errors import InputError
-from .own_process import uninterrupted
-from .worker import Tick, packed, work
+from .own_process import at_rest, may_fork, uninterrupted
+from .worker import Tick, packed, work, work_on
 
 S = TypeVar("S")
 I = TypeVar("I")  # noqa: E741
@@ -82,15 +83,22 @@ class Crew:
         self._packed: bytes | None = None
 
     def run(
-        self, function: Callable[[S, I, Tick], R], shared: S, items: Sequence[I], tick: Tick | None = None
+        self,
+        function: Callable[[S, I, Tick], R],
+        shared: S,
+        items: Sequence[I],
+        tick: Tick | None = None,
+        sizes: Sequence[float] | None = None,
     ) -> list[R]:
         """Call a function for every item.
 
         Args:
             function: of a module, so that a worker finds it; calls its third argument whenever a step of it is done.
             shared: what all items need; sent once to every worker.
-            items: one a call, handed out in their order.
+            items: one a call.
             tick: called for every step of any of them.
+            sizes: how long each takes, to any scale, where that is known: what takes longest is handed out first, of
+                items that take as long the last. Otherwise they are handed out in their order.
 
         Returns:
             The results, in the order of the items.
@@ -105,29 +113,33 @@ class Crew:
             return [function(shared, item, tick) for item in items]
         self._share(shared)
         self._start(count)
-        return _Round(self, function, items, tick).results()
+        order = range(len(items)) if sizes is None else sorted(range(len(items)), key=lambda k: (-sizes[k], -k))
+        return _Round(self, function, items, tick, order).results()
 
     def begin(self, count: int, module: str) -> None:
         """Have workers begin, and import what they will need, while there is something else to do here.
+
+        Where they can be forked they begin when there is something to share, which they have at once then.
 
         Args:
             count: how many items there will be for them.
             module: what they import.
         """
         before, count = len(self._workers), min(self.jobs, count)
-        if count > 1:
+        if count > 1 and not may_fork():
             self._start(count)
             for worker in self._workers[before:]:
                 self._send(worker, packed(("import", module)))
 
-    def get_ready(self, shared: object, count: int) -> None:
+    def get_ready(self, shared: object, count: int, *, copies: bool = True) -> None:
         """Have workers begin, and take what is shared, while there is something else to do here.
 
         Args:
             shared: what :meth:`run` will be given.
             count: how many items it will be given.
+            copies: whether copies of this process begin as well: what is worked out before, they need not.
         """
-        if min(self.jobs, count) > 1:
+        if min(self.jobs, count) > 1 and (copies or not may_fork()):
             self._share(shared)
             self._start(min(self.jobs, count))
             for worker in self._workers:
@@ -164,7 +176,7 @@ class Crew:
     def _give(self, worker: _Worker) -> None:
         """What is shared, to a worker that does not have it."""
         if worker.shared != self._number:
-            assert self._packed is not None
+            self._packed = self._packed or packed(("shared", self._shared))
             self._send(worker, self._packed)
             worker.shared = self._number
 
@@ -183,20 +195,28 @@ class Crew:
         return what, value
 
     def _share(self, shared: object) -> None:
-        if self._packed is None or shared is not self._shared:
-            self._shared, self._packed = shared, packed(("shared", shared))
+        if self._number == 0 or shared is not self._shared:
+            self._shared, self._packed = shared, None
             self._number += 1
 
     def _start(self, count: int) -> None:
         self.begun = time.process_time() if self.begun is None else self.begun
-        context = get_context("spawn")  # the same on every system, and no thread of the parent is copied half-way
         while len(self._workers) < count:
-            here, there = context.Pipe()
-            process = context.Process(target=work, args=(there,), daemon=True)
-            with uninterrupted():
-                process.start()
+            here, there = Pipe()
+            forked = may_fork() and at_rest()
+            with uninterrupted(ending=forked):
+                process = self._forked(there, here) if forked else _spawned(there)
             there.close()  # so that the pipe ends with the worker
-            self._workers.append(_Worker(process, here))
+            self._workers.append(_Worker(process, here, self._number if forked else 0))
+
+    def _forked(self, there: Connection, here: Connection) -> BaseProcess:
+        """A worker that is a copy of this process, with what is shared."""
+        others = [*(worker.pipe for worker in self._workers), here]
+        process = get_context("fork").Process(target=work_on, args=(there, self._shared, others), daemon=True)
+        with warnings.catch_warnings():  # Python 3.12 warns of any other thread; may_fork has looked what they are at
+            warnings.filterwarnings("ignore", r".*multi-threaded.*fork", DeprecationWarning)
+            process.start()
+        return process
 
     def workers(self) -> list[_Worker]:
         """Those there are."""
@@ -206,17 +226,19 @@ class Crew:
 class _Round:
     """Items handed out one by one until all are back."""
 
-    def __init__(self, crew: Crew, function: Callable[..., Any], items: Sequence[Any], tick: Tick) -> None:
+    def __init__(
+        self, crew: Crew, function: Callable[..., Any], items: Sequence[Any], tick: Tick, order: Iterable[int]
+    ) -> None:
         self.crew, self.function, self.items, self.tick = crew, function, items, tick
         self.found: list[Any] = [None] * len(items)
-        self.left = iter(range(len(items)))
+        self.left = iter(order)
         self.spent: dict[Connection, float] = {}
         self.meanwhile = time.process_time() - (crew.begun or 0.0)  # s that this process had for itself, so far
         self.busy: dict[Connection, tuple[_Worker, int]] = {}
         self.error: tuple[int, BaseException] | None = None
 
     def results(self) -> list[Any]:
-        """All results; or the error of the first item that has one: items before it have been handed out by then."""
+        """All results; or the error of the first item that has one: of the others only those before it matter then."""
         for worker in self.crew.workers():
             self._hand_out(worker)
         while self.busy:
@@ -229,7 +251,8 @@ class _Round:
         return self.found
 
     def _hand_out(self, worker: _Worker) -> None:
-        index = None if self.error is not None else next(self.left, None)
+        error = self.error
+        index = next((k for k in self.left if error is None or k < error[0]), None)
         if index is not None:
             self.crew.send(worker, index, self.function, self.items[index])
             self.busy[worker.pipe] = worker, index
@@ -251,6 +274,13 @@ class _Round:
             seconds -= min(start, self.meanwhile)
             self.spent[worker.pipe] = self.spent.get(worker.pipe, 0.0) + seconds
         self._hand_out(worker)
+
+
+def _spawned(there: Connection) -> BaseProcess:
+    """A worker that begins with nothing: the same on every system."""
+    process = get_context("spawn").Process(target=work, args=(there,), daemon=True)
+    process.start()
+    return process
 
 
 def _gone(worker: _Worker) -> Exception:
@@ -279,9 +309,15 @@ _others = _Others()
 _crew: ContextVar[Crew | None] = ContextVar("crew", default=None)
 
 
-def crew() -> Crew:
-    """Who does the work here."""
-    return _crew.get() or Crew(1)
+def crew(*, large: bool = True) -> Crew:
+    """Who does the work here.
+
+    Args:
+        large: whether the work is worth the start of processes that begin with nothing; if not, this process does it
+            alone where there are neither workers yet nor may be copies of it.
+    """
+    mine = _crew.get() or Crew(1)
+    return mine if large or mine.workers() or (may_fork() and at_rest()) else Crew(1)
 
 
 @contextmanager

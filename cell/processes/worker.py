@@ -1,6 +1,7 @@
 """What a worker process does: calls, one after the other, with what is shared.
 
-    context.Process(target=work, args=(pipe,))        # until the pipe ends
+    context.Process(target=work, args=(pipe,))                    # until the pipe ends
+    context.Process(target=work_on, args=(pipe, shared, others))  # forked: with what is shared from the beginning
 
 Every message is pickled: ``("shared", value)``, ``("import", module)``, ``(index, function, item)``, and None at the
 end. Answers are ``("tick", None)``, ``("done", ..)`` and ``("failed", ..)``.
@@ -8,12 +9,14 @@ end. Answers are ``("tick", None)``, ``("done", ..)`` and ``("failed", ..)``.
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import pickle
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextvars import Context
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -27,10 +30,23 @@ def packed(message: object) -> bytes:
     return pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
 
 
-def work(pipe: Connection) -> None:
+def work_on(pipe: Connection, shared: object, others: Sequence[Connection]) -> None:
+    """Of a worker process that is a copy of its parent: what is the parent's own is left to it.
+
+    Args:
+        pipe: to the parent.
+        shared: what is shared, which came with the copy.
+        others: the parent's ends of pipes, this one's as well: they would not end with the parent.
+    """
+    for other in others:
+        other.close()
+    gc.freeze()  # nothing of the parent's is searched for garbage, which would copy it
+    Context().run(work, pipe, shared)  # nobody is at work here, and nobody is told of phases
+
+
+def work(pipe: Connection, shared: object = None) -> None:
     """Of a worker process: do what comes until nothing more does, or until the parent is gone."""
     begin_worker()
-    shared: object = None
 
     def tick() -> None:
         pipe.send_bytes(packed(("tick", None)))

@@ -94,12 +94,19 @@ def test_an_error_of_a_worker_is_told_with_its_own_place(
 @pytest.mark.slow
 def test_documents_are_the_same_in_one_process_and_in_two(tmp_path: Path) -> None:
     case = str(round_case(tmp_path))
-    for jobs in ("1", "2"):
-        outputs = ["--motion", str(tmp_path / f"{jobs}.csv"), "--json", str(tmp_path / f"{jobs}.json")]
-        argv = [sys.executable, "-m", "cell", "check", case, "--jobs", jobs, "-q", *outputs]
+    for name, program, jobs in (("1", AS_IT_IS, "1"), ("2", AS_IT_IS, "2"), ("spawned", SPAWNED, "2")):
+        outputs = ["--motion", str(tmp_path / f"{name}.csv"), "--json", str(tmp_path / f"{name}.json")]
+        argv = [sys.executable, "-c", program, "check", case, "--jobs", jobs, "-q", *outputs]
         assert subprocess.run(argv, cwd=ROOT, check=False).returncode == 0
-    for kind in ("csv", "json"):
-        assert (tmp_path / f"1.{kind}").read_bytes() == (tmp_path / f"2.{kind}").read_bytes()
+    for name, kind in ((name, kind) for name in ("2", "spawned") for kind in ("csv", "json")):
+        assert (tmp_path / f"1.{kind}").read_bytes() == (tmp_path / f"{name}.{kind}").read_bytes()
+
+
+AS_IT_IS = "from cell.cli.main import main; raise SystemExit(main())"
+SPAWNED = (
+    "import cell.processes.crew as c; c.may_fork = lambda: False; import cell.job.job as j; j.WORTH_A_START = 0; "
+    + AS_IT_IS
+)
 
 
 def children(pid: int) -> list[int]:
@@ -110,6 +117,7 @@ def children(pid: int) -> list[int]:
 @POSIX
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
+@pytest.mark.parametrize(("program", "least"), [(AS_IT_IS, 2), (SPAWNED, 3)])  # two workers, and multiprocessing's own
 @pytest.mark.parametrize(
     ("number", "code", "told"),
     [
@@ -118,12 +126,14 @@ def children(pid: int) -> list[int]:
         (signal.SIGKILL, -9, ""),
     ],
 )
-def test_a_stopped_check_leaves_nothing_behind(number: int, code: int, told: str, tmp_path: Path) -> None:
+def test_a_stopped_check_leaves_nothing_behind(
+    number: int, code: int, told: str, program: str, least: int, tmp_path: Path
+) -> None:
     out = tmp_path / "out.json"
-    argv = [sys.executable, "-m", "cell", "check", str(round_case(tmp_path)), "--jobs", "2", "--json", str(out)]
+    argv = [sys.executable, "-c", program, "check", str(round_case(tmp_path)), "--jobs", "2", "--json", str(out)]
     run = subprocess.Popen(argv, cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
     end = time.monotonic() + 120
-    while len(started := children(run.pid)) < 3:  # two workers, and the tracker of multiprocessing
+    while len(started := children(run.pid)) < least:
         assert run.poll() is None
         assert time.monotonic() < end
         time.sleep(0.02)

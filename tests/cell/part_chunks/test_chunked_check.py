@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,12 @@ def test_chunks_make_one_motion_that_holds(job: Job, alone: SpanVerdict) -> None
 class Posted(Crew):
     """Sends everything as to a worker and back, and calls the last item first."""
 
-    def run(self, function: Any, shared: Any, items: Any, tick: Tick | None = None) -> list[Any]:
+    def get_ready(self, shared: object, count: int, *, copies: bool = True) -> None:
+        """Nobody has to."""
+
+    def run(
+        self, function: Any, shared: Any, items: Any, tick: Tick | None = None, sizes: Sequence[float] | None = None
+    ) -> list[Any]:
         there = pickle.loads(pickle.dumps(shared))
         found = {k: function(there, pickle.loads(pickle.dumps(items[k])), tick or int) for k in range(len(items))[::-1]}
         return [pickle.loads(pickle.dumps(found[k])) for k in range(len(items))]
@@ -83,14 +89,18 @@ def test_what_is_sent_away_comes_back_the_same(
 ) -> None:
     job = request.getfixturevalue(which)
     here = mark(found_in(job, FEW))
-    for module in ("chunked_plan", "chunked_run"):
-        monkeypatch.setattr(f"cell.part_chunks.{module}.crew", lambda: Posted(2))
+    monkeypatch.setattr("cell.part_chunks.chunking.crew", lambda **_: Posted(2))
     assert mark(found_in(job, FEW)) == here
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("which", ["job", "lost"])
-def test_the_number_of_processes_changes_nothing(which: str, request: pytest.FixtureRequest) -> None:
+def test_the_number_of_processes_changes_nothing(
+    which: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of processes that begin with nothing; copies are compared in `tests/cell/cli/test_jobs.py`."""
+    monkeypatch.setattr("cell.processes.crew.may_fork", lambda: False)
+    monkeypatch.setattr("cell.part_chunks.chunking.WORTH_A_START", 0)
     job = request.getfixturevalue(which)
     here = found_in(job, FEW)
     assert (here.motion is None) == (which == "lost")

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cell.part_chunks.chunking import Chunking
+from cell.job.job import WORTH_A_START
+from cell.part_chunks.chunking import Chunk, Chunking, crew_for
 from cell.planning.context import Span
+from cell.processes.crew import working
 from slicing import Targets
 
 
@@ -42,6 +45,20 @@ def test_a_long_layer_is_cut_at_a_bead() -> None:
     assert cuts([[10] * 8], 0, 10) == [20, 40, 60, 80]
     assert cuts([[10] * 7 + [9]], 0, 10) == [20, 40, 60, 79]
     assert cuts([[79]], 0, 10) == [79]
+
+
+@pytest.mark.parametrize(("copied", "targets", "jobs"), [(False, -1, 1), (False, 0, 2), (True, -1, 2)])
+def test_processes_that_begin_with_nothing_start_for_a_large_part_alone(
+    copied: bool, targets: int, jobs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("may_fork", "at_rest"):
+        monkeypatch.setattr(f"cell.processes.crew.{name}", lambda: copied)
+    half = WORTH_A_START // 2
+    chunks = [Chunk((100,), 100 + half), Chunk((100 + half,), 100 + WORTH_A_START + targets)]
+    assert crew_for(chunks).jobs == 1
+    with working(2) as mine:
+        assert crew_for(chunks).jobs == jobs
+        assert not mine.workers()
 
 
 beads = st.lists(st.lists(st.integers(1, 12), min_size=1, max_size=4), min_size=1, max_size=12)

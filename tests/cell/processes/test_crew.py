@@ -1,28 +1,65 @@
-"""Work shared out among processes: the same results, the first error, and nobody left behind."""
+"""Work shared out among processes: the same results, the first error, and nobody left behind.
+
+Workers are copies of this process where they may be, and begin with nothing elsewhere: both are tested alike. Runners
+of tests have threads of their own: copies are tested in a process without.
+"""
 
 from __future__ import annotations
 
+import faulthandler
+import hashlib
 import multiprocessing
 import os
 import pickle
 import signal
 import struct
+import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
+from support.paths import ROOT
 
 from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.processes.crew import Crew, WorkerTraceback, cores, crew, processor_time, working
+from cell.processes.own_process import ENDING, at_rest, may_fork
 from cell.processes.worker import Tick, _heard
+from cell.progress import phase, watched
 from cell.shipped import DEFAULT_CASE
-from cell.termination import Terminated
+from cell.termination import Terminated, terminable
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="nowhere else are processes copied")
+ALONE = "RBAM_TEST_COPIES"  # set in the process that tests copies
+
+
+@pytest.fixture(scope="module", params=["spawned", "copied"], autouse=True)
+def how(request: pytest.FixtureRequest) -> Iterator[str]:
+    """How workers begin."""
+    copied = request.param == "copied"
+    if copied and ALONE not in os.environ:
+        pytest.skip("tested in a process of its own")
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("may_fork", "at_rest"):
+            patch.setattr(f"cell.processes.crew.{name}", lambda: copied)
+        yield request.param
+
+
+@LINUX
+@pytest.mark.skipif(ALONE in os.environ, reason="this is that process")
+@pytest.mark.parametrize("which", ["not slow", pytest.param("slow", marks=pytest.mark.slow)])
+def test_all_holds_of_copies(which: str) -> None:
+    options = ["-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-k", "copied", "-m", which]
+    argv, env = [sys.executable, "-m", "pytest", *options, __file__], {**os.environ, ALONE: "1"}
+    done = subprocess.run(argv, cwd=ROOT, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    assert "passed" in done.stdout
 
 
 def powered(shared: float, item: int, tick: Tick) -> tuple[int, float]:
@@ -67,6 +104,7 @@ def fails_oddly(shared: None, item: int, _: Tick) -> None:
 
 def ends_itself(shared: None, item: int, _: Tick) -> None:
     """By a signal."""
+    faulthandler.disable()  # a copy has pytest's, which would tell of it
     os.kill(os.getpid(), item)
     time.sleep(60)
 
@@ -85,7 +123,7 @@ def spins(shared: None, item: float, _: Tick) -> float:
 
 
 @pytest.fixture(scope="module")
-def two() -> Iterator[Crew]:
+def two(how: str) -> Iterator[Crew]:
     mine = Crew(2)
     yield mine
     mine.close(at_once=False)
@@ -131,9 +169,106 @@ def test_the_first_item_that_fails_is_told(two: Crew) -> None:
     assert isinstance(cause, WorkerTraceback)
     assert "in fails" in str(cause)
     assert cause.place.startswith("processes/test_crew.py:")
+    # also where what fails first is handed out first
+    with pytest.raises(InputError, match="the first that fails"):
+        two.run(fails, None, [0, 1, 2, 3, 4], sizes=[0, 1, 2, 3, 4])
     with pytest.raises(RuntimeError, match="Stubborn: 1 and 2"):
         two.run(fails_oddly, None, [0, 1])
     assert [value for _, value in two.run(powered, 2.0, [1, 2])] == [2.0, 4.0]  # the workers go on
+
+
+@pytest.mark.slow
+def test_what_takes_longest_is_handed_out_first_and_of_what_takes_as_long_the_last(
+    two: Crew, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: list[int] = []
+    send = two.send
+
+    def noted(worker: Any, index: int, *call: Any) -> None:
+        sent.append(index)
+        send(worker, index, *call)
+
+    monkeypatch.setattr(two, "send", noted)
+    found = two.run(powered, 2.0, [0, 1, 2, 3, 4, 5], sizes=[1, 3, 2, 3, 4, 1])
+    assert sent == [4, 3, 1, 2, 5, 0]
+    assert [value for _, value in found] == [1.0, 2.0, 4.0, 8.0, 16.0, 32.0]
+
+
+def told_of(shared: Any, item: int, _: Tick) -> tuple[int, bool, bool]:
+    """Who is at work in a worker, and how it ends on a signal."""
+    phase("in a worker")(int)()
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    return crew().jobs, blocked.isdisjoint(ENDING), all(signal.getsignal(k) == signal.SIG_DFL for k in ENDING)
+
+
+class Nobody:
+    """Is told of phases, and does not want to be."""
+
+    def during(self, phase: str, spins: bool, /) -> Any:
+        raise AssertionError(phase)
+
+
+@POSIX
+def test_nothing_of_the_parent_goes_on_in_a_worker() -> None:
+    with terminable(), watched(Nobody()), working(2) as mine:
+        assert mine.run(told_of, None, [0, 1]) == [(1, True, True)] * 2
+
+
+def called(shared: Any, item: float, _: Tick) -> float:
+    """What is shared, of an item."""
+    return float(shared(item))
+
+
+def test_a_copy_has_what_is_shared_from_the_beginning(how: str) -> None:
+    if how == "spawned":
+        with working(2) as mine, pytest.raises((AttributeError, pickle.PicklingError)):
+            mine.run(called, lambda x: 2 * x, [1.0, 2.0])
+        return
+    with working(2) as mine:
+        mine.get_ready(lambda x: 2 * x, 2, copies=False)
+        assert not mine.workers()
+        mine.begin(2, "this")
+        assert not mine.workers()
+        double = lambda x: 2 * x  # noqa: E731 (cannot be sent)
+        mine.get_ready(double, 2)
+        assert len(mine.workers()) == 2
+        assert mine.run(called, double, [1.0, 2.0]) == [2.0, 4.0]
+        assert mine.run(called, np.sqrt, [4.0, 9.0]) == [2.0, 3.0]
+
+
+@LINUX
+def test_no_copy_is_made_while_another_thread_is_at_something(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    end = threading.Event()
+    other = threading.Thread(target=end.wait, daemon=True)
+    other.start()
+    assert not may_fork()
+    end.set()
+    other.join()
+    if how == "copied":
+        assert may_fork()
+    monkeypatch.setattr("sys.platform", "darwin")
+    assert not may_fork()
+
+
+@LINUX
+def test_a_thread_of_a_library_is_at_rest_when_it_sleeps() -> None:
+    end = threading.Event()
+    asleep = threading.Thread(target=end.wait, daemon=True)
+    asleep.start()
+    latest = time.monotonic() + 60
+    while not at_rest():
+        assert time.monotonic() < latest
+    end.set()
+    asleep.join()
+    busy = threading.Thread(target=busy_outside_of_python, daemon=True)
+    busy.start()
+    assert not at_rest()
+    busy.join()
+
+
+def busy_outside_of_python() -> None:
+    """Takes a second or two of processor time, as a library's own thread does."""
+    hashlib.pbkdf2_hmac("sha256", b"of", b"salt", 6_000_000)
 
 
 @pytest.mark.slow
@@ -212,7 +347,9 @@ def test_a_parent_that_is_gone_ends_the_work_wherever_it_was(came: bytes) -> Non
     assert pickle.loads(_heard(there)) is None
 
 
-def test_workers_that_begin_early_import_what_they_will_need() -> None:
+def test_workers_that_begin_early_import_what_they_will_need(how: str) -> None:
+    if how == "copied":
+        pytest.skip("they have what was imported before")
     with working(2) as mine:
         mine.begin(3, "this")
         early = [worker.process.pid for worker in mine.workers()]
@@ -236,7 +373,8 @@ def test_processes_of_a_large_part_begin_while_its_cell_is_composed(
 ) -> None:
     begun: list[tuple[int, str]] = []
     monkeypatch.setattr(Crew, "begin", lambda _, count, module: begun.append((count, module)))
-    monkeypatch.setattr("cell.job.job.LARGE_PART", large)
+    monkeypatch.setattr("cell.job.job.LARGE_PART", 10)
+    monkeypatch.setattr("cell.job.job.WORTH_A_START", large)
     monkeypatch.setattr("cell.job.job.LEAST_CHUNK", 10)
     monkeypatch.setattr("cell.job.job.compose", lambda *_: begun.append((0, "composed")) or 1 / 0)
     with pytest.raises(ZeroDivisionError):
