@@ -314,7 +314,7 @@ def test_corners_of_travels_that_stop_for_a_dwell_are_looked_at_again(monkeypatc
     monkeypatch.setattr(motion, "bead_corners", lambda *a: {})
     monkeypatch.setattr(motion, "travel_corners", told)
     monkeypatch.setattr(motion, "_dwell", lambda job, before, after: 2.0 if after == 8 else 0.0)
-    monkeypatch.setattr(motion, "_retracted", lambda job, p: 1)
+    monkeypatch.setattr(motion, "retracted", lambda job, p: 1)
     Bead = type("Bead", (), {})
     beads = []
     for first, stop in ((0, 4), (4, 8), (8, 12)):
