@@ -98,6 +98,7 @@ MUTANTS = (
     Mutant("cell/collision/proofs/motion_clearance.py", "closed = left[~np.isin(part, part[bad])]", "closed = left[~np.isin(left, left[bad])]", (PLANES,)),
     Mutant("cell/collision/blended_corners.py", "np.maximum.at(off, p.row, p.off)\n    close", "np.maximum.at(off, p.row, 0.1 * p.off)\n    close", (BOUNDS,)),
     Mutant("cell/collision/blended_corners.py", "here = away[at].max(axis=1) + ", "here = 0.2 * away[at].max(axis=1) + ", (ROUNDED,)),
+    Mutant("cell/planning/densify.py", "asked = np.stack([halves, halves + 1], axis=1)", "asked = np.stack([halves, halves], axis=1)", ("cell/planning/test_densify.py",)),
     Mutant("cell/planning/densify.py", "kept=more.kept - off)", "kept=more.kept)", ("cell/planning/test_densify.py",)),
     Mutant("cell/timing/time_law.py", "uneven = low < EVEN * high", "uneven = low < 0", (TIMES,)),
     Mutant("cell/collision/proofs/motion_bounds.py", "seen = np.maximum(seen, straight + curvature(radius,", "seen = np.maximum(0.5 * seen, 0.5 * straight + curvature(radius,", (COUPLED,)),

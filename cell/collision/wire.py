@@ -70,7 +70,8 @@ class _WireChecker(Checker):
             beside: as of :class:`cell.collision.checker.Checker`.
         """
         super().__init__(scene, table, WIRE_REACH, without, pair_gap=NEVER, beside=beside)
-        model, data, base = scene.model, self._data, scene.T_world_base()
+        model, data = scene.model, self._data
+        base = self._T_world_base = scene.T_world_base()
         wire, part = (np.flatnonzero(bits) for bits in scene.contact_bits)
         # the balls round the wire's shapes, in the frames of their joints
         R, p = (x[0] for x in scene.chain.frames(data.qpos[scene.arm_qpos[: scene.chain.n]][None]))
@@ -99,7 +100,7 @@ class _WireChecker(Checker):
 
     def _may_be_near(self, q: Floats) -> NDArray[np.bool_]:
         """In which configurations some of the part may be within reach, (m,)."""
-        chain, base = self.scene.chain, self.scene.T_world_base()
+        chain, base = self.scene.chain, self._T_world_base
         if len(self.scene.arm_qpos) != chain.n:  # the part turns with the table
             return np.ones(len(q), dtype=bool)
         R, p = chain.frames(q)

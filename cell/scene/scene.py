@@ -9,6 +9,7 @@ Use:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import mujoco
@@ -133,6 +134,10 @@ class Scene:
 
     def T_world_base(self) -> Floats:
         """Pose of the arm's base frame in the world, (4, 4), m."""
+        return self._T_world_base.copy()
+
+    @cached_property
+    def _T_world_base(self) -> Floats:
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
         base = self.base_body
