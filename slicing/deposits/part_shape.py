@@ -38,6 +38,7 @@ FILLED = 0.8  # share of its hull that a piece has to fill
 SMALLEST_MM = 4.0  # pieces are not cut further
 SIMPLIFY_MM = 0.05  # curves are thinned to this before they become hulls, and hulls are padded by it
 HULL_VERTICES = 200  # vertices of a body's hull at most
+MANY_POINTS = 500_000  # of hulls, from which those that are not needed are left out: they would fill the memory
 ROUND = 48  # corners of a body given as a cylinder
 
 
@@ -90,14 +91,31 @@ def part_shape(
         visual, hulls = body_shape(body.axis_xy_mm, body_mesh, profile)
     visual = {f"{s.name}_visual": s.mesh for s in (*sliced, *(s for s, _ in built))} | visual
     hulls |= built_hulls(built)
-    first, number = [], 0
+    laid = dict(_laid_hulls(sliced, beyond_mm))
+    if sum(map(len, laid.values())) > MANY_POINTS:
+        laid = dict(_laid_hulls(sliced, beyond_mm, few=True))
+    first = np.cumsum([0, *(len(s.layers) for s in sliced)]).tolist()
+    return PartShape(visual, hulls | laid, tuple(first[:-1]), first[-1])
+
+
+def _laid_hulls(
+    sliced: Sequence[SlicedSubVolume], beyond_mm: Sequence[Floats] | None, *, few: bool = False
+) -> Iterator[tuple[str, Floats]]:
+    """Names and vertices of what is laid, layer by layer."""
+    number = 0
     for i, s in enumerate(sliced):
-        first.append(number)
         for layer in s.layers:
-            slabs = enumerate(_slabs(s, layer, 0.0 if beyond_mm is None else float(beyond_mm[i][layer.index])))
-            hulls.update((f"deposit/{number}/{s.name}/{k}", slab) for k, slab in slabs)
+            beyond = 0.0 if beyond_mm is None else float(beyond_mm[i][layer.index])
+            for k, slab in enumerate(_slabs(s, layer, beyond, few=few)):
+                yield f"deposit/{number}/{s.name}/{k}", _corners(slab) if few else slab
             number += 1
-    return PartShape(visual, hulls, tuple(first), number)
+
+
+def _corners(points: Floats) -> Floats:
+    """Those of points that are corners of their hull."""
+    from manifold3d import Manifold
+
+    return np.asarray(Manifold.hull_points(points).to_mesh64().vert_properties, dtype=np.float64)[:, :3]
 
 
 def body_shape(
@@ -157,10 +175,10 @@ def beyond_borders(laid: LaidSubVolume, parameters: BeadParameters) -> Floats:
     return beyond
 
 
-def _slabs(s: SlicedSubVolume, layer: Layer, beyond: float) -> Iterator[Floats]:
+def _slabs(s: SlicedSubVolume, layer: Layer, beyond: float, *, few: bool = False) -> Iterator[Floats]:
     """Hull points of a layer's pieces."""
     above = s.layers[layer.index + 1 :][:1]
-    for piece in _pieces(layer, beyond):
+    for piece in _pieces(layer, beyond, few=few):
         yield _slab(layer, piece, above)
 
 
@@ -175,21 +193,21 @@ def _slab(layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:
     return np.concatenate([points - normals * SIMPLIFY_MM, top])
 
 
-def _pieces(layer: Layer, beyond: float) -> Iterator[Floats]:
+def _pieces(layer: Layer, beyond: float, *, few: bool) -> Iterator[Floats]:
     """Outlines of a layer's nearly convex pieces, carried on beyond its borders, each (k, 3), mm."""
-    yield from PIECES[type(layer.surface)](layer, layer.surface, beyond)
+    yield from PIECES[type(layer.surface)](layer, layer.surface, beyond, few)
 
 
-def _flat_pieces(layer: Layer, surface: Plane, beyond: float) -> Iterator[Floats]:
+def _flat_pieces(layer: Layer, surface: Plane, beyond: float, _few: bool) -> Iterator[Floats]:
     for polygon in _polygons(layer, surface, beyond):
         for piece in _cut(polygon):
             yield surface.lifted(np.asarray(piece.exterior.coords)[:-1])
 
 
-def _bowed_pieces(layer: Layer, surface: Cylinder, beyond: float) -> Iterator[Floats]:
+def _bowed_pieces(layer: Layer, surface: Cylinder, beyond: float, few: bool) -> Iterator[Floats]:
     """On a cylinder: as if it were unrolled, but for rings, which have no outline then."""
     if any(_winds(surface.axis_point, c.points) for c in layer.curves if c.closed):
-        yield from _by_sectors(layer, surface, beyond)
+        yield from _by_sectors(layer, surface, beyond, few)
         return
     for polygon in _polygons(layer, surface, beyond):
         for piece in _cut(polygon):
@@ -198,8 +216,8 @@ def _bowed_pieces(layer: Layer, surface: Cylinder, beyond: float) -> Iterator[Fl
             yield surface.lifted(np.asarray(bowed.exterior.coords)[:-1])
 
 
-def _by_sectors(layer: Layer, surface: Round, beyond: float) -> Iterator[Floats]:
-    yield from (_carried_on(surface, piece, beyond) for piece in sectors(layer, surface, SIMPLIFY_MM))
+def _by_sectors(layer: Layer, surface: Round, beyond: float, few: bool) -> Iterator[Floats]:
+    yield from (_carried_on(surface, piece, beyond) for piece in sectors(layer, surface, SIMPLIFY_MM, few=few))
 
 
 PIECES: dict[type, Callable[..., Iterator[Floats]]] = {

@@ -24,24 +24,26 @@ SECTOR = np.deg2rad(15.0)
 SHARED = 0.55  # of a sector to either side of its middle
 MERIDIANS = 5  # in a sector
 SPACING_MM = 2.0  # of points along borders at most
+STRAIGHT, STRAIGHT_MM = 1e-6, 1e-6  # of a turn, and of what a border is off its chords: none
 OFF_AXIS_MM = 1e-6
 OFF_CORNER_MM = 1e-3  # points so near a corner have the normals of its sides, and those between
 FAN_RAD = 0.3
 
 
-def sectors(layer: Layer, surface: Round, sagitta_mm: float) -> Iterator[Floats]:
+def sectors(layer: Layer, surface: Round, sagitta_mm: float, *, few: bool = False) -> Iterator[Floats]:
     """Points whose hulls hold a layer's region, sector by sector.
 
     Args:
         layer: the layer.
         surface: of revolution, that it lies on.
         sagitta_mm: how far hulls may stay inside the surface.
+        few: whether points of borders that hulls do not need are left out.
 
     Yields:
         (k, 3) points on the surface, mm.
     """
     # straight borders have points at their corners alone: without more of them sectors would be missed
-    borders = [_filled(c.points, surface) for c in layer.curves]
+    borders = [_filled(_thinned(c.points, surface, sagitta_mm) if few else c.points, surface) for c in layer.curves]
     points = np.concatenate(borders)
     angle = np.arctan2(points[:, 1] - surface.axis_point[1], points[:, 0] - surface.axis_point[0])
     first = np.cumsum([0, *(len(border) for border in borders)])
@@ -54,6 +56,35 @@ def sectors(layer: Layer, surface: Round, sagitta_mm: float) -> Iterator[Floats]
                 near[begin:end] = own | np.roll(own, 1) | np.roll(own, -1)
             more = [] if profile is None else list(profile.within(angle, low + SECTOR / 2, near))
             yield np.concatenate([points[near], *more])
+
+
+def _thinned(loop: Floats, surface: Round, sagitta_mm: float) -> Floats:
+    """A closed curve (n, 3) on a cylinder without points on its straight stretches that hulls do not need.
+
+    Straight are stretches that are so once the cylinder is unrolled. From one point that is left to the next, unless
+    there is none between, the cylinder rises over the chord by half of what hulls may stay inside it at most.
+    """
+    if not surface.is_straight:
+        return loop
+    radius = float(surface.radius_at(loop[:1, 2])[0])
+    off = loop[:, :2] - surface.axis_point
+    angle = np.unwrap(np.arctan2(off[:, 1], off[:, 0]))
+    flat = np.stack([radius * angle, loop[:, 2]], axis=1)
+    step = np.diff(flat, axis=0)
+    step /= np.maximum(np.linalg.norm(step, axis=1), 1e-12)[:, None]
+    bent = np.abs(step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0]) > STRAIGHT
+    bent |= (step[:-1] * step[1:]).sum(axis=1) < 0.0
+    corner = np.concatenate([[True], bent, [True]])
+    of = np.maximum.accumulate(np.where(corner, np.arange(len(loop)), 0))
+    part = np.floor(np.abs(angle - angle[of]) / np.sqrt(sagitta_mm / radius))
+    kept = corner | np.append(True, (np.diff(of) != 0) | (np.diff(part) != 0))
+    ends = np.flatnonzero(kept)
+    piece = np.cumsum(kept[:-1]) - 1
+    chord = np.diff(flat[ends], axis=0)
+    chord /= np.maximum(np.linalg.norm(chord, axis=1), 1e-12)[:, None]
+    away = flat[:-1] - flat[ends[:-1]][piece]
+    aside = np.abs(away[:, 0] * chord[piece, 1] - away[:, 1] * chord[piece, 0])
+    return loop[kept] if aside.max(initial=0.0) <= STRAIGHT_MM else loop
 
 
 def _filled(loop: Floats, surface: Round) -> Floats:

@@ -6,7 +6,8 @@ import trimesh
 from support.layers.deposits import inside
 
 from slicing.beads.lay import lay_beads
-from slicing.deposits.part_shape import beyond_borders, part_shape
+from slicing.deposits import part_shape
+from slicing.deposits.part_shape import beyond_borders
 from slicing.layers.layer import CylindricalBody
 from slicing.mesh.solid import mesh_from_arrays
 from slicing.parameters import BeadParameters, SlicingParameters
@@ -31,6 +32,10 @@ def ring():
     return trimesh.creation.annulus(R - 3, R + 8, 10, sections=200)
 
 
+def fine_ring():
+    return trimesh.creation.annulus(R - 3, R + 4, 10, sections=720)
+
+
 def tube():
     outer, inner = trimesh.creation.cylinder(12, 20, sections=96), trimesh.creation.cylinder(8, 30, sections=96)
     solid = outer.difference(inner)
@@ -43,11 +48,13 @@ def hulls(shape):
     return [trimesh.PointCloud(v).convex_hull for name, v in shape.hulls.items() if name.startswith("deposit/")]
 
 
-@pytest.mark.parametrize("solid", [boss, ring, tube])
+@pytest.mark.parametrize("solid", [boss, ring, fine_ring, tube])
 @pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
-def test_every_layer_is_covered_by_its_pieces(solid, strategy):
+@pytest.mark.parametrize("many", [part_shape.MANY_POINTS, 0])
+def test_every_layer_is_covered_by_its_pieces(solid, strategy, many, monkeypatch):
+    monkeypatch.setattr(part_shape, "MANY_POINTS", many)  # beyond which those that hulls do not need are left out
     s = sliced(solid(), strategy)
-    shape = part_shape([s], None, BODY)
+    shape = part_shape.part_shape([s], None, BODY)
     assert shape.n_deposits == len(s.layers)
     for layer in s.layers:
         mine = {n: v for n, v in shape.hulls.items() if n.startswith(f"deposit/{layer.index}/")}
@@ -60,14 +67,16 @@ def test_every_layer_is_covered_by_its_pieces(solid, strategy):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solid", [boss, ring, tube])
+@pytest.mark.parametrize("solid", [boss, ring, fine_ring, tube])
 @pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
-def test_beads_that_stand_out_of_their_layers_are_covered(solid, strategy):
+@pytest.mark.parametrize("many", [part_shape.MANY_POINTS, 0])
+def test_beads_that_stand_out_of_their_layers_are_covered(solid, strategy, many, monkeypatch):
+    monkeypatch.setattr(part_shape, "MANY_POINTS", many)
     s, parameters = sliced(solid(), strategy), BeadParameters(width_mm=4.0)
     (laid,) = lay_beads([s], parameters)
     beyond = beyond_borders(laid, parameters)
     assert (beyond == 2.0).all()
-    shape = part_shape([s], None, BODY, [beyond])
+    shape = part_shape.part_shape([s], None, BODY, [beyond])
     for layer in s.layers:
         mine = {n: v for n, v in shape.hulls.items() if n.startswith(f"deposit/{layer.index}/")}
         solids = [trimesh.PointCloud(v).convex_hull for v in mine.values()]
@@ -93,7 +102,7 @@ def test_beads_within_their_layers_do_not_stand_out():
 
 def test_a_boss_is_one_piece_a_layer_no_larger_than_it_must_be():
     s = sliced(boss())
-    shape = part_shape([s], None, BODY)
+    shape = part_shape.part_shape([s], None, BODY)
     pieces = hulls(shape)
     assert len(pieces) == len(s.layers)
     # a piece is the layer and what its underside's chord cuts off the layer below: nothing above, nothing beside
@@ -106,7 +115,7 @@ def test_a_boss_is_one_piece_a_layer_no_larger_than_it_must_be():
 
 
 def test_the_hole_of_a_tube_stays_open():
-    solids = hulls(part_shape([sliced(tube())], None, BODY))
+    solids = hulls(part_shape.part_shape([sliced(tube())], None, BODY))
     middle = np.column_stack([np.linspace(R + 1, R + 12, 20), np.zeros(20), np.zeros(20)])
     assert not inside(solids, middle).any()
     wall = np.column_stack([np.linspace(R + 1, R + 12, 20), np.zeros(20), np.full(20, 10.0)])
@@ -114,7 +123,7 @@ def test_the_hole_of_a_tube_stays_open():
 
 
 def test_a_ring_goes_round_the_body_and_not_through_it():
-    solids = hulls(part_shape([sliced(ring())], None, BODY))
+    solids = hulls(part_shape.part_shape([sliced(ring())], None, BODY))
     angle = np.linspace(0, 2 * np.pi, 181)
     for r, covered in ((R + 4, True), (R - 6, False)):
         points = np.column_stack([r * np.cos(angle), r * np.sin(angle), np.zeros(181)])
@@ -122,7 +131,7 @@ def test_a_ring_goes_round_the_body_and_not_through_it():
 
 
 def test_body_is_covered_by_its_hull():
-    shape = part_shape([sliced(boss())], None, ((R, -10.0), (R, 10.0)))
+    shape = part_shape.part_shape([sliced(boss())], None, ((R, -10.0), (R, 10.0)))
     hull = [trimesh.PointCloud(shape.hulls["body/0"]).convex_hull]
     angle = np.linspace(0, 2 * np.pi, 360)
     rim = np.column_stack([R * np.cos(angle), R * np.sin(angle), np.full(360, 9.99)])
@@ -132,7 +141,7 @@ def test_body_is_covered_by_its_hull():
 
 def test_a_stepped_body_is_covered_band_by_band():
     profile = ((20.0, 0.0), (20.0, 10.0), (10.0, 10.0), (10.0, 20.0), (15.0, 30.0))
-    shape = part_shape([sliced(boss())], None, profile)
+    shape = part_shape.part_shape([sliced(boss())], None, profile)
     solids = [trimesh.PointCloud(v).convex_hull for n, v in shape.hulls.items() if n.startswith("body/")]
     assert len(solids) == 3
     rim = np.array([[19.99, 0, 9.9], [0, 9.99, 19.9], [14.9, 0, 29.9]])
