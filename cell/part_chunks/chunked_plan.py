@@ -19,7 +19,7 @@ from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, reduced_budget, travel_failure
-from ..planning.travels.travel import Way
+from ..planning.travels.travel import TravelWay
 from ..processes.crew import crew
 from ..processes.worker import Tick
 from ..progress import Progress, counted
@@ -99,7 +99,7 @@ class _Joining:
     def __init__(self, shared: Shared, plans: Sequence[PartPlan]) -> None:
         self.shared, self.context = shared, shared.context
         self.beads: list[BeadPlan] = []
-        self.travels: dict[int, Way] = {}  # by the first target of the bead that they lead to
+        self.travels: dict[int, TravelWay] = {}  # by the first target of the bead that they lead to
         self.travel_failures: dict[int, Failure] = {}
         self.joins: list[int] = []  # the first bead of each chunk after the first that is to be led to
         for plan in plans:
@@ -165,10 +165,10 @@ class _Joining:
             k += 1
 
 
-def _travels_of(plan: PartPlan) -> dict[int, Way]:
+def _travels_of(plan: PartPlan) -> dict[int, TravelWay]:
     """The travels of a plan by the first target of the bead that they lead to."""
     travels = iter(plan.travels)
-    out: dict[int, Way] = {}
+    out: dict[int, TravelWay] = {}
     begun = False
     for bead in plan.beads:
         if begun and bead.whole and bead.first not in plan.travel_failures:

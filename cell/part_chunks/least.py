@@ -22,7 +22,7 @@ from ..collision.proofs.between_samples import least_on_the_way
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
-from ..planning.travels.travel import Way
+from ..planning.travels.travel import TravelWay
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
         (s.axes, s.clearances, s.kept, context.deposits_before[s.edge], s.edge) for s in run.stretches
     ]
 
-    def add(way: Way, stage: int, target: int) -> None:
+    def add(way: TravelWay, stage: int, target: int) -> None:
         m = len(way.q)
         runs.append((way.q, way.clearances, way.kept, np.full(m, stage), np.full(m, target)))
 

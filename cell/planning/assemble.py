@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from .context import Context
     from .edge_check import Stretch
     from .travels.home import HomeWays
-    from .travels.travel import Way
+    from .travels.travel import TravelWay
 
 EXACT_STOP = 1e-5  # m: a controller that rounds corners over less stops in them
 TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row
@@ -63,12 +63,12 @@ class RunBeads:
     """
 
     stretches: tuple[Stretch, ...]
-    travels: tuple[Way, ...]
+    travels: tuple[TravelWay, ...]
     before: tuple[int, int] | None = None
     home: HomeWays | None = None
 
     @property
-    def led_to(self) -> list[tuple[int, int, Stretch, Way]]:
+    def led_to(self) -> list[tuple[int, int, Stretch, TravelWay]]:
         """The beads that a travel leads to: first and last target of the bead before, the bead, and the travel."""
         if not self.travels:
             return []

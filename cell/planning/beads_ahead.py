@@ -28,7 +28,7 @@ from .context import Context
 from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
 from .station_search import BESIDE, Ends, StationNodes, StationSearch, held_rolls_price
 from .travels.straight_travels import BeadGap, straight_travels
-from .travels.travel import Way
+from .travels.travel import TravelWay
 
 TOGETHER = 1500  # targets that are looked ahead
 MISSES = 2  # beads one after the other that are not found so, until nothing more is searched ahead
@@ -49,7 +49,7 @@ class _KnownTravel:
     """A travel that is free."""
 
     gap: BeadGap
-    way: Way
+    way: TravelWay
 
 
 class BeadsAhead:
@@ -104,7 +104,7 @@ class BeadsAhead:
         known = self._travels.get(bead.stop)
         return known is not None and bead.whole and known.gap.end is bead.stretches[0]
 
-    def travel(self, last: Stretch, bead: BeadPlan) -> Way | None:
+    def travel(self, last: Stretch, bead: BeadPlan) -> TravelWay | None:
         """The travel to a bead from what was welded last, if it is known."""
         self._find_travels(last, bead)
         known = self._travels.pop(bead.first, None)

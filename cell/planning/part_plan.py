@@ -31,7 +31,7 @@ from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead, Stretch
 from .infeasible_part import InfeasiblePartJudge
 from .station_search import ELSEWHERE, Ends, StationSearch
-from .travels.travel import Way, can_leave, travel, turned
+from .travels.travel import TravelWay, can_leave, travel, turned
 
 FINEST_ROUNDS = 60  # searches of such a bead until it is given up
 BEGINNINGS = 4  # of a bead that no travel leads to
@@ -49,7 +49,7 @@ class PartPlan:
     """
 
     beads: tuple[BeadPlan, ...]
-    travels: tuple[Way, ...]
+    travels: tuple[TravelWay, ...]
     travel_failures: dict[int, Failure]
 
     @property
@@ -121,10 +121,10 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
         The plan of these beads; no travel leads to the first.
     """
     beads: list[BeadPlan] = []
-    travels: list[Way] = []
+    travels: list[TravelWay] = []
     travel_failures: dict[int, Failure] = {}
     last: Stretch | None = None
-    way: Way | Failure
+    way: TravelWay | Failure
     reduced = reduced_budget(context)
     judge, ahead = InfeasiblePartJudge(context, run.firsts[0], run.share), BeadsAhead(context, run.firsts, run.stop)
     for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
@@ -209,7 +209,7 @@ def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = (
     return bead, False
 
 
-def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, Way | Failure]:
+def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, TravelWay | Failure]:
     """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it."""
     stage = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
     avoid: list[Floats] = []

@@ -24,7 +24,7 @@ from ..planning.context import Context
 from ..planning.edge_check import UNKNOWN_SPEED
 from ..planning.part_plan import reduced_budget
 from ..planning.travels.home import SpanEnds
-from ..planning.travels.travel import STRAIGHT, Way, straight_retract, travel
+from ..planning.travels.travel import STRAIGHT, TravelWay, straight_retract, travel
 from .table_turn import TableTurn, TurnSearch
 
 SHARES = (0.0, 0.15, 0.3, 0.5, 0.7)  # of a way, from where the torch is drawn back on
@@ -58,7 +58,7 @@ class CheckedWay:
         pair: the two geoms.
     """
 
-    way: Way
+    way: TravelWay
     least: float
     pair: tuple[int, int]
 
@@ -127,26 +127,29 @@ def _as_near(before: TurnEnd, after: TurnEnd, found: NearerPlace) -> NearerPlace
     return found
 
 
-def _checked(before: TurnEnd, after: TurnEnd, back: Way, out: Way) -> tuple[CheckedWay, CheckedWay]:
+def _checked(before: TurnEnd, after: TurnEnd, back: TravelWay, out: TravelWay) -> tuple[CheckedWay, CheckedWay]:
     """Ways with the nearest that anything comes on them."""
     laid = int(before.context.laid[before.ends.last.stop - 1])
     return _checked_way(before.context, back, laid), _checked_way(after.context, out, after.context.begun)
 
 
-def _checked_way(context: Context, way: Way, laid: int) -> CheckedWay:
-    stage = np.full(len(way[0]), laid)
-    _, nearest = least_on_the_way(context.checker, context.radius, way[0], stage, way[1])
+def _checked_way(context: Context, way: TravelWay, laid: int) -> CheckedWay:
+    stage = np.full(len(way.q), laid)
+    seen, kept = way.clearances, way.kept
+    _, nearest = least_on_the_way(context.checker, context.radius, way.q, stage, seen, kept=kept)
     return CheckedWay(way, float(nearest.distance[0]), (int(nearest.pair[0, 0]), int(nearest.pair[0, 1])))
 
 
-def _seconds(turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: TableTurn, back: Way, out: Way) -> float:
+def _seconds(
+    turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: TableTurn, back: TravelWay, out: TravelWay
+) -> float:
     """How long it takes from one group to the next."""
     job = turns.job
     there = way_time(job, back[0], before.ends.last.stop - 1, begins=False)
     return there + float(turn.dt_s.sum()) + way_time(job, out[0], after.ends.first.first, begins=True)
 
 
-def _places(before: TurnEnd, after: TurnEnd, back: Way, out: Way) -> list[Floats]:
+def _places(before: TurnEnd, after: TurnEnd, back: TravelWay, out: TravelWay) -> list[Floats]:
     """Configurations on the way home, on the way from there, and between what both are once they are drawn back."""
     n = before.context.solver.chain.n
     places, drawn = [], []
@@ -162,9 +165,9 @@ def _places(before: TurnEnd, after: TurnEnd, back: Way, out: Way) -> list[Floats
     return [*places, (drawn[0] + drawn[1]) / 2]
 
 
-def _ways(before: TurnEnd, after: TurnEnd, place: Floats) -> tuple[Way, Way] | None:
+def _ways(before: TurnEnd, after: TurnEnd, place: Floats) -> tuple[TravelWay, TravelWay] | None:
     """The ways to a place and on from it, both drawn back as far as the case asks for; None where one is not found."""
-    found: list[Way] = []
+    found: list[TravelWay] = []
     for end, back in ((before, True), (after, False)):
         span = replace(end.context.span, end=place) if back else replace(end.context.span, start=place)
         context = replace(reduced_budget(end.context, to=1), span=span)

@@ -21,7 +21,7 @@ from ..context import Context
 from ..edge_check import Stretch
 from ..part_plan import BEGINNINGS, REDUCED, PartPlan, searched_again
 from ..station_search import Ends
-from .travel import Way, travel, turned
+from .travel import TravelWay, travel, turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +33,8 @@ class HomeWays:
         back: from the last; None where there is none, or where the arm goes to is not known.
     """
 
-    out: Way | None
-    back: Way | None
+    out: TravelWay | None
+    back: TravelWay | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,11 +123,11 @@ class _Home:
             return None
         return self.context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
 
-    def _way(self, end: Stretch | None, start: Stretch | None) -> Way | Failure:
+    def _way(self, end: Stretch | None, start: Stretch | None) -> TravelWay | Failure:
         stage = self.context.begun if end is None else int(self.context.laid[end.stop - 1])
         return travel(self.context, end, start, stage)
 
-    def _otherwise(self, k: int) -> tuple[Way | None, Way | None] | None:
+    def _otherwise(self, k: int) -> tuple[TravelWay | None, TravelWay | None] | None:
         """Ways to and from the first or last bead, begun or ended elsewhere; None where that does not help."""
         bead = self.beads[k]
         begin_off: list[Floats] = []
@@ -147,7 +147,7 @@ class _Home:
                 return found
         return None
 
-    def _joined(self, k: int, bead: BeadPlan) -> tuple[Way | None, Way | None] | None:
+    def _joined(self, k: int, bead: BeadPlan) -> tuple[TravelWay | None, TravelWay | None] | None:
         """The ways to and from a bead if they are free, None where none is needed; the bead and they take their places.
 
         None alone: they are not free.
@@ -156,8 +156,8 @@ class _Home:
         before = self.beads[k - 1].stretches[0] if k else None
         after = self.beads[k + 1].stretches[0] if k + 1 < len(self.beads) else None
         span = self.context.span
-        into: Way | None = None
-        on: Way | None = None
+        into: TravelWay | None = None
+        on: TravelWay | None = None
         if before is not None or span.start is not None:
             found = self._way(before, start)
             if isinstance(found, Failure):

@@ -43,7 +43,7 @@ SEED = 20240
 UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
 
 
-class Way(NamedTuple):
+class TravelWay(NamedTuple):
     """A travel that is free.
 
     Attributes:
@@ -59,7 +59,7 @@ class Way(NamedTuple):
     kept: Floats
 
     @classmethod
-    def of(cls, checker: Checker, radius: Floats, q: Floats, seen: Clearances) -> Way:
+    def of(cls, checker: Checker, radius: Floats, q: Floats, seen: Clearances) -> TravelWay:
         """One all of whose samples were looked at by a checker."""
         low = np.minimum(seen.distance, checker.reach)
         return cls(q, seen, low, kept_on_steps(low, q, radius))
@@ -70,7 +70,7 @@ class Way(NamedTuple):
         return Clearances(self.low, self.clearances.pair, self.clearances.position)
 
 
-def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> Way | Failure:
+def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> TravelWay | Failure:
     """From the end of one bead to the start of the next: out along the normal, across, in again.
 
     Args:
@@ -87,7 +87,7 @@ def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: 
     return _Travel(context, end, start, stage).search()
 
 
-def turned(start: Stretch, way: Way) -> Stretch:
+def turned(start: Stretch, way: TravelWay) -> Stretch:
     """A stretch as it is run after a travel: turned by the whole turns that the travel ends off its beginning."""
     turn = (way[0][-1] - start.axes[0])[: start.q.shape[1]]
     if not turn.any():
@@ -101,12 +101,12 @@ def can_leave(context: Context, end: Stretch, stage: int) -> bool:
     return leg.failure is None and isinstance(_collision(context, leg.q, stage), Clearances)
 
 
-def straight_retract(context: Context, way: Way, stretch: Stretch, at: int) -> float:
+def straight_retract(context: Context, way: TravelWay, stretch: Stretch, at: int) -> float:
     """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
     return straight_retracts(context, [(way, stretch, at)])[0]
 
 
-def straight_retracts(context: Context, ends: Sequence[tuple[Way, Stretch, int]]) -> list[float]:
+def straight_retracts(context: Context, ends: Sequence[tuple[TravelWay, Stretch, int]]) -> list[float]:
     """The same of many travels."""
     if not ends:
         return []
@@ -133,9 +133,9 @@ class _Travel:
         self.failure: Failure | None = None
         self.wire = context.wire
 
-    def search(self) -> Way | Failure:
+    def search(self) -> TravelWay | Failure:
         """The first way that is free with room, of ever dearer ones; without room, the one that has most of it."""
-        clearest: Way | None = None
+        clearest: TravelWay | None = None
         leaves: list[Leg] = []
         arrives: list[Leg] = []
         for times in RETRACTS:
@@ -175,7 +175,7 @@ class _Travel:
         assert self.failure is not None
         return self.failure
 
-    def _straight(self, leave: Floats, arrive: Floats) -> Way | None:
+    def _straight(self, leave: Floats, arrive: Floats) -> TravelWay | None:
         """Out, straight across and in, if that is free."""
         return self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
 
@@ -220,7 +220,7 @@ class _Travel:
         lengths = {round(share * most) for share in SHORTER}
         return sorted((n for n in lengths if n > 1), reverse=True)
 
-    def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> Way | None:
+    def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> TravelWay | None:
         """The whole travel, if it is free: out, by the corners across, and in."""
         middle = sampled(across, self.context.settings.steps.travel_angle)
         q = np.concatenate([leave, middle[1:], arrive[::-1][1:]])
@@ -232,7 +232,7 @@ class _Travel:
         if cut is not None:
             self.failure = cut
             return None
-        return Way.of(self.context.checker, self.context.radius, q, found)
+        return TravelWay.of(self.context.checker, self.context.radius, q, found)
 
     def _dragged(self, q: Floats, whole: Floats, first: int) -> Failure | None:
         """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
@@ -249,7 +249,7 @@ class _Travel:
             hit = self.context.describe(nearest, 0, ON_TRAVEL)
         return replace(hit, limit=0.0)
 
-    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> Way | Failure:
+    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> TravelWay | Failure:
         """Search a way round what is in the way of the straight ones."""
         context = self.context
         starts, goals = (np.array([leg[-1] for leg in legs]) for legs in (leaves, arrives))
@@ -297,7 +297,7 @@ def _with(failure: Failure, *, shut_in: str, attempts: int | None = None) -> Fai
     return replace(failure, effort=effort if attempts is None else replace(effort, attempts=attempts))
 
 
-def _room(way: Way) -> float:
+def _room(way: TravelWay) -> float:
     """The least clearance on a travel, m."""
     return float(way.clearances.distance.min())
 

@@ -19,7 +19,7 @@ from cell.collision.rounded_paths import BlendedPath
 from cell.failure import Failure, Kind, Place, Where
 from cell.job.job import prepare
 from cell.planning import assemble as motion
-from cell.planning.travels.travel import Way
+from cell.planning.travels.travel import TravelWay
 from cell.timing.blending import blended
 
 GEOM = mujoco.mjtGeom
@@ -328,7 +328,7 @@ def test_corners_of_travels_that_stop_for_a_dwell_are_looked_at_again(monkeypatc
     job.scene.chain.forward = lambda q: np.tile(np.eye(4), (len(q), 1, 1))
     setup.laid = np.arange(12)
     q = np.linspace(0, 1, 5)[:, None] * np.ones(6)
-    ways = (Way(q, Clearances.none(5), np.ones(5), np.ones(5)),) * 2
+    ways = (TravelWay(q, Clearances.none(5), np.ones(5), np.ones(5)),) * 2
     # all beads in one run, and in two of which the second begins with the travel to its first
     runs = (
         [motion.RunBeads(tuple(beads), ways)],
