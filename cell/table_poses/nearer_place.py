@@ -134,8 +134,9 @@ def _checked(before: TurnEnd, after: TurnEnd, back: TravelWay, out: TravelWay) -
 
 
 def _checked_way(context: Context, way: TravelWay, laid: int) -> CheckedWay:
-    stage = np.full(len(way[0]), laid)
-    _, nearest = least_on_the_way(context.checker, context.radius, way[0], stage, way[1])
+    stage = np.full(len(way.q), laid)
+    seen, kept = way.clearances, way.kept
+    _, nearest = least_on_the_way(context.checker, context.radius, way.q, stage, seen, kept=kept)
     return CheckedWay(way, float(nearest.distance[0]), (int(nearest.pair[0, 0]), int(nearest.pair[0, 1])))
 
 

@@ -66,6 +66,7 @@ def part_shape(
     profile: Sequence[tuple[float, float]] | None,
     beyond_mm: Sequence[Floats] | None = None,
     built: Sequence[tuple[SlicedSubVolume, Floats]] = (),
+    most_points: int = MANY_POINTS,
 ) -> PartShape:
     """Shapes of a sliced part.
 
@@ -76,6 +77,7 @@ def part_shape(
         beyond_mm: how far the beads of each sub-volume's layers reach beyond the layers' borders, from
             :func:`beyond_borders`; not at all where left out.
         built: sub-volumes that are there from the start, each with how far its beads reach beyond the layers' borders.
+        most_points: of what is laid, beyond which those that its hulls do not need are left out.
 
     Returns:
         The shapes.
@@ -92,7 +94,7 @@ def part_shape(
     visual = {f"{s.name}_visual": s.mesh for s in (*sliced, *(s for s, _ in built))} | visual
     hulls |= built_hulls(built)
     laid = dict(_laid_hulls(sliced, beyond_mm))
-    if sum(map(len, laid.values())) > MANY_POINTS:
+    if sum(map(len, laid.values())) > most_points:
         laid = dict(_laid_hulls(sliced, beyond_mm, few=True))
     first = np.cumsum([0, *(len(s.layers) for s in sliced)]).tolist()
     return PartShape(visual, hulls | laid, tuple(first[:-1]), first[-1])

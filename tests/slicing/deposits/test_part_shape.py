@@ -51,10 +51,9 @@ def hulls(shape):
 @pytest.mark.parametrize("solid", [boss, ring, fine_ring, tube])
 @pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
 @pytest.mark.parametrize("many", [part_shape.MANY_POINTS, 0])
-def test_every_layer_is_covered_by_its_pieces(solid, strategy, many, monkeypatch):
-    monkeypatch.setattr(part_shape, "MANY_POINTS", many)  # beyond which those that hulls do not need are left out
+def test_every_layer_is_covered_by_its_pieces(solid, strategy, many):
     s = sliced(solid(), strategy)
-    shape = part_shape.part_shape([s], None, BODY)
+    shape = part_shape.part_shape([s], None, BODY, most_points=many)
     assert shape.n_deposits == len(s.layers)
     for layer in s.layers:
         mine = {n: v for n, v in shape.hulls.items() if n.startswith(f"deposit/{layer.index}/")}
@@ -70,13 +69,12 @@ def test_every_layer_is_covered_by_its_pieces(solid, strategy, many, monkeypatch
 @pytest.mark.parametrize("solid", [boss, ring, fine_ring, tube])
 @pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
 @pytest.mark.parametrize("many", [part_shape.MANY_POINTS, 0])
-def test_beads_that_stand_out_of_their_layers_are_covered(solid, strategy, many, monkeypatch):
-    monkeypatch.setattr(part_shape, "MANY_POINTS", many)
+def test_beads_that_stand_out_of_their_layers_are_covered(solid, strategy, many):
     s, parameters = sliced(solid(), strategy), BeadParameters(width_mm=4.0)
     (laid,) = lay_beads([s], parameters)
     beyond = beyond_borders(laid, parameters)
     assert (beyond == 2.0).all()
-    shape = part_shape.part_shape([s], None, BODY, [beyond])
+    shape = part_shape.part_shape([s], None, BODY, [beyond], most_points=many)
     for layer in s.layers:
         mine = {n: v for n, v in shape.hulls.items() if n.startswith(f"deposit/{layer.index}/")}
         solids = [trimesh.PointCloud(v).convex_hull for v in mine.values()]
