@@ -22,14 +22,14 @@ from .failure_facts import AT_TARGET as AT_TARGET
 from .failure_facts import IN_ROWS as IN_ROWS
 from .failure_facts import ON_BEAD as ON_BEAD
 from .failure_facts import ON_TRAVEL as ON_TRAVEL
-from .failure_facts import Beads as Beads
+from .failure_facts import BeadOrder as BeadOrder
+from .failure_facts import CollisionPlace as CollisionPlace
 from .failure_facts import Contact as Contact
-from .failure_facts import Effort as Effort
-from .failure_facts import Hanging as Hanging
 from .failure_facts import LaidLayer as LaidLayer
+from .failure_facts import OverhangArea as OverhangArea
 from .failure_facts import Place as Place
-from .failure_facts import Seen as Seen
-from .failure_facts import Slowed as Slowed
+from .failure_facts import SearchEffort as SearchEffort
+from .failure_facts import SlowdownCause as SlowdownCause
 from .failure_facts import Where as Where
 from .plain import plain
 from .units import MARGIN_UNITS
@@ -142,9 +142,9 @@ class Failure:
     between: RollBetween | None = None
     because: Failure | None = None
     place: Place = AT_TARGET
-    effort: Effort | None = None
+    effort: SearchEffort | None = None
     locked_by: tuple[LaidLayer, ...] = field(default=())
-    cause: Slowed | Hanging | Beads | None = None
+    cause: SlowdownCause | OverhangArea | BeadOrder | None = None
     proved: bool = False
 
     @property
@@ -193,7 +193,7 @@ class Failure:
     @property
     def rounded(self) -> bool:
         """Whether only the rounded corner comes too near."""
-        return self.contact is not None and self.contact.seen is Seen.ROUNDED
+        return self.contact is not None and self.contact.seen is CollisionPlace.ROUNDED
 
     def at(self, place: Place) -> Failure:
         """The same failure at another place.
@@ -203,7 +203,7 @@ class Failure:
         """
         return replace(self, place=place)
 
-    def seen(self, seen: Seen) -> Failure:
+    def seen(self, seen: CollisionPlace) -> Failure:
         """The same collision, found in another way.
 
         Args:
@@ -277,14 +277,14 @@ class Failure:
         by[Kind.PATH_SPEED] = "path"
         if self.kind in by:
             yield "by", by[self.kind]
-        if isinstance(self.cause, Slowed):
+        if isinstance(self.cause, SlowdownCause):
             yield "by", "deposition" if self.where is Where.ROWS else self.cause.by
             yield "seconds", self.cause.seconds
-        elif isinstance(self.cause, Hanging):
+        elif isinstance(self.cause, OverhangArea):
             yield "area_mm2", self.cause.area_mm2
             yield "begins_mm2", self.cause.begins_mm2
             yield "place_mm", list(self.cause.place_mm)
-        elif isinstance(self.cause, Beads):
+        elif isinstance(self.cause, BeadOrder):
             yield from (("bead", self.cause.bead), ("after_bead", self.cause.after))
 
     def _other_items(self) -> Iterator[tuple[str, Any]]:
@@ -297,9 +297,13 @@ class Failure:
                 yield "in_collision", self.between.collision.document()
         if self.kind.reason == "arc":
             yield "what", self.kind.word
-        seen = Seen.AT_SAMPLE if self.contact is None else self.contact.seen
-        if seen is not Seen.AT_SAMPLE:
-            key = {Seen.BETWEEN_SAMPLES: "between_samples", Seen.BETWEEN_ROWS: "between_rows", Seen.ROUNDED: "rounded"}
+        seen = CollisionPlace.AT_SAMPLE if self.contact is None else self.contact.seen
+        if seen is not CollisionPlace.AT_SAMPLE:
+            key = {
+                CollisionPlace.BETWEEN_SAMPLES: "between_samples",
+                CollisionPlace.BETWEEN_ROWS: "between_rows",
+                CollisionPlace.ROUNDED: "rounded",
+            }
             yield key[seen], True
         if self.place.at_home:
             yield "at_home", True
@@ -309,7 +313,7 @@ class Failure:
             yield "blocked_by_layers", [{"sub_volume": x.sub_volume, "layer": x.layer} for x in self.locked_by]
 
 
-def _effort_items(effort: Effort) -> Iterator[tuple[str, Any]]:
+def _effort_items(effort: SearchEffort) -> Iterator[tuple[str, Any]]:
     if effort.seeds is not None:
         yield "search", f"not found from {effort.seeds} seeds at {effort.rolls} roll(s)"
     for key, value in (("reached_mm", effort.reached_mm), ("retract_mm", effort.retract_mm)):

@@ -51,7 +51,7 @@ ON_TRAVEL = Place(Where.TRAVEL)
 IN_ROWS = Place(Where.ROWS)
 
 
-class Seen(Enum):
+class CollisionPlace(Enum):
     """Where a pair of geoms is too near."""
 
     AT_SAMPLE = "at a sample"
@@ -73,12 +73,12 @@ class Contact:
 
     pair: tuple[str, ...]
     world_xyz_mm: tuple[float, ...] | None = None
-    seen: Seen = Seen.AT_SAMPLE
+    seen: CollisionPlace = CollisionPlace.AT_SAMPLE
     note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Effort:
+class SearchEffort:
     """How far a search went that found nothing.
 
     Attributes:
@@ -103,7 +103,7 @@ class Effort:
 
 
 @dataclass(frozen=True, slots=True)
-class Slowed:
+class SlowdownCause:
     """What holds the deposition up.
 
     Attributes:
@@ -116,7 +116,7 @@ class Slowed:
 
 
 @dataclass(frozen=True, slots=True)
-class Hanging:
+class OverhangArea:
     """The part of a layer that overhangs.
 
     Attributes:
@@ -131,7 +131,7 @@ class Hanging:
 
 
 @dataclass(frozen=True, slots=True)
-class Beads:
+class BeadOrder:
     """Beads out of order: the one welded, and the last one before it (None: it is the first)."""
 
     bead: int

@@ -15,7 +15,7 @@ import numpy as np
 
 from cell import DEFAULT_CASE, Job, Result, check, grid, load_case, prepare, sweep, sweep_document, sweep_picture
 from cell.atomic_files import write_bytes
-from cell.cli.bar import Bars
+from cell.cli.progress_bar import Bars
 from cell.verdict.words import in_words
 
 START, END = "<!-- measured -->", "<!-- end -->"

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain import Floats, rotation_about
-from .deviation import refined
+from .near_spherical_wrist import refined
 from .spherical_wrist import SphericalWristArm, WristConstants
 
 BRANCHES = 8

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from .chain import Chain, Floats
-from .deviation import Deviation, deviation
+from .near_spherical_wrist import Deviation, deviation
 
 TOLERANCE = 5e-4  # m, or sine of an angle: what an arm may be off its class and still be taken for one of it
 NEAR_CLASS = 5e-3  # the same: what an arm may be off and still have the margins of one of its class

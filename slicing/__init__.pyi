@@ -12,8 +12,8 @@ from .beads.overhang import overhangs as overhangs
 from .beads.overhang import worst_angle as worst_angle
 from .decomposition.body_hint import BodyHint as BodyHint
 from .decomposition.decompose import decompose as decompose
-from .decomposition.doubts import Evidence as Evidence
-from .decomposition.doubts import frame_line as frame_line
+from .decomposition.evidence_warnings import Evidence as Evidence
+from .decomposition.evidence_warnings import frame_line as frame_line
 from .deposits.part_shape import PartShape as PartShape
 from .deposits.part_shape import beyond_borders as beyond_borders
 from .deposits.part_shape import part_shape as part_shape
@@ -54,11 +54,11 @@ from .targets.targets import Targets as Targets
 from .targets.targets import sample_beads as sample_beads
 from .targets.waypoints import travels as travels
 from .toolpaths.csv_file import read_toolpath as read_toolpath
-from .toolpaths.short_calls import Cone as Cone
-from .toolpaths.short_calls import Cylinder as Cylinder
-from .toolpaths.short_calls import lay as lay
-from .toolpaths.short_calls import load as load
-from .toolpaths.short_calls import slice as slice
+from .toolpaths.shortcuts import Cone as Cone
+from .toolpaths.shortcuts import Cylinder as Cylinder
+from .toolpaths.shortcuts import lay as lay
+from .toolpaths.shortcuts import load as load
+from .toolpaths.shortcuts import slice as slice
 from .toolpaths.toolpath import Toolpath as Toolpath
 from .toolpaths.toolpath import toolpath_shape as toolpath_shape
 from .warning import WRONG_LAYER as WRONG_LAYER

@@ -146,7 +146,7 @@ ANY_VALUES = {
     "JSON, YAML or a page's data is made": """
         cell/case/problems cell/case/read cell/cli/console cell/cli/sweep_command cell/compare/compare cell/failure
         cell/html/check_page cell/html/comparison_page cell/html/pack cell/html/scene cell/html/series
-        cell/html/shapes cell/html/sweep_page cell/html/words cell/job/part_input cell/motion/deposition_speed
+        cell/html/shapes cell/html/sweep_page cell/html/page_words cell/job/part_input cell/motion/deposition_speed
         cell/programs/exported/export_document
         cell/pose_sweep/grid cell/pose_sweep/log cell/pose_sweep/picked_pose cell/pose_sweep/ranking
         cell/pose_sweep/sweep cell/pose_sweep/variants cell/remedy_search/changes cell/remedy_search/remedy

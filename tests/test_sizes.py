@@ -21,7 +21,7 @@ MORE_PARAMETERS = {
     "cell/planning/blended_check.py:_met": "samples with what is known of them, and what is to be proved",
     "cell/coordination/table_schedule.py:_solved": "the terms of one least-squares problem",
     "cell/planning/edge_tracking.py:track_edges": "edges as columns, and what they are held against",
-    "cell/planning/lockouts.py:_blame": "a trial with all that it varies",
+    "cell/planning/blocking_layers.py:_blame": "a trial with all that it varies",
     "cell/view/film.py:film": "options of a film, all with defaults",
     "cell/view/layer_picture.py:_composed": "options of a picture",
     "cell/view/layer_picture.py:slice_picture": "options of a picture, all with defaults",

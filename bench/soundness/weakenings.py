@@ -25,13 +25,13 @@ AT_ITS_END = (
 NEAR = "acceptance/test_near_misses.py"
 HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/proofs/test_coupled_bounds.py"
 LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/verification/test_accelerations.py"
-PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_deviation.py"
+PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_near_spherical_wrist.py"
 SURFACES = "slicing/surfaces/test_surfaces.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
-CREW = "cell/processes/test_crew.py"
-PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_unsupported.py"
+CREW = "cell/processes/test_worker_pool.py"
+PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_overhang_check.py"
 
 
 @dataclass(frozen=True)
@@ -155,9 +155,9 @@ MUTANTS = (
     Mutant("cell/mjcf/asset_files.py", "if nested or not at.is_file():", "if not at.is_file():", ("cell/mjcf/test_asset_files.py",)),
     # verification
     Mutant("cell/verification/collisions.py", "stretches_of(clear.distance < least,", "stretches_of(clear.distance < 0,", (HITS, "cell/verification/test_motion_check.py")),
-    Mutant("cell/verification/arm_looks.py", "steps = [piece.first + seen", "steps = [0 * piece.first + seen", (NEAR,)),
-    Mutant("cell/verification/arm_looks.py", "if a <= run.low < run.high <= b)", "if a <= run.low < run.high < b)", ("cell/verification/test_long_motions.py",)),
-    Mutant("cell/verification/arm_looks.py", "unproven_steps(checker, radius, q, stage, clear, least=least)", "unproven_steps(checker, radius, q, stage, clear)", (NEAR,)),
+    Mutant("cell/verification/arm_clearances.py", "steps = [piece.first + seen", "steps = [0 * piece.first + seen", (NEAR,)),
+    Mutant("cell/verification/arm_clearances.py", "if a <= run.low < run.high <= b)", "if a <= run.low < run.high < b)", ("cell/verification/test_long_motions.py",)),
+    Mutant("cell/verification/arm_clearances.py", "unproven_steps(checker, radius, q, stage, clear, least=least)", "unproven_steps(checker, radius, q, stage, clear)", (NEAR,)),
     Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, way, stage), ", "", (HITS,)),
     Mutant("cell/verification/motion_check.py", "SPEED_SLACK = 1.001", "SPEED_SLACK = 1.2", ("cell/verification/test_motion_check.py", HITS)),
     Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if False:", ("cell/verification/test_motion_check.py", HITS)),
@@ -263,7 +263,7 @@ MUTANTS = (
     Mutant("cell/planning/collision_free_rolls.py", "known.held[:-1] + known.held[1:] < np.diff(known.roll)", "known.held[:-1] + known.held[1:] < 0.2 * np.diff(known.roll)", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
     Mutant("cell/planning/collision_free_rolls.py", "< MOST_DETOUR * context.screen", "< 0.1 * MOST_DETOUR * context.screen", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
     Mutant("cell/planning/infeasible_part.py", "rest = frozenset(range(first, stop)) - target_failures.keys()", "rest = frozenset[int]()", ("cell/planning/test_infeasible_part.py",)),
-    Mutant("cell/planning/lockouts.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_lockouts.py",)),
+    Mutant("cell/planning/blocking_layers.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_blocking_layers.py",)),
     Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),
     # what the README promises of rows, layers, programs, remedies and logs
     Mutant("cell/planning/context.py", "position: float = 16e-3", "position: float = 60e-3", (STEPS,)),
@@ -284,7 +284,7 @@ MUTANTS = (
     Mutant("cell/processes/own_process.py", '.split()[0] == "S"', '.split()[0] != "Z"', (CREW,)),
     Mutant("cell/processes/own_process.py", "            signal.signal(number, signal.SIG_DFL)\n", "            pass\n", (CREW,)),
     Mutant("cell/processes/worker.py", "Context().run(work, pipe, shared)", "work(pipe, shared)", (CREW,)),
-    Mutant("cell/processes/crew.py", "if error is None or k < error[0]", "if error is None", (CREW,)),
-    Mutant("cell/processes/crew.py", "        if worker.shared != self._number:\n", "        if worker.shared == 0:\n", (CREW,)),
+    Mutant("cell/processes/worker_pool.py", "if error is None or k < error[0]", "if error is None", (CREW,)),
+    Mutant("cell/processes/worker_pool.py", "        if worker.shared != self._number:\n", "        if worker.shared == 0:\n", (CREW,)),
     Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),
 )  # fmt: skip

@@ -20,10 +20,10 @@ import sys
 import time
 
 if __name__ == "__main__":  # a worker runs this file as well, and needs none of them for it
-    import cell.processes.crew
+    import cell.processes.worker_pool
     from cell.part_chunks.chunking import USUAL, Chunking
     from cell.planning.context import Context
-    from cell.processes.crew import processor_time, working
+    from cell.processes.worker_pool import processor_time, working
     from cell.scene.scene import table_angles
     from cell.verdict.check import SpanVerdict, check_span, off_upright
 
@@ -49,14 +49,14 @@ def measure(
 ) -> tuple[float, float]:
     """Check a part (what ``job_of`` takes) and print a line; processor time on the critical path and wall time, s."""
     known = job_of(*asked) if late else None
-    with working(jobs) as crew:
+    with working(jobs) as pool:
         job = known or job_of(*asked)
         wall, every, here = time.perf_counter(), processor_time(), time.process_time()
         context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
         gravity, chunks = off_upright(job, context.placed), len(chunking.chunks(job.targets, context.span))
         found = check_span(job, context, gravity, None, chunking)
     wall, every, here = time.perf_counter() - wall, processor_time() - every, time.process_time() - here
-    critical = here + crew.busiest
+    critical = here + pool.busiest
     n = len(job.targets)
     peak = [resource.getrusage(who).ru_maxrss / MB for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     said = "infeasible" if found.motion is None else f"{found.motion.t_s[-1]:.0f} s"
@@ -84,7 +84,7 @@ def main() -> None:
     args = parsed(parser, targets=100, jobs=[1, 2], fill="contour")
     chunking = Chunking(0, 20) if args.smoke else USUAL
     if args.spawned:
-        cell.processes.crew.may_fork = lambda: False
+        cell.processes.worker_pool.may_fork = lambda: False
     print(
         "| part | targets | chunks | jobs | all, ms a target | critical path, ms a target |"
         " first process, s | wall, s | memory, MB | motion | digest |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|"

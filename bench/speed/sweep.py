@@ -21,7 +21,7 @@ from typing import Any
 
 from cell import DEFAULT_CASE, Case, check, grid, load_case, prepare
 from cell.pose_sweep.grid import Pose
-from cell.pose_sweep.sweep import Work, fingerprint
+from cell.pose_sweep.sweep import SweepPlan, fingerprint
 from cell.pose_sweep.workers import completed, processes
 from cell.table_poses.hopeless_poses import screen, screen_all
 
@@ -40,7 +40,7 @@ class Timed:
         return found, time.process_time() - start
 
 
-def seconds(work: Work, pool: Executor) -> tuple[float, float, list[dict[str, Any]]]:
+def seconds(work: SweepPlan, pool: Executor) -> tuple[float, float, list[dict[str, Any]]]:
     """Wall time, CPU time and rows of a sweep."""
     spent = 0.0
 
@@ -83,7 +83,7 @@ def screening(case: Case, poses: list[Pose]) -> None:
 
 def scaling(case: Case, poses: list[Pose], runs: int) -> None:
     """Print what a second worker gives, once both have prepared."""
-    work = Work(fingerprint(case), case, tuple(poses))
+    work = SweepPlan(fingerprint(case), case, tuple(poses))
     found: list[tuple[float, float, float, float]] = []
     with processes(1) as alone, processes(2) as pair:
         for pool in (alone, pair):

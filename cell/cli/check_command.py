@@ -8,13 +8,13 @@ from typing import IO, TYPE_CHECKING
 
 from ..atomic_files import STDOUT, write_text
 from ..errors import InputError
-from ..processes.crew import working
-from .bar import Bars
+from ..processes.worker_pool import working
+from .case_options import load, refuse_outputs
 from .console import put_json, say
 from .exit_codes import FEASIBLE, INFEASIBLE
-from .given_case import load, refuse_outputs
-from .jobs import jobs_of
-from .speech import is_quiet, is_verbose
+from .process_count import jobs_of
+from .progress_bar import Bars
+from .verbosity import is_quiet, is_verbose
 
 if TYPE_CHECKING:
     from ..case.sections import Case

@@ -7,9 +7,9 @@ import sys
 
 from ..atomic_files import STDOUT, write_text
 from ..errors import InputError
+from .case_options import load, refuse_outputs
 from .console import put_json, say
 from .exit_codes import FEASIBLE
-from .given_case import load, refuse_outputs
 
 
 def run(args: argparse.Namespace) -> int:

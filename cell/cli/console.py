@@ -13,7 +13,7 @@ from typing import IO, TYPE_CHECKING, Any
 from ..atomic_files import STDOUT, write_json
 from ..json_text import json_pieces
 from ..printable import ERASED
-from .speech import is_quiet
+from .verbosity import is_quiet
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 from ..atomic_files import check_outputs
 from ..case.files import case_files
 from ..errors import InputError
-from .bar import Bars
+from .case_options import load
 from .exit_codes import FEASIBLE, INFEASIBLE
-from .given_case import load
-from .jobs import jobs_of
-from .speech import is_quiet
+from .process_count import jobs_of
+from .progress_bar import Bars
+from .verbosity import is_quiet
 
 if TYPE_CHECKING:
     from ..case.sections import Case

@@ -21,13 +21,13 @@ from importlib import import_module
 from ..atomic_files import discard_unfinished
 from ..errors import InputError
 from ..printable import printable
-from ..processes.crew import WorkerTraceback
 from ..processes.own_process import begin_own_process
+from ..processes.worker_pool import WorkerTraceback
 from ..streams import standard_streams
 from ..termination import Terminated, terminable
 from .arguments import build_parser
 from .exit_codes import BAD_INPUT, ENDED_BY_SIGNAL, INTERRUPTED, PROGRAM_ERROR
-from .speech import speaking
+from .verbosity import speaking
 
 DRAWS = ("replay",)  # commands that MuJoCo draws for
 TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are told with a traceback

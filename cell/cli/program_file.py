@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 from ..atomic_files import STDOUT, check_outputs
 from ..case.files import case_files
 from ..errors import InputError
-from ..processes.crew import working
+from ..processes.worker_pool import working
 from .console import put_json, say
 from .exit_codes import FEASIBLE, INFEASIBLE
-from .jobs import jobs_of
+from .process_count import jobs_of
 
 if TYPE_CHECKING:
     from ..case.sections import Case
@@ -50,7 +50,7 @@ def check_program_file(args: argparse.Namespace, case: Case) -> int:
         InputError: one line.
     """
     from ..atomic_files import write_text
-    from ..job.bare_job import bare_job
+    from ..job.cell_without_part import bare_job
     from ..job.job import prepare
     from ..report.program_document import program_lines, program_report
 

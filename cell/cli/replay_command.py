@@ -10,11 +10,11 @@ import sys
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
-from .bar import Bars
+from .case_options import load
 from .exit_codes import FEASIBLE
-from .given_case import load
-from .jobs import jobs_of
-from .speech import is_quiet
+from .process_count import jobs_of
+from .progress_bar import Bars
+from .verbosity import is_quiet
 
 if TYPE_CHECKING:
     from ..case.sections import Case

@@ -6,9 +6,9 @@ import argparse
 import sys
 
 from ..atomic_files import write_text
+from .case_options import load, refuse_outputs
 from .console import say
 from .exit_codes import FEASIBLE
-from .given_case import load, refuse_outputs
 
 
 def run(args: argparse.Namespace) -> int:

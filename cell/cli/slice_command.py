@@ -7,9 +7,9 @@ import sys
 from typing import TYPE_CHECKING
 
 from ..atomic_files import STDOUT, write_bytes, write_csv
+from .case_options import refuse_outputs
 from .console import put_json, say
 from .exit_codes import FEASIBLE
-from .given_case import refuse_outputs
 
 if TYPE_CHECKING:
     from ..case.sections import Case

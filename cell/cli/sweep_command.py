@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..atomic_files import STDOUT, write_bytes, write_csv, write_text
 from ..errors import InputError
-from .bar import Bars
+from .case_options import load, parse_roll, refuse_outputs
 from .console import put_json, say
 from .exit_codes import FEASIBLE, INFEASIBLE
-from .given_case import load, parse_roll, refuse_outputs
+from .progress_bar import Bars
 
 if TYPE_CHECKING:
     from ..case.sections import Case

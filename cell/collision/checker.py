@@ -61,7 +61,7 @@ def _named_pairs(scene: Scene) -> tuple[int, ...]:
 
 
 @dataclass
-class Asked:
+class QueryCount:
     """How many configurations were asked about: what a search costs, on any machine.
 
     Attributes:
@@ -89,7 +89,7 @@ class Checker:
     scene: Scene
     table: tuple[float, float]
     reach: float
-    asked: Asked
+    asked: QueryCount
     moving = 2  # of two things that get nearer to one another so many may be parts of the arm
 
     def __init__(
@@ -117,7 +117,7 @@ class Checker:
         self.table = table
         self.reach = reach
         self.without = tuple(without)
-        self.asked = Asked()
+        self.asked = QueryCount()
         # what collides is switched in it; the scene's own stays as it is
         self._model: mujoco.MjModel
         self._data: mujoco.MjData

@@ -39,7 +39,7 @@ SAME_LEAN = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class TableWay:
+class TableMotion:
     """Table angles along a part.
 
     Attributes:
@@ -67,7 +67,7 @@ class Schedule:
 
     def along(
         self, normals: Floats, path: Ints, length: Floats, *, side: int = 0, aim: Floats | None = None
-    ) -> TableWay:
+    ) -> TableMotion:
         """Table angles at all targets of a part.
 
         Args:
@@ -83,12 +83,12 @@ class Schedule:
         exact = self._tracked(normals, path, side, aim)
         goal = self.freedom.kinematics.up if aim is None else aim
         lean = float(np.arccos(np.clip(goal @ self.freedom.kinematics.up, -1.0, 1.0)))
-        best: TableWay | None = None
+        best: TableMotion | None = None
         for share in SHARES:
             tables = self._relaxed(normals, path, length, exact, share * (self.upright - lean), goal)
             off = self._off(normals, path, tables)
             if best is None or off.max() < best.off.max() - SAME_LEAN:
-                best = TableWay(tables, off)
+                best = TableMotion(tables, off)
             if off.max() <= KEPT_CONE * self.upright:
                 break
         assert best is not None

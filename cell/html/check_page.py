@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..job.job import Job
-from ..job.unsupported import targets_over_nothing
+from ..job.overhang_check import targets_over_nothing
 from ..progress import phase
 from ..units import METRES_PER_MM
 from ..verdict.result import Result
@@ -23,9 +23,9 @@ from ..verdict.severity import severity, worst_first
 from .drawn_path import BUDGET, PageBudget
 from .pack import Pack
 from .page import page, script_of, template
+from .page_words import REASON_WORDS, VERDICTS, PageWords, what_went_wrong, worst
 from .scene import scene_json
 from .series import path_json
-from .words import REASON_WORDS, VERDICTS, Words, what_went_wrong, worst
 
 if TYPE_CHECKING:
     from ..remedy_search.search import Remedy
@@ -47,7 +47,7 @@ def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
     Returns:
         The whole file; UTF-8.
     """
-    words = Words(result, remedies)
+    words = PageWords(result, remedies)
     good = result.feasible
     mark = "feasible" if good else "infeasible"
     fill = {

@@ -26,7 +26,7 @@ from ..verdict.result import Result
 from ..view.shown_motion import Played
 from .drawn_path import BUDGET, SAMPLES_AT_ONCE, DrawnPath, PageBudget, note_of, path_of, worst_of_steps
 from .pack import Pack
-from .words import in_plain_words
+from .page_words import in_plain_words
 
 HELD = 0.01  # share of the deposition speed that it may be off and still counts as held
 COLOURS = 8  # of lines in one chart; web/report.css has as many

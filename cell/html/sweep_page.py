@@ -19,7 +19,7 @@ from ..pose_sweep.variants import variant_words, variants
 from ..shipped import DEFAULT_CASE
 from .pack import Pack
 from .page import page, script_of, template
-from .words import REASON_WORDS
+from .page_words import REASON_WORDS
 
 SCRIPTS = ("data", "sweep_map", "sortable", "sweep_table", "sweep")  # in order of use
 

@@ -46,7 +46,7 @@ from ..arrays import Ints
 from ..case.sections import Case
 from ..errors import InputError
 from ..failure import Failure
-from ..processes.crew import crew
+from ..processes.worker_pool import pool
 from ..progress import phase
 from ..scene.compose import compose
 from ..scene.drives import Drives, drives
@@ -352,7 +352,7 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
             f"{case.path}: part: the sub-volumes give no targets at h_layer_mm {case.slicing.h_layer_mm:g}"
         )
     if len(path.targets) >= max(LARGE_PART, WORTH_A_START):
-        crew().begin(len(path.targets) // LEAST_CHUNK, "cell.part_chunks.chunked_run")
+        pool().begin(len(path.targets) // LEAST_CHUNK, "cell.part_chunks.chunked_run")
     axis = (0.0, 0.0) if part.round_body is None else part.round_body.axis_xy_mm
     shape = toolpath_shape(path, part.body_mesh, part.profile, axis, built)
     targets, order, layers = path.targets, None, layers_of(shape)

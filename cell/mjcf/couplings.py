@@ -18,7 +18,7 @@ import numpy as np
 
 from slicing import Code, Warning
 
-from .own_places import OwnPlaces
+from .held_settings import OwnPlaces
 
 EQ, WRAP = mujoco.mjtEq, mujoco.mjtWrap
 REMEDY = "remove from the model what follows, or the coupling if the machine moves without it"

@@ -23,7 +23,7 @@ from slicing import Code, Warning
 
 from ..errors import InputError
 from .couplings import check_couplings
-from .own_places import OwnPlaces
+from .held_settings import OwnPlaces
 
 HINGE, SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
 BALL, FREE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_FREE
@@ -34,7 +34,7 @@ MANY = 4  # joints without a name, said to stand at one place, that are told tog
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class HeldJoints:
     """What became of a model's joints.
 
     Attributes:
@@ -50,7 +50,7 @@ class Held:
     warnings: tuple[Warning, ...]
 
 
-def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
+def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> HeldJoints:
     """Take the joints that are not planned out of a model.
 
     Args:
@@ -73,7 +73,7 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
     _check_stated(spec, planned, own)
     coupled = bool(len(spec.equalities) or len(spec.tendons))
     if not (free or coupled or "home" in keys):
-        return Held(has, {}, keys, ())
+        return HeldJoints(has, {}, keys, ())
     try:
         with warnings.catch_warnings():  # of flexes, which are left out and told
             warnings.simplefilter("ignore")
@@ -91,7 +91,7 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> Held:
         if all(joint.name in planned for joint in joints):
             continue
         told += _fold(spec, model, body, planned, own, home)
-    return Held(has, _places(model, home, planned), keys, tuple(_few(told)))
+    return HeldJoints(has, _places(model, home, planned), keys, tuple(_few(told)))
 
 
 def _few(told: list[Warning]) -> Iterator[Warning]:
@@ -107,7 +107,7 @@ def _few(told: list[Warning]) -> Iterator[Warning]:
             yield Warning(some[0].code, text.replace("; it stands", "; each stands"))
 
 
-def check_planned(held: Held, planned: Sequence[str], own: OwnPlaces) -> None:
+def check_planned(held: HeldJoints, planned: Sequence[str], own: OwnPlaces) -> None:
     """Refuse planned joints that the model does not have.
 
     Raises:

@@ -20,7 +20,7 @@ from ik.chain import Floats
 
 if TYPE_CHECKING:
     from ..arrays import Ints
-from ..failure import Failure, Kind, Place, Slowed, Where
+from ..failure import Failure, Kind, Place, SlowdownCause, Where
 
 HELD = 0.98  # share from which on a speed counts as held
 STRETCH = 5e-3  # m of a bead over which its speed is to be held: about its width, what the weld pool covers
@@ -136,7 +136,7 @@ def _slow(held_speed: HeldSpeed, i: int, least_share: float) -> Failure:
         measure=round(float(held_speed.judged[i]), 4),
         limit=least_share,
         axis=str(held_speed.axis[i]),
-        cause=Slowed(str(held_speed.by[i]), round(float(held_speed.taken_s[i]), 4)),
+        cause=SlowdownCause(str(held_speed.by[i]), round(float(held_speed.taken_s[i]), 4)),
         place=Place(Where.BEAD, from_target=i),
     )
 

@@ -1,7 +1,7 @@
 """Large parts in chunks of whole beads, which are planned and checked side by side.
 
-Modules: ``chunking`` (where a part is cut), ``beginnings`` (where the arm comes from to each chunk), ``joins`` (from
+Modules: ``chunking`` (where a part is cut), ``chunk_starts`` (where the arm comes from to each chunk), ``joins`` (from
 the end of a chunk to the next), ``chunked_plan`` (the plan of the part), ``chunked_run`` (the plan run in time and
-checked as it is run), ``least`` (the least clearance and margin of all). Where a part is cut depends on the part
+checked as it is run), ``least_values`` (the least clearance and margin of all). Where a part is cut depends on the part
 alone, and so does what is found, whoever computes it.
 """

@@ -3,9 +3,9 @@
     plan = plan_in_chunks(Shared(job, context), Chunking(), progress)
 
 Three steps, each the same whoever is at work. The chunks are planned, each from a beginning that was said before (see
-``cell.part_chunks.beginnings``). The chunks are joined: from the end of each to the beginning of the next, and on until
-a bead ends as it was planned. Travels are searched with few attempts up to here; where nothing but travels stops the
-part, those that were not found are searched with all attempts, in order, until one is not found for good.
+``cell.part_chunks.chunk_starts``). The chunks are joined: from the end of each to the beginning of the next, and on
+until a bead ends as it was planned. Travels are searched with few attempts up to here; where nothing but travels stops
+the part, those that were not found are searched with all attempts, in order, until one is not found for good.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, reduced_budget, travel_failure
 from ..planning.travels.travel import TravelWay
-from ..processes.crew import Crew
 from ..processes.worker import Tick
+from ..processes.worker_pool import WorkerPool
 from ..progress import Progress, counted
-from .beginnings import beginnings
-from .chunking import Chunk, crew_for
+from .chunk_starts import beginnings
+from .chunking import Chunk, pool_for
 from .joins import JoinedBead, joint_of, same_end, unwound
 
 
@@ -60,7 +60,7 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     context = shared.context
     if len(chunks) == 1:
         return plan_part(context, shared.job.targets.path, progress)
-    workers = crew_for(chunks)
+    workers = pool_for(chunks)
     workers.get_ready(shared, len(chunks), copies=False)
     known, q_before = beginnings(context, chunks)
     workers.get_ready(shared, len(chunks))  # before a bar is shown, which has a thread of its own
@@ -74,7 +74,7 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     return join_chunks(shared, plans, workers)
 
 
-def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: Crew | None = None) -> PartPlan:
+def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool | None = None) -> PartPlan:
     """Make plans of chunks the plan of the part.
 
     Args:
@@ -85,7 +85,7 @@ def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: Crew | None 
     Returns:
         The plan.
     """
-    return _Joining(shared, plans, workers or Crew(1)).plan()
+    return _Joining(shared, plans, workers or WorkerPool(1)).plan()
 
 
 def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PartPlan:
@@ -99,7 +99,7 @@ def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBe
 class _Joining:
     """Chunks made one plan."""
 
-    def __init__(self, shared: Shared, plans: Sequence[PartPlan], workers: Crew) -> None:
+    def __init__(self, shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool) -> None:
         self.shared, self.context, self.workers = shared, shared.context, workers
         self.beads: list[BeadPlan] = []
         self.travels: dict[int, TravelWay] = {}  # by the first target of the bead that they lead to

@@ -20,12 +20,12 @@ from ..motion.motion import Motion
 from ..planning.assemble import RunBeads, TimedBeads, assemble, corners, timed
 from ..planning.densify import densified
 from ..planning.part_plan import PartPlan
-from ..planning.travels.home import HomeWays
+from ..planning.travels.home import HomeTravels
 from ..processes.worker import Tick
 from ..progress import Progress, counted
 from .chunked_plan import Shared
-from .chunking import Chunk, crew_for
-from .least import Least, least_clearance, least_margin, least_of, least_sigma, nearest_sample, samples_of
+from .chunking import Chunk, pool_for
+from .least_values import LeastValue, least_clearance, least_margin, least_of, least_sigma, nearest_sample, samples_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +42,8 @@ class PartRun:
 
     motion: Motion
     failures: dict[int, Failure]
-    clearance: Least | None
-    singularity: Least | None
+    clearance: LeastValue | None
+    singularity: LeastValue | None
     sigma: float | None
 
 
@@ -54,14 +54,14 @@ class _ChunkRun:
     rows: TimedBeads
     row_failures: dict[int, Failure]
     rounded: dict[int, Failure]
-    at_samples: Least | None
-    on_the_way: Least | None
-    singularity: Least | None
+    at_samples: LeastValue | None
+    on_the_way: LeastValue | None
+    singularity: LeastValue | None
     sigma: float | None
 
 
 def run_in_chunks(
-    shared: Shared, chunks: Sequence[Chunk], plan: PartPlan, home: HomeWays | None, progress: Progress | None = None
+    shared: Shared, chunks: Sequence[Chunk], plan: PartPlan, home: HomeTravels | None, progress: Progress | None = None
 ) -> PartRun:
     """Run a plan, its chunks side by side where there are workers.
 
@@ -80,7 +80,7 @@ def run_in_chunks(
     known = _nearest_known(runs)
     with counted(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
         sizes = [sum(len(stretch.q) for stretch in run.stretches) for run in runs]
-        found = crew_for(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes)
+        found = pool_for(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes)
     from_home = home is not None and (home.out is not None or home.back is not None)
     motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
     failures: dict[int, Failure] = {}
@@ -123,7 +123,7 @@ def _run(shared: Shared, item: tuple[RunBeads, float], tick: Tick) -> _ChunkRun:
     return found
 
 
-def _runs(chunks: Sequence[Chunk], plan: PartPlan, home: HomeWays | None) -> list[RunBeads]:
+def _runs(chunks: Sequence[Chunk], plan: PartPlan, home: HomeTravels | None) -> list[RunBeads]:
     """The beads of each chunk with the travels to them, and the ways from home and back at the ends."""
     stretches = plan.stretches
     firsts = np.array([stretch.first for stretch in stretches])
@@ -132,7 +132,7 @@ def _runs(chunks: Sequence[Chunk], plan: PartPlan, home: HomeWays | None) -> lis
     for a, b in zip(cuts, [*cuts[1:], len(stretches)], strict=True):
         ways = None
         if home is not None:
-            ways = HomeWays(home.out if a == 0 else None, home.back if b == len(stretches) else None)
+            ways = HomeTravels(home.out if a == 0 else None, home.back if b == len(stretches) else None)
         before = (stretches[a - 1].first, stretches[a - 1].stop - 1) if a else None
         runs.append(RunBeads(tuple(stretches[a:b]), plan.travels[max(a - 1, 0) : b - 1], before, ways))
     return runs

@@ -15,7 +15,7 @@ from slicing import Targets
 
 from ..job.job import LARGE_PART, LEAST_CHUNK, WORTH_A_START
 from ..planning.context import Span
-from ..processes.crew import Crew, crew
+from ..processes.worker_pool import WorkerPool, pool
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,10 @@ class Chunking:
 USUAL = Chunking()
 
 
-def crew_for(chunks: Sequence[Chunk]) -> Crew:
+def pool_for(chunks: Sequence[Chunk]) -> WorkerPool:
     """Who works on chunks: processes that begin with nothing only where there is enough to do for them.
 
     Args:
         chunks: of a part.
     """
-    return crew(large=sum(map(len, chunks)) >= WORTH_A_START)
+    return pool(large=sum(map(len, chunks)) >= WORTH_A_START)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ..job.job import Job
     from .context import Context
     from .edge_check import Stretch
-    from .travels.home import HomeWays
+    from .travels.home import HomeTravels
     from .travels.travel import TravelWay
 
 EXACT_STOP = 1e-5  # m: a controller that rounds corners over less stops in them
@@ -54,7 +54,7 @@ class RunBeads:
     stretches: tuple[Stretch, ...]
     travels: tuple[TravelWay, ...]
     before: tuple[int, int] | None = None
-    home: HomeWays | None = None
+    home: HomeTravels | None = None
 
     @property
     def led_to(self) -> list[tuple[int, int, Stretch, TravelWay]]:

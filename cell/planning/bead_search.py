@@ -22,7 +22,7 @@ from ik.roll import wrap
 
 from ..arrays import Ints, distinct
 from ..collision.clearances import Clearances
-from ..failure import Effort, Failure, Kind, Place, Where
+from ..failure import Failure, Kind, Place, SearchEffort, Where
 from .blocked_rolls import with_blocked_rolls
 from .collision_free_rolls import standing_between
 from .configurations import Nodes, near_cost
@@ -364,7 +364,7 @@ class BeadSearch:
             failure = known[-1] if known else self._without_edge(i - 1)
             failure = failure.at(Place(Where.BEAD, from_target=self.first + i - 1))
             edge_failures[self.first + i] = (
-                replace(failure, effort=Effort(searches=self.rounds)) if self._gave_up else failure
+                replace(failure, effort=SearchEffort(searches=self.rounds)) if self._gave_up else failure
             )
         return edge_failures
 

@@ -22,7 +22,7 @@ from ..collision.checker import Checker
 from ..collision.clearances import Clearances
 from ..collision.rounded_paths import BlendedPath
 from ..collision.rounding_proofs import KnownRows
-from ..failure import ON_TRAVEL, Failure, Place, Seen, Where
+from ..failure import ON_TRAVEL, CollisionPlace, Failure, Place, Where
 from ..motion.motion import STANDING
 from ..timing.blending import TRAVEL_ZONE
 from ..units import METRES_PER_MM
@@ -66,7 +66,7 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
             at = int(bead.edge[step[n]])
             if at + 1 not in failures:
                 place = Place(Where.BEAD, from_target=at)
-                failures[at + 1] = context.describe(nearest, n, place, Seen.ROUNDED)
+                failures[at + 1] = context.describe(nearest, n, place, CollisionPlace.ROUNDED)
     return failures
 
 
@@ -166,4 +166,6 @@ def _met(
     step, nearest = cut_corners(checker, context.radius, path, laid, found, least, which)
     if not len(step):
         return None
-    return replace(context.describe(nearest, 0, ON_TRAVEL, Seen.ROUNDED), limit=round(least / METRES_PER_MM, 3))
+    return replace(
+        context.describe(nearest, 0, ON_TRAVEL, CollisionPlace.ROUNDED), limit=round(least / METRES_PER_MM, 3)
+    )

@@ -104,7 +104,7 @@ def collision_free_rolls(
 
 
 @dataclass(frozen=True, eq=False)
-class Best:
+class LeastBadRoll:
     """The least bad of what was looked at of a target that is free at no roll.
 
     Attributes:
@@ -118,7 +118,7 @@ class Best:
     clearances: Clearances
 
 
-def free_nowhere(context: Context, targets: Iterable[int], step: float) -> dict[int, Best | None]:
+def free_nowhere(context: Context, targets: Iterable[int], step: float) -> dict[int, LeastBadRoll | None]:
     """Targets that are free at no roll; of the others no more is looked at than it takes to see it.
 
     Args:
@@ -129,7 +129,7 @@ def free_nowhere(context: Context, targets: Iterable[int], step: float) -> dict[
     Returns:
         By target what collides least; None where limits or margins forbid all that was looked at.
     """
-    out: dict[int, Best | None] = {}
+    out: dict[int, LeastBadRoll | None] = {}
     for some in _some_together(targets):
         known = _searched(context, some, step, {}, until_free=True)
         for i in np.setdiff1d(some, known.free_targets()).tolist():
@@ -138,7 +138,7 @@ def free_nowhere(context: Context, targets: Iterable[int], step: float) -> dict[
             if len(at):
                 k = at[np.argmax(known.room[at])]
                 near = Clearances(known.room + context.settings.clearance, known.pair, known.position)
-                out[i] = Best(known.q[k], float(known.roll[k]), near.rows(np.array([k])))
+                out[i] = LeastBadRoll(known.q[k], float(known.roll[k]), near.rows(np.array([k])))
     return out
 
 

@@ -20,7 +20,7 @@ from ik.roll import RollWindow, apply_roll
 from ik.singularity import KINDS, SingularityLimits, margins, smallest_singular_value
 from ik.solver import Solver
 
-from ..failure import Effort, Failure, Kind
+from ..failure import Failure, Kind, SearchEffort
 from ..scene.placement import Placed
 from ..units import MARGIN_UNITS
 
@@ -83,7 +83,7 @@ class Nodes:
     def reach(self, i: int, among: NDArray[np.bool_]) -> Failure:
         """How far a target is out of reach at the best of some rolls (r,)."""
         if not np.isfinite(self.reach_excess[i]).any():
-            return Failure(Kind.UNREACHABLE, effort=Effort(seeds=self.solver.seeds, rolls=len(self.rolls)))
+            return Failure(Kind.UNREACHABLE, effort=SearchEffort(seeds=self.solver.seeds, rolls=len(self.rolls)))
         best = int(np.nanargmin(np.where(among, np.abs(self.reach_excess[i]), np.inf)))
         beyond = float(self.reach_excess[i, best])
         far = round(abs(beyond) * 1e3, 3)

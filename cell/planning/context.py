@@ -25,7 +25,7 @@ from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.reach_radii import all_radii, radii, tool_radii
 from ..collision.table import with_table_axes
 from ..collision.wire import wire_checker
-from ..failure import AT_TARGET, Contact, Failure, Kind, Place, Seen
+from ..failure import AT_TARGET, CollisionPlace, Contact, Failure, Kind, Place
 from ..job.job import Job, speeds
 from ..scene.placement import Placed, place, place_moving
 from ..scene.scene import Scene
@@ -35,7 +35,7 @@ from ..units import METRES_PER_MM
 
 @dataclass(frozen=True)
 class Steps:
-    """How far samples of a motion are apart at most; along beads less where ``Closeness`` asks for it.
+    """How far samples of a motion are apart at most; along beads less where ``BeadTolerance`` asks for it.
 
     Attributes:
         position: along a bead, m.
@@ -49,7 +49,7 @@ class Steps:
 
 
 @dataclass(frozen=True)
-class Closeness:
+class BeadTolerance:
     """How close to the bead straight joint motion is to run.
 
     Attributes:
@@ -63,7 +63,7 @@ class Closeness:
     halvings: int = 6
 
 
-CLOSE = Closeness()
+CLOSE = BeadTolerance()
 
 
 def settings_of(job: Job) -> Settings:
@@ -275,7 +275,9 @@ class Context:
         checker.asked, screen.asked = self.checker.asked, self.screen.asked  # one count of all that is asked
         return replace(self, checker=checker, screen=screen)
 
-    def describe(self, found: Clearances, k: int, place: Place = AT_TARGET, seen: Seen = Seen.AT_SAMPLE) -> Failure:
+    def describe(
+        self, found: Clearances, k: int, place: Place = AT_TARGET, seen: CollisionPlace = CollisionPlace.AT_SAMPLE
+    ) -> Failure:
         """A collision as a failure.
 
         Args:

@@ -3,7 +3,7 @@
     dense, failures = densified(context, stretches)
 
 What replays or runs a motion moves the joints on straight lines from row to row. Where that leaves the bead by more
-than ``Closeness`` allows half-way, a row is put in between: exactly on the bead, checked like any other.
+than ``BeadTolerance`` allows half-way, a row is put in between: exactly on the bead, checked like any other.
 Metres and radians.
 """
 
@@ -25,7 +25,7 @@ from ..collision.proofs.motion_bounds import joint_travel_bound
 from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
 from ..failure import Failure, Kind, Place, Where
 from ..rigid import frames, great_circle
-from .context import CLOSE, Closeness, Context
+from .context import CLOSE, BeadTolerance, Context
 from .edge_check import Stretch, between
 from .edge_tracking import off_bead
 
@@ -34,7 +34,7 @@ BY_ROW = ("edge", "fraction", "q", "position", "table", "low", "kept", "margin")
 
 
 def densified(
-    context: Context, stretches: Sequence[Stretch], close: Closeness = CLOSE
+    context: Context, stretches: Sequence[Stretch], close: BeadTolerance = CLOSE
 ) -> tuple[list[Stretch], dict[int, Failure]]:
     """Put rows between the samples of beads where they are needed.
 
@@ -92,7 +92,7 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
 
 
 def _densified(
-    context: Context, stretch: Stretch, of: Ints, close: Closeness
+    context: Context, stretch: Stretch, of: Ints, close: BeadTolerance
 ) -> tuple[Stretch, Ints, dict[int, Failure]]:
     """Rows of several beads with those put in that they need, of which bead each is, and what is wrong with them."""
     failures: dict[int, Failure] = {}
@@ -127,7 +127,7 @@ def _on_edge(edge: int) -> Place:
     return Place(Where.BEAD, from_target=edge)
 
 
-def _open(context: Context, stretch: Stretch, asked: Ints, close: Closeness) -> Ints:
+def _open(context: Context, stretch: Stretch, asked: Ints, close: BeadTolerance) -> Ints:
     """Those of some steps whose middle is off the bead."""
     edge, placed = stretch.edge[asked], context.placed.bead
     q, table = ((each[asked] + each[asked + 1]) / 2 for each in (stretch.q, stretch.table))

@@ -20,7 +20,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..collision.clearances import Clearances
 from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
-from ..failure import ON_BEAD, Failure, Seen
+from ..failure import ON_BEAD, CollisionPlace, Failure
 from ..motion.deposition_speed import STRETCH
 from ..scene.placement import Placed
 from .context import Context
@@ -197,9 +197,13 @@ class CheckedEdges:
         )
 
 
-def between(nearest: Clearances, k: int, context: Context) -> Seen:
+def between(nearest: Clearances, k: int, context: Context) -> CollisionPlace:
     """Where what was seen nearest keeps the clearance, that it is kept between samples is not proved."""
-    return Seen.BETWEEN_SAMPLES if nearest.distance[k] >= context.settings.clearance else Seen.AT_SAMPLE
+    return (
+        CollisionPlace.BETWEEN_SAMPLES
+        if nearest.distance[k] >= context.settings.clearance
+        else CollisionPlace.AT_SAMPLE
+    )
 
 
 def check_edges(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> CheckedEdges:

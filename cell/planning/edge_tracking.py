@@ -29,7 +29,7 @@ from ..motion.motion import JUMP
 from ..rigid import frames
 from ..scene.placement import Placed
 from ..units import MARGIN_UNITS
-from .context import CLOSE, Closeness, Steps
+from .context import CLOSE, BeadTolerance, Steps
 
 DENSE = np.deg2rad(3.0)  # most that a joint turns between samples of a way that is followed from its beginning
 CLOSEST = 2.0**-24  # share of an edge: what still turns further within it jumps
@@ -62,7 +62,7 @@ class Track:
 
 
 @dataclass(frozen=True, eq=False)
-class Ways:
+class EdgePoses:
     """Poses between targets, each given by its edge and its place on it.
 
     Attributes:
@@ -82,7 +82,7 @@ class Ways:
     tables: Floats | None = None
 
     @classmethod
-    def of(cls, placed: Placed, start: Ints, roll: Floats) -> Ways:
+    def of(cls, placed: Placed, start: Ints, roll: Floats) -> EdgePoses:
         """The edges from targets ``start`` to the next ones."""
         ends = np.stack([start, start + 1], axis=1)
         bead = placed.bead
@@ -151,7 +151,7 @@ def track_edges(
     Returns:
         The track; the edges' ends are samples of it, as given.
     """
-    ways = Ways.of(placed, start, roll)
+    ways = EdgePoses.of(placed, start, roll)
     reach = np.maximum(np.abs(q[:, 1] - q[:, 0]).max(axis=1), ways.table_turn)
     edge, t = _sampled(ways, reach, steps, _bowed(solver, ways, q))
     Ts = ways.at(edge, t)
@@ -175,7 +175,7 @@ def track_edges(
     return _with_dense(solver, ways, q, limits, track, again) if len(again) else track
 
 
-def off_bead(T: Floats, position: Floats, normal: Floats, close: Closeness) -> Floats:
+def off_bead(T: Floats, position: Floats, normal: Floats, close: BeadTolerance) -> Floats:
     """How far poses of the TCP (m, 4, 4) are off points and deposition directions, (m,), as shares of what they may."""
     off = np.linalg.norm(T[:, :3, 3] - position, axis=1)
     # half the chord, since an angle as small as this is lost in its cosine
@@ -183,7 +183,7 @@ def off_bead(T: Floats, position: Floats, normal: Floats, close: Closeness) -> F
     return np.maximum(off / close.bead_distance, wire_angle / close.wire_angle)
 
 
-def _bowed(solver: Solver, ways: Ways, q: Floats) -> Floats:
+def _bowed(solver: Solver, ways: EdgePoses, q: Floats) -> Floats:
     """Parts of each edge, (e,), in which straight joint motion stays close to the bead: n**2 times as close in n."""
     edge, half = np.arange(len(q)), np.full(len(q), 0.5)
     T = solver.chain.forward((q[:, 0] + q[:, 1]) / 2)
@@ -196,7 +196,7 @@ def _bowed(solver: Solver, ways: Ways, q: Floats) -> Floats:
     return np.minimum(np.sqrt(BOWED * off), MOST_PARTS)
 
 
-def _sampled(ways: Ways, reach: Floats, steps: Steps, least: Floats) -> tuple[Ints, Floats]:
+def _sampled(ways: EdgePoses, reach: Floats, steps: Steps, least: Floats) -> tuple[Ints, Floats]:
     """Edge and place of samples dense enough for all edges, ends included.
 
     Args:
@@ -218,7 +218,9 @@ def _sampled(ways: Ways, reach: Floats, steps: Steps, least: Floats) -> tuple[In
     return edge, (np.arange(len(edge)) - first[edge]) / count[edge]
 
 
-def _with_dense(solver: Solver, ways: Ways, q: Floats, limits: SingularityLimits, track: Track, again: Ints) -> Track:
+def _with_dense(
+    solver: Solver, ways: EdgePoses, q: Floats, limits: SingularityLimits, track: Track, again: Ints
+) -> Track:
     """The track with some edges followed from their beginning, and judged by that."""
     kept = ~np.isin(track.edge, again)
     mine = ~kept
@@ -249,7 +251,7 @@ def _with_dense(solver: Solver, ways: Ways, q: Floats, limits: SingularityLimits
     )
 
 
-def along(solver: Solver, ways: Ways, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
+def along(solver: Solver, ways: EdgePoses, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
     """Follow edges from their first ends without regard to joint limits.
 
     Args:
@@ -296,7 +298,7 @@ def along(solver: Solver, ways: Ways, start: Floats, edge: Ints, t: Floats) -> t
     return edge, t, start[edge] + total
 
 
-def _step_by_step(chain: Chain, ways: Ways, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
+def _step_by_step(chain: Chain, ways: EdgePoses, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
     """As :func:`along` for an arm without a closed form: every sample from the one before."""
     which, count = np.unique(edge, return_counts=True)
     count = np.minimum(4 * count, MOST_STEPS)

@@ -26,7 +26,7 @@ from ik.reachability_proof import certify
 
 from ..arrays import Ints
 from .bead_search import BeadPlan, BeadSearch, TargetFailure
-from .collision_free_rolls import Best, collision_free_rolls, free_nowhere
+from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhere
 from .configurations import evaluate
 from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead
@@ -227,7 +227,7 @@ def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFail
     return dict(sorted({**out, **{i: lost for i, lost in bare.items() if not free.get(i)}}.items()))
 
 
-def _colliding(context: Context, best: Best) -> TargetFailure:
+def _colliding(context: Context, best: LeastBadRoll) -> TargetFailure:
     """A target at whose every roll something collides."""
     failure = context.describe(best.clearances, 0)
     return TargetFailure(replace(failure, roll_deg=round(float(np.rad2deg(best.roll)), 3)), best.q)

@@ -23,7 +23,7 @@ from ..arrays import Ints
 from ..failure import Failure, Kind
 from .configurations import Nodes
 from .edge_check import SearchedBead
-from .edge_tracking import SAME_CONFIGURATION, Ways, along, thinnest
+from .edge_tracking import SAME_CONFIGURATION, EdgePoses, along, thinnest
 
 GRID = np.linspace(0.0, 1.0, 9)  # places at which a way is begun to be tracked: closer where joints turn fast
 MOST_WAYS = 600  # tracked together
@@ -52,7 +52,7 @@ def _track(bead: SearchedBead, i: int, roll: Floats, q: Floats) -> _Tracked:
     for first in range(0, len(q), MOST_WAYS):
         some = slice(first, first + MOST_WAYS)
         n = len(q[some])
-        ways = Ways.of(bead.placed, np.full(n, i), roll[some])
+        ways = EdgePoses.of(bead.placed, np.full(n, i), roll[some])
         edge, t = np.repeat(np.arange(n), len(GRID)), np.tile(GRID, n)
         edge, t, out = along(bead.context.solver, ways, q[some], edge, t)
         margin = margins(bead.context.solver.chain, bead.context.solver.geometry, out)

@@ -72,7 +72,7 @@ class PoseScreening:
 
     def __call__(self) -> list[tuple[Pose, Row | None]]:
         """The poses, with the rows of those that are hopeless."""
-        job = _job(Unit(self.mark, self.case, self.poses[0]))
+        job = _job(SweepTask(self.mark, self.case, self.poses[0]))
         found = screen_all(job, [(pose.E1_deg, pose.E2_deg) for pose in self.poses])
         return [
             (pose, None if one is None else _hopeless(job, pose, one))
@@ -81,7 +81,7 @@ class PoseScreening:
 
 
 @dataclass(frozen=True)
-class Unit:
+class SweepTask:
     """What a worker is sent: a case as it was read, not what is made of it, so that it is small.
 
     Attributes:
@@ -102,7 +102,7 @@ class Unit:
 _ready = threading.local()  # jobs of a worker's thread: MuJoCo's model is changed by checks and not to be shared
 
 
-def _job(unit: Unit) -> Job:
+def _job(unit: SweepTask) -> Job:
     """The job of a pose's cell, prepared at most once."""
     jobs: OrderedDict[tuple[str, Pose | None], Job] = _ready.__dict__.setdefault("jobs", OrderedDict())
     key = unit.mark, unit.pose.variant
@@ -277,7 +277,7 @@ def sweep(
         if book.damaged:
             LOG.warning("%s: %d damaged line(s) were left out; their poses are computed again", log, book.damaged)
         todo = [pose for pose in dict.fromkeys(asked) if pose not in book.done]
-        work = Work(mark, case, tuple(todo))
+        work = SweepPlan(mark, case, tuple(todo))
         with counted(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
             try:
                 with closing(_outcomes(work, jobs, executor)) as rows:
@@ -297,7 +297,7 @@ def sweep(
 
 
 @dataclass(frozen=True)
-class Work:
+class SweepPlan:
     """What a sweep comes to.
 
     Attributes:
@@ -328,11 +328,11 @@ class Work:
         Yields:
             A row a pose.
         """
-        left: list[Unit] = []
+        left: list[SweepTask] = []
         with closing(compute(self.screenings())) as screened:
             for pose, row in chain.from_iterable(screened):
                 if row is None:
-                    left.append(Unit(self.mark, self.case, pose))
+                    left.append(SweepTask(self.mark, self.case, pose))
                 else:
                     yield row
         # in the order of the poses, whoever was first with its part
@@ -342,7 +342,7 @@ class Work:
             yield from rows
 
 
-def _outcomes(work: Work, jobs: int | None, executor: Executor | None) -> Rows:
+def _outcomes(work: SweepPlan, jobs: int | None, executor: Executor | None) -> Rows:
     if executor is not None:
         yield from work.rows(partial(completed, executor))
         return

@@ -1,5 +1,5 @@
 """Work shared out among processes.
 
-Modules: ``crew`` (who does the work, and results in the order of the items), ``worker`` (what a worker process does),
-``own_process`` (how such processes start, and who hears Ctrl-C).
+Modules: ``worker_pool`` (who does the work, and results in the order of the items), ``worker`` (what a worker process
+does), ``own_process`` (how such processes start, and who hears Ctrl-C).
 """

@@ -23,7 +23,7 @@ from ..case.sections import Case
 from ..units import METRES_PER_MM
 from .hooks import HookPattern, hook_patterns
 from .orientation import frame_of
-from .program import BaseFrame, Happens, ToolFrame
+from .program import BaseFrame, EventKind, ToolFrame
 
 Forward = Callable[[Floats, Floats, ToolFrame, BaseFrame], Floats]
 
@@ -54,7 +54,7 @@ class Controller:
     machine: int = 2
     advance: int = 3
     points_a_module: int = 1000
-    hooks: Mapping[Happens, tuple[str, ...]] = field(default_factory=dict)
+    hooks: Mapping[EventKind, tuple[str, ...]] = field(default_factory=dict)
     patterns: tuple[HookPattern, ...] = ()
     harmless: tuple[re.Pattern[str], ...] = ()
     tool_data: Mapping[int, Floats] = field(default_factory=dict)
@@ -130,7 +130,7 @@ def controller_of(case: Case, **changes: Any) -> Controller:
     )
 
 
-HOOKS = (Happens.ARC_ON, Happens.ARC_OFF, Happens.LAYER_START, Happens.LAYER_END)
+HOOKS = (EventKind.ARC_ON, EventKind.ARC_OFF, EventKind.LAYER_START, EventKind.LAYER_END)
 
 
 def matrix_of(frame: FrameSection) -> Floats:

@@ -27,7 +27,7 @@ from .krl_read import read_krl
 from .krl_write import write_krl
 from .program import SourceLine
 from .program_check import ProgramResult, check_program
-from .round_trip import OFF, TURNED, Gap, compared, difference_of
+from .round_trip import OFF, TURNED, ProgramDeviation, compared, difference_of
 
 
 def export_program(job: Job, motion: Motion) -> Exported:
@@ -61,7 +61,7 @@ def export_program(job: Job, motion: Motion) -> Exported:
     return Exported(job, files, written, gap, result, _fault(gap, written, result), told)
 
 
-def _fault(gap: Gap, written: ProgramOfMotion, result: ProgramResult) -> str | None:
+def _fault(gap: ProgramDeviation, written: ProgramOfMotion, result: ProgramResult) -> str | None:
     if gap.share(written.thinning) > 1:
         chord, angle = OFF + written.thinning.chord, TURNED + written.thinning.angle
         return (

@@ -30,7 +30,7 @@ from ..units import METRES_PER_MM
 from .cell_controller import ProgramFrames
 from .cell_frames import T_flange_tcp, tables_seen_from_base
 from .orientation import pose_of
-from .program import Event, Happens, MoveKind, Moves, Program
+from .program import Event, EventKind, MoveKind, Moves, Program
 from .running.interpolation import angles_between, turned_shares
 
 WINDOW_S = 2.0  # over which points are counted
@@ -214,8 +214,8 @@ class _Made:
             "target": int(self.motion.called[1][row]),
         }
 
-    def _event(self, kind: Happens, row: int, seconds: float = 0.0, **more: float) -> None:
-        fields = {} if kind == Happens.WAIT else {**self._fields(row), **more}
+    def _event(self, kind: EventKind, row: int, seconds: float = 0.0, **more: float) -> None:
+        fields = {} if kind == EventKind.WAIT else {**self._fields(row), **more}
         self.events.append(Event(kind, len(self.row), seconds, fields))
 
     def _move(
@@ -233,16 +233,16 @@ class _Made:
         new = leads_to_bead and (first_layer or self._other_layer(at, end))
         if new:
             if not first_layer:
-                self._event(Happens.LAYER_END, at)
-            self._event(Happens.LAYER_START, end)
+                self._event(EventKind.LAYER_END, at)
+            self._event(EventKind.LAYER_START, end)
         elif not leads_to_bead and self.motion.arc[at]:
-            self._event(Happens.LAYER_END, at)
+            self._event(EventKind.LAYER_END, at)
         begin = at
         waits = np.flatnonzero(self.still[at:end]) + at
         for w in [*waits.tolist(), end]:
             self._travel(begin, w)
             if w < end and self.dt[w] > WAIT:
-                self._event(Happens.WAIT, w, float(self.dt[w]))
+                self._event(EventKind.WAIT, w, float(self.dt[w]))
             begin = w + 1
         return end
 
@@ -271,13 +271,13 @@ class _Made:
         arc, bead = self.motion.arc, self.motion.bead
         others = np.flatnonzero((arc[first:] != 1) | (bead[first:] != bead[first]))
         last = first + int(others[0]) - 1 if len(others) else len(arc) - 1
-        self._event(Happens.ARC_ON, first, speed_mm_s=float(self.bead_speed[first]) / METRES_PER_MM)
+        self._event(EventKind.ARC_ON, first, speed_mm_s=float(self.bead_speed[first]) / METRES_PER_MM)
         kept = self._kept(first, last)
         at = first
         for stop in kept:
             if self.still[at] and stop == at + 1:
                 if self.dt[at] > WAIT:
-                    self._event(Happens.WAIT, at, float(self.dt[at]))
+                    self._event(EventKind.WAIT, at, float(self.dt[at]))
                 at = stop
                 continue
             while at < stop:
@@ -286,7 +286,7 @@ class _Made:
                 blend = 0.0 if done else self.blend_mm * METRES_PER_MM
                 self._move(to, MoveKind.LINEAR, speed=float(self.bead_speed[at]), blend=blend)
                 at = to
-        self._event(Happens.ARC_OFF, last)
+        self._event(EventKind.ARC_OFF, last)
         return last
 
     def _kept(self, first: int, last: int) -> list[int]:

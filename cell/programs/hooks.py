@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..case.controller_section import HOOK_FIELDS, TEXT_FIELDS
-from .program import Happens
+from .program import EventKind
 
 _NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 
@@ -31,7 +31,7 @@ class HookPattern:
         whole: whether a line has to be the pattern from its beginning to its end.
     """
 
-    happens: Happens
+    happens: EventKind
     lines: tuple[re.Pattern[str], ...]
     whole: bool = False
 
@@ -58,7 +58,7 @@ def hook_lines(templates: Sequence[str], fields: Mapping[str, str | float]) -> l
     return [template.format_map(values) for template in templates]
 
 
-def hook_patterns(happens: Happens, templates: Sequence[str]) -> list[HookPattern]:
+def hook_patterns(happens: EventKind, templates: Sequence[str]) -> list[HookPattern]:
     """How the lines of a hook are recognised.
 
     Args:

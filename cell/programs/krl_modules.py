@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ..case.controller_section import KRL_WORDS, MOST_PROGRAM_NAME
-from .program import Event, Happens, Program
+from .program import Event, EventKind, Program
 
 
 @dataclass(frozen=True)
@@ -43,18 +43,18 @@ def module_contents(program: Program) -> Iterator[ModuleContent]:
         What each holds, in order.
     """
     events, place, layer = program.events, 0, 0
-    last_end = max((i for i, event in enumerate(events) if event.kind == Happens.LAYER_END), default=-1)
+    last_end = max((i for i, event in enumerate(events) if event.kind == EventKind.LAYER_END), default=-1)
     piece = ModuleContent(-1)
     for move in range(len(program.moves) + 1):
         while place < len(events) and events[place].before == move:
             event = events[place]
             place += 1
-            if event.kind == Happens.LAYER_START and piece.layer < 0 and place <= last_end:
+            if event.kind == EventKind.LAYER_START and piece.layer < 0 and place <= last_end:
                 if piece.items:
                     yield piece
                 piece, layer = ModuleContent(layer), layer + 1
             piece.items.append(event)
-            if event.kind == Happens.LAYER_END and piece.layer >= 0:
+            if event.kind == EventKind.LAYER_END and piece.layer >= 0:
                 yield piece
                 piece = ModuleContent(-1)
         if move < len(program.moves):

@@ -23,7 +23,7 @@ from .controller import Controller
 from .hooks import hook_lines
 from .krl_modules import ModuleNames, module_contents, split_content
 from .orientation import pose_of, run_on
-from .program import BaseFrame, Event, Happens, MoveKind, Program, ToolFrame
+from .program import BaseFrame, Event, EventKind, MoveKind, Program, ToolFrame
 
 HEADER = (
     "&ACCESS RVP",
@@ -103,7 +103,7 @@ def _check(program: Program) -> None:
     if (axes & (moves.blend > 0) & (moves.blend_share <= 0)).any():
         raise ValueError("a move of axes is rounded by a share of its way (C_PTP), and may have a distance beside it")
     for event in program.events:
-        stops = event.kind in (Happens.ARC_ON, Happens.ARC_OFF, Happens.WAIT)
+        stops = event.kind in (EventKind.ARC_ON, EventKind.ARC_OFF, EventKind.WAIT)
         if stops and event.before and (moves.blend[event.before - 1] > 0 or moves.blend_share[event.before - 1] > 0):
             raise ValueError(f"{event.kind.value} stands where a corner is rounded: before move {event.before}")
 
@@ -151,7 +151,7 @@ class _Writer:
                 self._move(item)
 
     def _event(self, event: Event) -> None:
-        if event.kind == Happens.WAIT:
+        if event.kind == EventKind.WAIT:
             self.add(f"WAIT SEC {_number(event.seconds, 4)}")
             return
         fields = {"program": self.controller.program, **event.fields}

@@ -36,7 +36,7 @@ class MoveKind(IntEnum):
     CIRCULAR = 2  # the TCP on an arc of a circle in the base (CIRC)
 
 
-class Happens(StrEnum):
+class EventKind(StrEnum):
     """What an event is."""
 
     ARC_ON = "arc_on"
@@ -76,7 +76,7 @@ class Event:
         line: where it stands, None where the program is not read from text.
     """
 
-    kind: Happens
+    kind: EventKind
     before: int
     seconds: float = 0.0
     fields: Mapping[str, str | float] = field(default_factory=dict)
@@ -203,7 +203,7 @@ class Moves:
 
 
 @dataclass(frozen=True)
-class ProgramDoubt:
+class ProgramWarning:
     """Something that is no fault, and may be a slip.
 
     Attributes:
@@ -239,7 +239,7 @@ class Program:
     bases: tuple[BaseFrame, ...]
     files: tuple[str, ...] = ()
     passed_over: Mapping[str, int] = field(default_factory=dict)
-    doubts: tuple[ProgramDoubt, ...] = ()
+    doubts: tuple[ProgramWarning, ...] = ()
 
     def line_of(self, move: int) -> SourceLine | None:
         """Where a move stands, None where the program is not read from text."""

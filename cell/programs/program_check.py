@@ -28,7 +28,7 @@ from ..verification.bead_order import Finding
 from ..verification.motion_check import MotionResult, check_motion
 from .bead_match import on_beads
 from .cell_frames import T_base_root, T_flange_tcp
-from .program import ANYWHERE, Happens, MoveKind, Program, SourceLine
+from .program import ANYWHERE, EventKind, MoveKind, Program, SourceLine
 from .running.interpolation import angles_between
 from .running.program_path import place
 from .running.simulate import EXACT_STOP, SimulatedProgram, run_program
@@ -215,7 +215,7 @@ def _welding_moves(run: SimulatedProgram, job: Job) -> Iterator[Found]:
 def _at_the_arc(run: SimulatedProgram) -> Floats:
     """Distances over which corners are rounded at which the arc goes on or off, (k,), mm; 0 of others."""
     moves = run.program.moves
-    at = {event.before for event in run.program.events if event.kind in (Happens.ARC_ON, Happens.ARC_OFF)}
+    at = {event.before for event in run.program.events if event.kind in (EventKind.ARC_ON, EventKind.ARC_OFF)}
     before = np.array([k - 1 for k in sorted(at) if 0 < k < len(moves)], dtype=np.int64)
     out = np.zeros(len(moves))
     # of a PTP the share counts, whose distance is not known

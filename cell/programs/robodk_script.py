@@ -18,7 +18,7 @@ from ik.chain import Floats
 
 from ..units import METRES_PER_MM
 from .orientation import pose_of
-from .program import Event, Happens, MoveKind, Program
+from .program import Event, EventKind, MoveKind, Program
 
 MOVES = {MoveKind.AXES: "J", MoveKind.LINEAR: "L", MoveKind.CIRCULAR: "C"}
 
@@ -156,7 +156,7 @@ def _steps(program: Program) -> Iterator[tuple[object, ...]]:
 
 
 def _event(event: Event) -> tuple[object, ...]:
-    if event.kind == Happens.WAIT:
+    if event.kind == EventKind.WAIT:
         return ("event", "wait", round(event.seconds, 4))
     told = " ".join(f"{key} {value}" for key, value in event.fields.items())
     return ("event", event.kind.value, f"{event.kind.value.replace('_', ' ')} {told}".strip())

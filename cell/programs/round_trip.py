@@ -22,7 +22,7 @@ from ..motion.motion import Motion
 from ..rigid import inverse
 from .cell_frames import T_table_part, tables_seen_from_base
 from .from_motion import PointThinning, ProgramOfMotion
-from .program import Happens, MoveKind, Program
+from .program import EventKind, MoveKind, Program
 from .running.interpolation import angles_between
 from .running.simulate import SimulatedProgram
 
@@ -34,7 +34,7 @@ SAME_SPEED = 1e-5  # m/s and shares, likewise
 
 
 @dataclass(frozen=True)
-class Gap:
+class ProgramDeviation:
     """How far a program's motion is off another.
 
     Attributes:
@@ -56,7 +56,7 @@ class Gap:
         return max(self.position / (OFF + thinning.chord), self.angle / (TURNED + thinning.angle))
 
 
-def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: SimulatedProgram) -> Gap:
+def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: SimulatedProgram) -> ProgramDeviation:
     """Lay a program that was read back over the motion that it was made of.
 
     Args:
@@ -84,7 +84,9 @@ def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: SimulatedP
     off, turned = np.where(there, off, np.inf), np.where(there, turned, 0.0)
     worst = int(np.argmax(np.maximum(off / (OFF + written.thinning.chord), turned / (TURNED + written.thinning.angle))))
     longer = float(np.ptp(run.motion.t_s) - np.ptp(motion.t_s))
-    return Gap(float(off.max()), float(turned.max()), int(min(owner[worst], len(written.row) - 1)), worst, longer)
+    return ProgramDeviation(
+        float(off.max()), float(turned.max()), int(min(owner[worst], len(written.row) - 1)), worst, longer
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,5 +207,5 @@ def _happens(program: Program) -> list[tuple[str, int, float]]:
     return [
         (event.kind.value, event.before, event.seconds)
         for event in program.events
-        if event.kind in (Happens.ARC_ON, Happens.ARC_OFF, Happens.WAIT)
+        if event.kind in (EventKind.ARC_ON, EventKind.ARC_OFF, EventKind.WAIT)
     ]

@@ -53,7 +53,7 @@ WIDER_STEPS = (5.0, 10.0, 20.0, 40.0, 80.0, 120.0, 180.0)  # deg, of the roll: a
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class ChangeBase:
     """What changes are made to.
 
     Attributes:
@@ -137,7 +137,7 @@ class Start:
         }
 
 
-def single_changes(start: Start, *, slower: bool = False, sharper: bool = False) -> list[Change]:
+def single_changes(start: ChangeBase, *, slower: bool = False, sharper: bool = False) -> list[Change]:
     """The changes that are worth trying on a case.
 
     Args:
@@ -190,7 +190,7 @@ def seam_changes(places: Mapping[str, tuple[SeamPlace, ...]]) -> list[Change]:
     return [Seam(1, tuple(map(float, range(len(p)))), name, p) for name, p in places.items() if p]
 
 
-def table_pose_change(start: Start) -> TablePose | None:
+def table_pose_change(start: ChangeBase) -> TablePose | None:
     """Both table angles together; None where the table has not both."""
     if not start.job.scene.has_axis.all():
         return None

@@ -30,7 +30,7 @@ from ..verdict.result import Result
 from .angle_changes import RollFree, RollRange
 from .bead_trial import first_failure
 from .change import Change
-from .changes import Start, seam_changes, single_changes, table_pose_change
+from .changes import ChangeBase, seam_changes, single_changes, table_pose_change
 from .remedy import Remedy
 from .screening import Screening, between
 from .seam_changes import counterparts, seam_places
@@ -132,7 +132,7 @@ class _RemedySearch:
         self.result, self.count, self.deadline = result, count, deadline
         # a changed case that fails is not looked at any further
         job = replace(result.job, case=with_changes(result.job.case, checks=_reduced_budget(result.job.case.checks)))
-        self.start = Start(job, *result.asked)
+        self.start = ChangeBase(job, *result.asked)
         self.bad = set(result.failures)
         slow = any(row.reason == "speed" for row in result.rows)
         cut = any(f.rounded and f.where is Where.BEAD for f in result.failures.values())
@@ -342,6 +342,6 @@ def _these(targets: Ints) -> str:
     return "this target" if len(targets) == 1 else f"these {len(targets)} targets"
 
 
-def _bounds(start: Start, change: Change, every: list[Change]) -> str:
+def _bounds(start: ChangeBase, change: Change, every: list[Change]) -> str:
     """How far a key was searched, in words."""
     return change.bounds(start.job, max(k.steps[-1] for k in every if k.key == change.key))

@@ -24,15 +24,15 @@ from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.chain_from_model import chain_of, check_base, check_count, check_names
 from ..mjcf.detection import lean_cylinders, make_detectable
-from ..mjcf.held_joints import Held
+from ..mjcf.held_joints import HeldJoints
 from ..mjcf.model_names import require
 from ..progress import phase
 from .absent_shapes import links_without_shapes, wires_told
 from .composition import Piece, Pieces, one_line
 from .contacts import pair_tool_with_arm, set_contact_bits
 from .equipment import add_positioner, add_robot, leave_out_table
+from .part_contact import standing, sunk
 from .scene import Scene
-from .standing import standing, sunk
 from .table_axes import table_axes
 from .workpiece import MANY_PIECES, add_fixture, add_part
 from .world import surroundings
@@ -168,7 +168,7 @@ def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
     return np.clip(rest, chain.lower, chain.upper)
 
 
-def _without_home(case: Case, scene: Scene, arm: Held) -> tuple[Warning, ...]:
+def _without_home(case: Case, scene: Scene, arm: HeldJoints) -> tuple[Warning, ...]:
     """What is not looked at where no home is known."""
     if scene.has_home:
         return ()

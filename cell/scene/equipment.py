@@ -26,9 +26,9 @@ from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.asset_files import settle_files
 from ..mjcf.fitted_shapes import settle_fits
-from ..mjcf.held_joints import Held, check_planned, hold
+from ..mjcf.held_joints import HeldJoints, check_planned, hold
+from ..mjcf.held_settings import OwnPlaces
 from ..mjcf.names import attach, name_all
-from ..mjcf.own_places import OwnPlaces
 from ..mjcf.torch import TorchDimensions, shape_torch
 from ..shipped import MODELS_DIR, is_path
 from ..units import METRES_PER_MM
@@ -179,7 +179,7 @@ def quaternion_about(rotation_deg: tuple[float, float, float]) -> Floats:
     return quat
 
 
-def add_robot(pieces: Pieces) -> Held:
+def add_robot(pieces: Pieces) -> HeldJoints:
     """Attach the arm and its tool.
 
     Returns:
@@ -230,7 +230,7 @@ def _dimension_problem(error: Exception) -> str:
     return text
 
 
-def add_positioner(pieces: Pieces) -> Held:
+def add_positioner(pieces: Pieces) -> HeldJoints:
     """Attach the positioner where the case puts it.
 
     Axes that it does not have are joints that nothing hangs on, so that every cell has two: :data:`UNUSED`. A table

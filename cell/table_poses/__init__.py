@@ -1,7 +1,7 @@
 """Poses of the table: which cannot serve, which suit, and the table's way from one to the next.
 
 Modules: ``hopeless_poses`` (poses excluded by few targets), ``suited_poses`` (those that lay upright, best first),
-``locked_layers`` and ``layer_order`` (which layers after which), ``table_turn`` (the way between two poses),
-``nearer_place`` (where the arm stands meanwhile), ``indexed_motion`` (motions and turns in one), ``side_by_side`` (who
-looks at poses).
+``layer_precedence`` and ``layer_order`` (which layers after which), ``table_turn`` (the way between two poses),
+``waiting_pose`` (where the arm stands meanwhile), ``indexed_motion`` (motions and turns in one), ``parallel_poses``
+(who looks at poses).
 """

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..failure import Effort, Failure, Kind
+from ..failure import Failure, Kind, SearchEffort
 from ..planning.configurations import Nodes, evaluate
 from ..planning.context import Context
 from .result import Result
@@ -114,5 +114,5 @@ def _reach(nodes: Nodes, i: int, missing: np.ndarray) -> Failure:
     if np.isfinite(excess).any() and not out.any():
         # the arm that faces away has a shorter reach than the one that faces the target
         note = "within reach for other configurations at these rolls"
-        return Failure(Kind.UNREACHABLE, effort=Effort(note=note))
+        return Failure(Kind.UNREACHABLE, effort=SearchEffort(note=note))
     return nodes.reach(i, out)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..job.job import Job
 from ..job.table_groups import TableGroup
-from ..processes.crew import processor_time
+from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
 from ..scene.scene import table_angles
 from ..table_poses.suited_poses import suited_poses, upright_poses

@@ -11,7 +11,7 @@ from numbers import Real
 from ..case.sections import Case
 from ..errors import InputError
 from ..job.job import Job, prepare
-from ..processes.crew import working
+from ..processes.worker_pool import working
 from ..progress import Progress
 from .check import check_fixed
 from .result import Result

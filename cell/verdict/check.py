@@ -23,19 +23,19 @@ from slicing import Code, Warning
 from ..collision.table import table_alone
 from ..failure import Contact, Failure, Kind
 from ..job.job import Job
-from ..job.unsupported import unsupported_targets
+from ..job.overhang_check import unsupported_targets
 from ..motion.motion import Motion
 from ..part_chunks.chunked_plan import Shared, plan_in_chunks
 from ..part_chunks.chunked_run import PartRun, run_in_chunks
 from ..part_chunks.chunking import USUAL, Chunking
-from ..part_chunks.least import Least, least_margin, least_sigma, nearest_sample, samples_of
+from ..part_chunks.least_values import LeastValue, least_margin, least_sigma, nearest_sample, samples_of
 from ..planning.assemble import RunBeads
+from ..planning.blocking_layers import with_lockouts
 from ..planning.context import Context
-from ..planning.lockouts import with_lockouts
 from ..planning.part_plan import PartPlan
-from ..planning.travels.home import HomeWays, SpanEnds, with_home
+from ..planning.travels.home import HomeTravels, SpanEnds, with_home
 from ..planning.travels.travel import STRAIGHT, straight_retracts
-from ..processes.crew import processor_time
+from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
@@ -116,8 +116,8 @@ class SpanVerdict:
 
     rows: tuple[TargetVerdict, ...]
     motion: Motion | None = None
-    clearance: Least | None = None
-    singularity: Least | None = None
+    clearance: LeastValue | None = None
+    singularity: LeastValue | None = None
     sigma: float | None = None
     warnings: tuple[Warning, ...] = ()
     ends: SpanEnds | None = None
@@ -163,7 +163,7 @@ def check_span(
     )
 
 
-def _short_retracts(context: Context, plan: PartPlan, home: HomeWays | None) -> list[Warning]:
+def _short_retracts(context: Context, plan: PartPlan, home: HomeTravels | None) -> list[Warning]:
     """A warning where the torch is drawn back straight by less than the case asks for."""
     stretches, asked = plan.stretches, context.settings.retract
     if len(plan.travels) != len(stretches) - 1:
@@ -237,7 +237,7 @@ def _with(rows: dict[int, TargetVerdict], failures: dict[int, Failure]) -> dict[
     return {i: failed(failures[i], i, row.q) if i in failures else row for i, row in rows.items()}
 
 
-def _as_far_as_run(plan: PartPlan, home: HomeWays | None) -> RunBeads:
+def _as_far_as_run(plan: PartPlan, home: HomeTravels | None) -> RunBeads:
     """What there is of a plan that does not hold: its travels only where they are all there."""
     stretches = tuple(plan.stretches)
     travels = plan.travels if len(plan.travels) == len(stretches) - 1 else ()

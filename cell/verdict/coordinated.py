@@ -20,7 +20,7 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..coordination.table_check import table_in_the_way
-from ..coordination.table_schedule import Schedule, TableWay
+from ..coordination.table_schedule import Schedule, TableMotion
 from ..failure import Failure, Kind
 from ..job.job import Job
 from ..job.table_winding import freedom_of, upright_of
@@ -28,7 +28,7 @@ from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..planning.configurations import evaluate
 from ..planning.context import Context
-from ..processes.crew import processor_time
+from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
@@ -54,7 +54,7 @@ class _Trial:
         seconds: that the table's slowest axis takes for the whole of it.
     """
 
-    way: TableWay
+    way: TableMotion
     blocked: int
     lost: int
     seconds: float

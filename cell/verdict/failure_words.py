@@ -11,7 +11,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..failure import Beads, Contact, Failure, Hanging, Kind, LaidLayer, Place, Seen, Slowed, Where
+from ..failure import (
+    BeadOrder,
+    CollisionPlace,
+    Contact,
+    Failure,
+    Kind,
+    LaidLayer,
+    OverhangArea,
+    Place,
+    SlowdownCause,
+    Where,
+)
 from ..units import MARGIN_UNITS
 
 KEYS = {
@@ -67,14 +78,14 @@ def _margin(failure: Failure) -> str:
 
 def _overhang(failure: Failure) -> str:
     """How far a layer stands out over what lies below it."""
-    assert isinstance(failure.cause, Hanging)
+    assert isinstance(failure.cause, OverhangArea)
     out = "with nothing below anywhere" if failure.measure is None else f"up to {failure.measure:.1f} mm"
     area = failure.cause.area_mm2
     return f"{area:.1f} mm2 overhang what lies below, {out}, limit {failure.limit:g}"
 
 
 def _deposition(failure: Failure) -> str:
-    assert isinstance(failure.cause, Slowed)
+    assert isinstance(failure.cause, SlowdownCause)
     why = f"; {failure.axis}'s {failure.cause.by}" if failure.axis else ""
     held = f"{100 * _number(failure.measure):.0f} % of the speed held, needs {100 * _number(failure.limit):.0f} %"
     return f"from target {failure.from_target}: {held}{why}"
@@ -85,9 +96,11 @@ def _hit(failure: Failure, contact: Contact) -> str:
     distance, needed = _number(failure.measure), _number(failure.limit)
     digits = 1 if round(distance, 1) < needed or distance >= needed else 3
     words = f"{' - '.join(contact.pair)} {distance:.{digits}f} mm"
-    if contact.seen is Seen.BETWEEN_SAMPLES:
+    if contact.seen is CollisionPlace.BETWEEN_SAMPLES:
         return f"{words} at a sample; {needed:g} mm are not proved between this sample and the next"
-    return f"{words}, needs {needed:g}" + (" where a corner is rounded" if contact.seen is Seen.ROUNDED else "")
+    return f"{words}, needs {needed:g}" + (
+        " where a corner is rounded" if contact.seen is CollisionPlace.ROUNDED else ""
+    )
 
 
 def _way(place: Place) -> str:
@@ -171,8 +184,8 @@ def _rows(failure: Failure) -> str:
         return f"{failure.axis} {measure:g} deg outside its range"
     if failure.contact is not None:
         seen = {
-            Seen.BETWEEN_ROWS: "not proved free between rows: ",
-            Seen.ROUNDED: "where a corner is rounded: ",
+            CollisionPlace.BETWEEN_ROWS: "not proved free between rows: ",
+            CollisionPlace.ROUNDED: "where a corner is rounded: ",
         }
         near = "" if measure is None else f" {measure:.1f} mm"
         return f"{seen.get(failure.contact.seen, '')}{' - '.join(failure.pair)}{near}, needs {limit:g}"
@@ -199,7 +212,7 @@ def _rows_place(failure: Failure) -> str:
     if kind is Kind.NOT_WELDED:
         more = "" if failure.to_target == failure.target else f" to {failure.to_target}"
         return f"target {failure.target}{more}"
-    if isinstance(failure.cause, Beads):
+    if isinstance(failure.cause, BeadOrder):
         after = "first" if failure.cause.after is None else f"after bead {failure.cause.after}"
         return f"bead {failure.cause.bead} {after}"
     return {

@@ -26,18 +26,18 @@ from ..job.build_order import LayerRun
 from ..job.job import Job
 from ..job.reordered import in_order
 from ..job.table_groups import TableGroup, table_groups
-from ..part_chunks.least import Least
+from ..part_chunks.least_values import LeastValue
 from ..planning.assemble import with_ways
 from ..planning.context import Context
-from ..planning.travels.home import HomeWays
-from ..processes.crew import processor_time
+from ..planning.travels.home import HomeTravels
+from ..processes.worker_pool import processor_time
 from ..progress import Progress, counted, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..table_poses.indexed_motion import joined_motion
-from ..table_poses.nearer_place import CheckedWay, TurnEnd, nearer_place
 from ..table_poses.suited_poses import SuitedPose, upright_band
 from ..table_poses.table_turn import Angles, TableTurn, TurnSearch, nearest_turn, turn_time
+from ..table_poses.waiting_pose import CheckedWay, TurnEnd, nearer_place
 from .check import SpanVerdict, failed, off_upright
 from .group_verdicts import GroupVerdicts, Trial, place_of
 from .order_search import OrderSearch
@@ -285,7 +285,7 @@ class _Build:
             moved=tables,
         )
 
-    def _least_clearance(self) -> Least | None:
+    def _least_clearance(self) -> LeastValue | None:
         """The nearest anything comes, while the table turns too."""
         found = [one.found.clearance for one in self.built if one.found.clearance is not None]
         for one in self.built:
@@ -295,10 +295,10 @@ class _Build:
             _, nearest = least_on_the_way(self.turns.arm, self.turns.radius, axes, laid, one.turn.clearances)
             if np.isfinite(nearest.distance[0]):
                 pair = tuple(self.job.scene.geom_name(int(g)) for g in nearest.pair[0])
-                found.append(Least(float(nearest.distance[0]), one.group.first, pair))
+                found.append(LeastValue(float(nearest.distance[0]), one.group.first, pair))
         return min(found, key=lambda least: least.value) if found else None
 
-    def _least_margin(self) -> Least | None:
+    def _least_margin(self) -> LeastValue | None:
         found = [one.found.singularity for one in self.built if one.found.singularity is not None]
         limits = self.job.singularity_limits.values(self.job.solver.geometry is not None)
         return min(found, key=lambda least: least.value / limits[KINDS.index(least.what[0])]) if found else None
@@ -321,8 +321,8 @@ def _come_to(job: Job, one: _Built, out: CheckedWay | None, back: CheckedWay | N
     least = [found.clearance] if found.clearance is not None else []
     for way, target in ((out, one.group.first), (back, one.group.stop - 1)):
         if way is not None and np.isfinite(way.least):
-            least.append(Least(way.least, target, tuple(job.scene.geom_name(g) for g in way.pair)))
-    ways = HomeWays(ends.ways.out if out is None else out.way, ends.ways.back if back is None else back.way)
+            least.append(LeastValue(way.least, target, tuple(job.scene.geom_name(g) for g in way.pair)))
+    ways = HomeTravels(ends.ways.out if out is None else out.way, ends.ways.back if back is None else back.way)
     motion = with_ways(job, found.motion, *rows)
     clearance = min(least, key=lambda one: one.value, default=None)
     return replace(one, found=replace(found, motion=motion, clearance=clearance, ends=replace(ends, ways=ways)))

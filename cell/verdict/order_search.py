@@ -15,8 +15,8 @@ from ..job.table_groups import TableGroup, table_groups
 from ..job.table_section_check import BODY
 from ..processes.worker import Tick
 from ..table_poses.layer_order import shortest_order
-from ..table_poses.locked_layers import locked_layers
-from ..table_poses.side_by_side import crew_for
+from ..table_poses.layer_precedence import locked_layers
+from ..table_poses.parallel_poses import pool_for
 from ..table_poses.suited_poses import SuitedPose, suited_poses, upright_poses
 from ..table_poses.table_turn import nearest_turn, turn_time
 from .result import Result
@@ -32,7 +32,7 @@ class OrderSearch:
 
     Attributes:
         suited: poses of each sub-volume by its name, best first.
-        needs: which layers of others may be there at each layer, see ``cell.table_poses.locked_layers``.
+        needs: which layers of others may be there at each layer, see ``cell.table_poses.layer_precedence``.
         seconds: the table's turn from each sub-volume's pose to each other's, (s, s), s.
     """
 
@@ -40,7 +40,7 @@ class OrderSearch:
         """Find poses, and the layers that lock others out at them."""
         self.job = job
         groups = {group.sub_volume: group for group in table_groups(job)}
-        found = crew_for(job).run(_suited, job, list(groups.values()))
+        found = pool_for(job).run(_suited, job, list(groups.values()))
         self.suited = dict(zip(groups, found, strict=True))
         lost = any(not suited for suited in self.suited.values())
         for name, group in groups.items():

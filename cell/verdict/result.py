@@ -19,9 +19,9 @@ from ik.chain import Floats
 from ..case.sections import REASONS
 from ..failure import Failure
 from ..job.job import Job
-from ..job.unsupported import past_horizontal
+from ..job.overhang_check import past_horizontal
 from ..motion.motion import Motion
-from ..part_chunks.least import Least
+from ..part_chunks.least_values import LeastValue
 from ..scene.placement import Placed
 
 NOT_LOOKED_AT = "not_looked_at"  # in place of a reason
@@ -130,8 +130,8 @@ class Result:
     table: tuple[float, float]
     placed: Placed
     rows: tuple[TargetVerdict, ...]
-    clearance: Least | None
-    singularity: Least | None
+    clearance: LeastValue | None
+    singularity: LeastValue | None
     sigma: float | None
     gravity: Floats
     motion: Motion | None

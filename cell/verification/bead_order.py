@@ -16,12 +16,12 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..failure import IN_ROWS, Beads, Failure, Kind, Place, Slowed, Where
+from ..failure import IN_ROWS, BeadOrder, Failure, Kind, Place, SlowdownCause, Where
 from ..job.job import Job, speeds
 from ..motion.deposition_speed import HeldSpeed, note_stretches, over_stretches, too_slow
 from ..motion.motion import JUMP, Motion
 from ..units import METRES_PER_MM
-from .bead_samples import OnBead, Way, along_beads
+from .bead_samples import OnBead, SampledMotion, along_beads
 
 REASONS = (
     "joint_limit",
@@ -107,7 +107,7 @@ def order_findings(job: Job, motion: Motion, progress: Floats) -> Order:
     for first, stop in _blocks(motion):
         bead = int(motion.bead[first])
         if bead != last_bead + 1:
-            beads = Beads(bead, last_bead if last_bead >= 0 else None)
+            beads = BeadOrder(bead, last_bead if last_bead >= 0 else None)
             found.append(Finding(Failure(Kind.BEAD_ORDER, cause=beads, place=IN_ROWS), first, stop - 1))
         last_bead = max(last_bead, bead)
         rows = np.arange(first, stop)
@@ -148,7 +148,7 @@ def _inside(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Find
     return found
 
 
-def skips(way: Way, on: OnBead, bead: Ints) -> list[Finding]:
+def skips(way: SampledMotion, on: OnBead, bead: Ints) -> list[Finding]:
     """Where the torch gets on along its bead further than it moves: from one pass over a place to a later one.
 
     Args:
@@ -242,6 +242,6 @@ def _speed_findings(job: Job, motion: Motion, held_speed: HeldSpeed) -> list[Fin
         note(target - 1, slow)
     share = np.where(held_speed.asked_s * speeds(job) < SHORT, np.nan, held_speed.ratio)
     for i in np.flatnonzero(np.nan_to_num(share) > FASTEST_SHARE).tolist():
-        taken = Slowed("", round(float(held_speed.taken_s[i]), 4))
+        taken = SlowdownCause("", round(float(held_speed.taken_s[i]), 4))
         note(i, Failure(Kind.DEPOSITION_SPEED, round(float(share[i]), 4), FASTEST_SHARE, cause=taken))
     return found

@@ -25,7 +25,7 @@ from ..units import METRES_PER_MM
 
 
 @dataclass(frozen=True)
-class Grain:
+class SampleSpacing:
     """How far apart samples are at most.
 
     Attributes:
@@ -37,14 +37,14 @@ class Grain:
     angle: float
 
 
-FINE = Grain(0.2e-3, np.deg2rad(0.2))
-AS_BAD = Grain(0.05e-3, np.deg2rad(0.05))  # distances and angles that count alike
+FINE = SampleSpacing(0.2e-3, np.deg2rad(0.2))
+AS_BAD = SampleSpacing(0.05e-3, np.deg2rad(0.05))  # distances and angles that count alike
 MOST_SAMPLES = 10_000_000
-COARSE = Grain(1e-3, np.deg2rad(1.0))
+COARSE = SampleSpacing(1e-3, np.deg2rad(1.0))
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class SampledMotion:
     """Samples of a motion between whose rows all axes move on straight lines.
 
     Attributes:
@@ -60,12 +60,19 @@ class Way:
     T_base_part: Floats
 
 
-def rows_of(job: Job, motion: Motion) -> Way:
+def rows_of(job: Job, motion: Motion) -> SampledMotion:
     """The rows themselves."""
     return _posed(job, np.arange(len(motion.t_s)), np.concatenate([motion.q, motion.table], axis=1))
 
 
-def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.bool_], most: int = MOST_SAMPLES) -> Way:
+def dense(
+    job: Job,
+    motion: Motion,
+    rows: SampledMotion,
+    grain: SampleSpacing,
+    which: NDArray[np.bool_],
+    most: int = MOST_SAMPLES,
+) -> SampledMotion:
     """Samples on some of a motion's steps, ends included.
 
     Args:
@@ -98,10 +105,10 @@ def dense(job: Job, motion: Motion, rows: Way, grain: Grain, which: NDArray[np.b
     return _posed(job, row, (1 - f) * rows.q[row] + f * rows.q[row + 1])
 
 
-def _posed(job: Job, row: Ints, q: Floats) -> Way:
+def _posed(job: Job, row: Ints, q: Floats) -> SampledMotion:
     scene, n = job.scene, job.scene.chain.n
     T_base_part = scene.Ts_base_site("part", q[:, n:])
-    return Way(row, q, inverse(T_base_part) @ scene.chain.forward(q[:, :n]), T_base_part)
+    return SampledMotion(row, q, inverse(T_base_part) @ scene.chain.forward(q[:, :n]), T_base_part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +141,7 @@ def along_beads(job: Job) -> Floats:
     return out
 
 
-def against_beads(job: Job, way: Way, target: Ints) -> OnBead:
+def against_beads(job: Job, way: SampledMotion, target: Ints) -> OnBead:
     """Measure samples against the chords next to the targets they passed last.
 
     Args:
@@ -175,7 +182,7 @@ def against_beads(job: Job, way: Way, target: Ints) -> OnBead:
     return OnBead(off, wire_angle, progress, normal, _roll(way, normal))
 
 
-def _roll(way: Way, normal: Floats) -> Floats:
+def _roll(way: SampledMotion, normal: Floats) -> Floats:
     """Roll of samples about the wire; the reference directions are the part's own z and x."""
     T0 = frames(np.zeros((len(normal), 3)), normal, (np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])))
     x = way.Ts_part_tcp[:, :3, 0]

@@ -2,7 +2,7 @@
 
     q = blended_rows(job, read, rows).q                       # all axes where the rows come to lie
     runs = list(sampled_runs(job, read, rows, way))           # way: samples, rows among them
-    found = blend_collisions(job, runs, seen)                 # seen: from cell.verification.arm_looks
+    found = blend_collisions(job, runs, seen)                 # seen: from cell.verification.arm_clearances
     found = table_blend_collisions(job, runs, way, stage)
 
 Corners are rounded while welding and on the way, each by its own measure; not where the arc goes on or off, nor where
@@ -23,20 +23,20 @@ from ..collision.blended_corners import cut_corners
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.reach_radii import table_radii
 from ..collision.table import TableChecker
-from ..failure import Seen
+from ..failure import CollisionPlace
 from ..job.job import Job
 from ..motion.motion import STANDING
 from ..motion.motion_file import ReadMotion
 from ..scene.scene import Scene
 from ..timing.blending import TRAVEL_ZONE, blended
 from ..units import METRES_PER_MM
-from .arm_looks import ArmSeen, SampledRun
+from .arm_clearances import ArmSeen, SampledRun
 from .bead_order import Finding
-from .bead_samples import Way
+from .bead_samples import SampledMotion
 from .collisions import hit, stretches_of
 
 
-def _runs(job: Job, read: ReadMotion, rows: Way) -> Iterator[tuple[int, int, Floats, float]]:
+def _runs(job: Job, read: ReadMotion, rows: SampledMotion) -> Iterator[tuple[int, int, Floats, float]]:
     """Runs of rows without a stop: the first and the last, path length from the first on, and the rounding's zone."""
     motion = read.motion
     if read.blended is not None:
@@ -68,7 +68,7 @@ class RoundedRows:
     drift: Floats
 
 
-def blended_rows(job: Job, read: ReadMotion, rows: Way) -> RoundedRows:
+def blended_rows(job: Job, read: ReadMotion, rows: SampledMotion) -> RoundedRows:
     """Rows where they come to lie once corners are rounded.
 
     Args:
@@ -107,7 +107,7 @@ def blend_collisions(job: Job, runs: Sequence[SampledRun], seen: ArmSeen) -> lis
     return found
 
 
-def table_blend_collisions(job: Job, runs: Sequence[SampledRun], way: Way, stage: Ints) -> list[Finding]:
+def table_blend_collisions(job: Job, runs: Sequence[SampledRun], way: SampledMotion, stage: Ints) -> list[Finding]:
     """Where the table, or what stands on it, meets something for the rounding of its corners alone.
 
     Args:
@@ -134,7 +134,7 @@ def table_blend_collisions(job: Job, runs: Sequence[SampledRun], way: Way, stage
     return found
 
 
-def sampled_runs(job: Job, read: ReadMotion, rows: Way, way: Way) -> Iterator[SampledRun]:
+def sampled_runs(job: Job, read: ReadMotion, rows: SampledMotion, way: SampledMotion) -> Iterator[SampledRun]:
     """Runs of a motion without a stop, in order.
 
     Args:
@@ -161,5 +161,5 @@ def _findings(
     near[step] = -nearest.distance
     bad = np.isfinite(near) & (np.minimum(seen.distance[:-1], seen.distance[1:]) >= least)
     for low_row, high_row, k in stretches_of(bad, run.row, near):
-        failure = hit(scene, nearest, int(np.searchsorted(step, k)), least, Seen.ROUNDED)
+        failure = hit(scene, nearest, int(np.searchsorted(step, k)), least, CollisionPlace.ROUNDED)
         yield Finding(failure, low_row, high_row + 1)

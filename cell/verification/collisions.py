@@ -23,15 +23,15 @@ from ..collision.proofs.between_samples import unproven_steps
 from ..collision.proofs.reach_radii import all_radii, table_radii
 from ..collision.table import TableChecker, with_table_axes
 from ..collision.wire import WIRE_REACH, wire_scene
-from ..failure import IN_ROWS, Contact, Failure, Kind, Seen
+from ..failure import IN_ROWS, CollisionPlace, Contact, Failure, Kind
 from ..job.job import Job
 from ..job.wire_in_metal import Metal, wire_failure, wire_size, wires_at
 from ..motion.motion import STANDING, Motion
 from ..scene.scene import Scene
 from ..units import METRES_PER_MM
-from .arm_looks import ArmSeen
+from .arm_clearances import ArmSeen
 from .bead_order import Finding
-from .bead_samples import Way
+from .bead_samples import SampledMotion
 
 OUT_MM = 1.0  # beyond a layer's thickness: its shape as it collides is a little larger
 
@@ -75,7 +75,7 @@ def stages(job: Job, motion: Motion, row: Ints) -> Ints:
     return np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))
 
 
-def collisions(job: Job, motion: Motion, way: Way, stage: Ints, seen: ArmSeen) -> list[Finding]:
+def collisions(job: Job, motion: Motion, way: SampledMotion, stage: Ints, seen: ArmSeen) -> list[Finding]:
     """What a motion collides with.
 
     Args:
@@ -93,7 +93,7 @@ def collisions(job: Job, motion: Motion, way: Way, stage: Ints, seen: ArmSeen) -
     return [*found, *table_collisions(job, way, stage)]
 
 
-def _arm_collisions(job: Job, way: Way, seen: ArmSeen) -> list[Finding]:
+def _arm_collisions(job: Job, way: SampledMotion, seen: ArmSeen) -> list[Finding]:
     """Where clearances at samples are too small, or what lies between is not proved free."""
     scene, clear = job.scene, seen.clear
     least = job.case.checks.clearance_mm * METRES_PER_MM
@@ -104,12 +104,12 @@ def _arm_collisions(job: Job, way: Way, seen: ArmSeen) -> list[Finding]:
     step, nearest = seen.unproven
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] >= least and clear.distance[at + 1] >= least:
-            between = hit(scene, nearest, n, least, Seen.BETWEEN_ROWS)
+            between = hit(scene, nearest, n, least, CollisionPlace.BETWEEN_ROWS)
             found.append(Finding(between, int(way.row[at]), int(way.row[at + 1])))
     return found
 
 
-def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Finding]:
+def _wire_collisions(job: Job, motion: Motion, way: SampledMotion, stage: Ints) -> list[Finding]:
     """A wire that is drawn through the part with the arc off; not where it comes off a bead or onto it."""
     scene = wire_scene(job.scene)
     index = np.flatnonzero(_across(job, motion, way))
@@ -127,12 +127,12 @@ def _wire_collisions(job: Job, motion: Motion, way: Way, stage: Ints) -> list[Fi
     step, nearest = unproven_steps(checker, radius, q, laid, clear, run)
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] > 0.0 and clear.distance[at + 1] > 0.0:
-            between = hit(scene, nearest, n, 0.0, Seen.BETWEEN_ROWS)
+            between = hit(scene, nearest, n, 0.0, CollisionPlace.BETWEEN_ROWS)
             found.append(Finding(between, int(row[at]), int(row[at + 1])))
     return found
 
 
-def _wires_in_metal(job: Job, motion: Motion, way: Way) -> list[Finding]:
+def _wires_in_metal(job: Job, motion: Motion, way: SampledMotion) -> list[Finding]:
     """A wire that runs through metal between nozzle and bead while it stands in a bead, or is drawn off or put on."""
     size, index = wire_size(job.scene), np.flatnonzero(~_across(job, motion, way))
     if size is None or not len(job.targets) or not len(index):
@@ -148,7 +148,7 @@ def _wires_in_metal(job: Job, motion: Motion, way: Way) -> list[Finding]:
     return found
 
 
-def _across(job: Job, motion: Motion, way: Way) -> NDArray[np.bool_]:
+def _across(job: Job, motion: Motion, way: SampledMotion) -> NDArray[np.bool_]:
     """Samples with the arc off that are off the bead just welded, and not yet at the next one."""
     # out of the layer just laid at least, which stands about its tip
     layer = float(job.targets.thickness_mm.max(initial=0.0)) + OUT_MM
@@ -167,7 +167,7 @@ def _across(job: Job, motion: Motion, way: Way) -> NDArray[np.bool_]:
     return out
 
 
-def table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
+def table_collisions(job: Job, way: SampledMotion, stage: Ints) -> list[Finding]:
     """What stands on the table against the cell around it and against the positioner.
 
     Args:
@@ -191,12 +191,14 @@ def table_collisions(job: Job, way: Way, stage: Ints) -> list[Finding]:
     moves = (np.diff(tables, axis=0) != 0).any(axis=1)
     for n, at in enumerate(step.tolist()):
         if moves[at] and clear.distance[at] >= 0.0 and clear.distance[at + 1] >= 0.0:
-            between = hit(scene, nearest, n, 0.0, Seen.BETWEEN_ROWS)
+            between = hit(scene, nearest, n, 0.0, CollisionPlace.BETWEEN_ROWS)
             found.append(Finding(between, int(way.row[at]), int(way.row[at + 1])))
     return found
 
 
-def hit(scene: Scene, clear: Clearances, k: int, least: float, seen: Seen = Seen.AT_SAMPLE) -> Failure:
+def hit(
+    scene: Scene, clear: Clearances, k: int, least: float, seen: CollisionPlace = CollisionPlace.AT_SAMPLE
+) -> Failure:
     """A collision on rows of a motion.
 
     Args:

@@ -20,16 +20,16 @@ from ik.singularity import KINDS, margins, sides, smallest_singular_value
 from ..collision.clearances import Clearances
 from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
+from ..job.overhang_check import past_horizontal, unsupported_targets
 from ..job.table_winding import upright_of
-from ..job.unsupported import past_horizontal, unsupported_targets
 from ..motion.deposition_speed import HeldSpeed
 from ..motion.given_motion import given
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..units import MARGIN_UNITS, METRES_PER_MM
-from .arm_looks import arm_on_the_way, nearest_on_the_way
+from .arm_clearances import arm_on_the_way, nearest_on_the_way
 from .bead_order import Finding, order_findings, skips
-from .bead_samples import COARSE, FINE, OnBead, Way, against_beads, dense, rows_of
+from .bead_samples import COARSE, FINE, OnBead, SampledMotion, against_beads, dense, rows_of
 from .blended_motion import RoundedRows, blend_collisions, blended_rows, sampled_runs, table_blend_collisions
 from .collisions import collisions, stages, stretches_of
 
@@ -176,7 +176,7 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
     )
 
 
-def _most(values: Floats, way: Way, read: ReadMotion) -> tuple[float, int]:
+def _most(values: Floats, way: SampledMotion, read: ReadMotion) -> tuple[float, int]:
     if not len(values):
         return 0.0, int(read.row[0])
     k = int(np.argmax(values))
@@ -209,7 +209,7 @@ def _speed_use(job: Job, motion: Motion) -> Floats:
     return np.concatenate([speed, np.zeros((1, speed.shape[1]))])
 
 
-def _acceleration_use(job: Job, read: ReadMotion, rows: Way, windows: Sequence[float] = WINDOWS) -> Floats:
+def _acceleration_use(job: Job, read: ReadMotion, rows: SampledMotion, windows: Sequence[float] = WINDOWS) -> Floats:
     """Share of its acceleration that each axis needs about each row, (m, j + 2).
 
     Of the motion with its corners rounded: second differences, which are means of the accelerations in them. From row
@@ -268,7 +268,7 @@ def _drive_findings(job: Job, use: Floats) -> list[Finding]:
     return found
 
 
-def _bead_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
+def _bead_findings(job: Job, way: SampledMotion, on: OnBead) -> list[Finding]:
     """Rows and what lies between them that are not on the bead."""
     checks, window = job.case.checks, job.window
     found = []
@@ -283,7 +283,7 @@ def _bead_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
     return found
 
 
-def _singular_findings(job: Job, way: Way, margin: Floats) -> list[Finding]:
+def _singular_findings(job: Job, way: SampledMotion, margin: Floats) -> list[Finding]:
     """Margins that are too small while welding, and configurations that change inside a bead."""
     geometry = job.solver.geometry
     least = job.singularity_limits.values(geometry is not None)
@@ -304,7 +304,7 @@ def _singular_findings(job: Job, way: Way, margin: Floats) -> list[Finding]:
     return [*found, *_changes(job, way)]
 
 
-def _changes(job: Job, way: Way) -> list[Finding]:
+def _changes(job: Job, way: SampledMotion) -> list[Finding]:
     """Configurations that change inside a bead: a singularity between two samples that no sample need be near to."""
     chain, geometry = job.scene.chain, job.solver.geometry
     q = way.q[:, : chain.n]
@@ -324,19 +324,19 @@ def _changes(job: Job, way: Way) -> list[Finding]:
     return found
 
 
-def _off_upright(job: Job, way: Way, on: OnBead) -> Floats:
+def _off_upright(job: Job, way: SampledMotion, on: OnBead) -> Floats:
     """Angle (n,) between the deposition direction and up, rad."""
     normal = (job.scene.T_world_base()[:3, :3] @ way.T_base_part[:, :3, :3] @ on.normal[:, :, None])[:, :, 0]
     return np.asarray(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)))
 
 
-def _past_horizontal(job: Job, motion: Motion, fine: Way, on: OnBead) -> tuple[str, ...]:
+def _past_horizontal(job: Job, motion: Motion, fine: SampledMotion, on: OnBead) -> tuple[str, ...]:
     steepest = np.zeros(len(job.targets))
     np.maximum.at(steepest, motion.target[fine.row], _off_upright(job, fine, on))
     return past_horizontal(job.case, steepest)
 
 
-def _gravity_findings(job: Job, way: Way, on: OnBead) -> list[Finding]:
+def _gravity_findings(job: Job, way: SampledMotion, on: OnBead) -> list[Finding]:
     asked = job.case.checks.gravity_max_deg
     limits = [] if asked is None else [asked]
     if job.case.table.mode == "coordinated":
@@ -362,7 +362,7 @@ def _hanging_findings(job: Job, motion: Motion) -> list[Finding]:
 
 
 def _in_the_way(
-    job: Job, read: ReadMotion, rows: Way, way: Way
+    job: Job, read: ReadMotion, rows: SampledMotion, way: SampledMotion
 ) -> tuple[list[Finding], tuple[float, int, tuple[str, ...]] | None]:
     """What a motion collides with, and the nearest the arm comes to anything, with the row and the pair."""
     stage = stages(job, read.motion, way.row)
@@ -375,7 +375,7 @@ def _in_the_way(
 
 
 def _nearest(
-    job: Job, read: ReadMotion, way: Way, found: tuple[int, Clearances]
+    job: Job, read: ReadMotion, way: SampledMotion, found: tuple[int, Clearances]
 ) -> tuple[float, int, tuple[str, ...]] | None:
     at, nearest = found
     if not np.isfinite(nearest.distance[0]):
@@ -384,7 +384,7 @@ def _nearest(
     return float(nearest.distance[0]), int(read.row[way.row[at]]), pair
 
 
-def _least_margin(job: Job, read: ReadMotion, way: Way, margin: Floats) -> tuple[float, int, str] | None:
+def _least_margin(job: Job, read: ReadMotion, way: SampledMotion, margin: Floats) -> tuple[float, int, str] | None:
     if not len(margin):
         return None
     limits = job.singularity_limits.values(job.solver.geometry is not None)
@@ -396,7 +396,7 @@ def _least_margin(job: Job, read: ReadMotion, way: Way, margin: Floats) -> tuple
     return float(margin[k, kind]), int(read.row[way.row[k]]), KINDS[kind]
 
 
-def _least_sigma(job: Job, way: Way) -> float | None:
+def _least_sigma(job: Job, way: SampledMotion) -> float | None:
     if not len(way.row):
         return None
     rows = np.flatnonzero(np.diff(way.row, prepend=-1))

@@ -24,7 +24,7 @@ Run = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Fine:
+class FinelySampledBead:
     """A bead seen closely.
 
     Attributes:
@@ -38,7 +38,7 @@ class Fine:
     thickness: Floats
 
 
-def fine_thickness(sliced: SlicedSubVolume, bead: Bead) -> Fine:
+def fine_thickness(sliced: SlicedSubVolume, bead: Bead) -> FinelySampledBead:
     """A bead at close places; a closed one comes back to its first point.
 
     Args:
@@ -61,7 +61,7 @@ def fine_thickness(sliced: SlicedSubVolume, bead: Bead) -> Fine:
     chord: Floats = points[k] + share[:, None] * (points[k + 1] - points[k])
     fine = chord - surface.distance(chord)[:, None] * surface.normals(chord)
     thickness = sliced.thickness_at(bead.layer, fine) + (1 - share) * gained[k] + share * gained[k + 1]
-    return Fine(at, fine, thickness)
+    return FinelySampledBead(at, fine, thickness)
 
 
 def ends_of(bead: Bead, k: int) -> tuple[Floats, Floats]:

@@ -7,7 +7,7 @@
 
 First the borders of a layer, or what fills it. Then, layer by layer: what is too thin or too thick is dealt with
 (`slicing.beads.thickness_policy`), directions alternate, closed beads get their seam (`slicing.beads.seams`), beads
-their order (`slicing.beads.order`), and their starts and ends are led in and out (`slicing.beads.leads`).
+their order (`slicing.beads.order`), and their starts and ends are led in and out (`slicing.beads.lead_in_out`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ..surfaces.charts import Chart
 from .bead import Bead
 from .deposition import LayerMetal, layer_metal, metal_lines, with_metal
 from .infill import Stroke, contour_rounds, fitted_pitch, narrow_places, wide_part
-from .leads import with_leads
+from .lead_in_out import with_leads
 from .order import ordered
 from .overhang import ALLOWED, Overhang, overhang_lines, overhangs
 from .regions import Island, Joint, islands

@@ -19,13 +19,13 @@ from ..mesh.solid import Bools, Floats, Ints
 from ..parameters import BeadParameters
 from .bead import Bead
 from .exact_points import point_between
-from .fine_thickness import SLACK_MM, SPACING_MM, Fine, Run, ends_of, fine_thickness, interpolate
+from .fine_thickness import SLACK_MM, SPACING_MM, FinelySampledBead, Run, ends_of, fine_thickness, interpolate
 
 STOP_MM = 3.0  # a bead has targets so close where it takes over thickness
 
 
 @dataclass(frozen=True, eq=False)
-class Handed:
+class MergedStretch:
     """A stretch of a bead that the layer above takes over.
 
     Attributes:
@@ -42,11 +42,11 @@ class Handed:
 def merged(
     sliced: SlicedSubVolume,
     bead: Bead,
-    fine: Fine,
+    fine: FinelySampledBead,
     runs: Sequence[Run],
     above: list[Bead],
     parameters: BeadParameters,
-) -> tuple[list[Run], list[str], list[Handed]]:
+) -> tuple[list[Run], list[str], list[MergedStretch]]:
     """Runs split into those the layer above takes over and those that stay.
 
     Args:
@@ -60,7 +60,7 @@ def merged(
     Returns:
         The runs; "merged" or "reported" of each; what is handed to the layer above.
     """
-    handed: list[Handed] = []
+    handed: list[MergedStretch] = []
     out_runs: list[Run] = []
     done: list[str] = []
     for run in runs:
@@ -81,7 +81,7 @@ def merged(
             done.append("merged" if merged else "reported")
             if merged:
                 some = slice(first, last + 1)
-                handed.append(Handed(points[some], normals[some], thickness[some]))
+                handed.append(MergedStretch(points[some], normals[some], thickness[some]))
     return out_runs, done, handed
 
 
@@ -118,7 +118,7 @@ def _sideways(way: Floats, normals: Floats) -> Floats:
 
 
 def gaining(
-    sliced: SlicedSubVolume, above: list[Bead], handed: Sequence[Handed], parameters: BeadParameters
+    sliced: SlicedSubVolume, above: list[Bead], handed: Sequence[MergedStretch], parameters: BeadParameters
 ) -> list[Bead]:
     """The beads above, with the thickness of what is left out below them.
 

@@ -27,8 +27,8 @@ from ..mesh.solid import Bools, Floats
 from ..parameters import BeadParameters
 from .bead import Bead
 from .exact_points import point_between
-from .fine_thickness import SLACK_MM, Fine, Run, ends_of, fine_thickness, interpolate
-from .thickness_merge import Handed, gaining, merged
+from .fine_thickness import SLACK_MM, FinelySampledBead, Run, ends_of, fine_thickness, interpolate
+from .thickness_merge import MergedStretch, gaining, merged
 
 LEAST_MM = 1e-3  # shorter beads are not laid, shorter places not told of
 WORDS = {"reported": "left as it is", "trimmed": "not laid", "merged": "laid by the layer above"}
@@ -92,7 +92,7 @@ def with_policy(
         if borders and not gained and _within(sliced, np.array([low, high])).all():
             continue
         kept: list[Bead] = []
-        handed: list[Handed] = []
+        handed: list[MergedStretch] = []
         for bead in out[k]:
             runs, fine = _runs(sliced, bead)
             if not runs:
@@ -117,7 +117,7 @@ def _within(sliced: SlicedSubVolume, thickness: Floats) -> Bools:
     return (thickness >= p.h_min_mm - SLACK_MM) & (thickness <= p.h_max_mm + SLACK_MM)
 
 
-def _runs(sliced: SlicedSubVolume, bead: Bead) -> tuple[list[Run], Fine]:
+def _runs(sliced: SlicedSubVolume, bead: Bead) -> tuple[list[Run], FinelySampledBead]:
     """Where a bead leaves the limits, from place to place, the ends exact.
 
     On a closed bead a run may go on over its first point: then its end is beyond the bead's number of points.
@@ -141,7 +141,7 @@ def _runs(sliced: SlicedSubVolume, bead: Bead) -> tuple[list[Run], Fine]:
     return list(zip(begins, ends, strict=True)), fine
 
 
-def _limit(sliced: SlicedSubVolume, bead: Bead, fine: Fine, i: int) -> float:
+def _limit(sliced: SlicedSubVolume, bead: Bead, fine: FinelySampledBead, i: int) -> float:
     """The place between two looked-at ones where the thickness reaches the limit, found on the exact curve."""
     from scipy.optimize import brentq
 
@@ -195,7 +195,7 @@ def _stretch(sliced: SlicedSubVolume, bead: Bead, begin: float, end: float) -> B
     return replace(bead, points=points, gained_mm=gained, closed=False, stops=stops)
 
 
-def _place(sliced: SlicedSubVolume, bead: Bead, fine: Fine, run: Run, done: str) -> ThicknessPlace:
+def _place(sliced: SlicedSubVolume, bead: Bead, fine: FinelySampledBead, run: Run, done: str) -> ThicknessPlace:
     n = len(bead.points)
     begin, end = (interpolate(sliced, bead, u)[0] for u in run)
     inside = (fine.at >= run[0]) & (fine.at <= run[1]) | (fine.at <= run[1] - n) & bead.closed

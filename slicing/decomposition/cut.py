@@ -68,7 +68,7 @@ class CutPiece:
 
 
 @dataclass(frozen=True)
-class Left:
+class RejectedPiece:
     """A piece that is no sub-volume: its volume, and how near it comes to the body."""
 
     volume_mm3: float
@@ -98,8 +98,8 @@ class Cut:
 
     pieces: list[CutPiece]
     body: CutPiece
-    on_ends: list[Left]
-    floating: list[Left]
+    on_ends: list[RejectedPiece]
+    floating: list[RejectedPiece]
     slivers: list[Sliver]
     steps: list[Sliver] = field(default_factory=list)
 
@@ -215,8 +215,8 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float, steps_to_mm: float = 
     pieces: list[CutPiece] = []
     slivers: list[Sliver] = []
     steps: list[Sliver] = []
-    ends: list[Left] = []
-    floating: list[Left] = []
+    ends: list[RejectedPiece] = []
+    floating: list[RejectedPiece] = []
     thin = min(SLIVER_MM, SLIVER_SIZE * outline.widest)
     for part in whole_solids(solid - cutter):
         vertices, faces, cut = arrays_of(part, number)
@@ -236,7 +236,7 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float, steps_to_mm: float = 
             pieces.append(piece)
         else:
             kept += part
-            (ends if len(cut) else floating).append(Left(float(part.volume()), _least_off(part, outline)))
+            (ends if len(cut) else floating).append(RejectedPiece(float(part.volume()), _least_off(part, outline)))
     return Cut(pieces, _on_outline(*arrays_of(kept, number), outline), ends, floating, slivers, steps)
 
 

@@ -39,7 +39,7 @@ from .axis import Axis, parallel_axis
 from .bands import Band, FoundBand
 from .body_hint import LEAST_SIDES, BodyHint, hinted_axis, part_frame
 from .cut import Cut, CutPiece, arrays_of, clearance, cut_off, solid_of
-from .doubts import (
+from .evidence_warnings import (
     SMALL,
     Evidence,
     coarse_bodies,

@@ -198,7 +198,7 @@ def _same(a: Band, b: Band) -> bool:
 
 
 @dataclass(frozen=True)
-class Hill:
+class OutlineBump:
     """A stretch of an outline that is wider than what is beside it.
 
     Attributes:
@@ -223,7 +223,7 @@ class Hill:
         return self.top - self.base >= SHORT_AND_HIGH * self.length
 
 
-def hills(sections: Sequence[Band]) -> list[Hill]:
+def hills(sections: Sequence[Band]) -> list[OutlineBump]:
     """The stretches of an outline that are wider than what is beside them, lowest first.
 
     Args:
@@ -235,7 +235,7 @@ def hills(sections: Sequence[Band]) -> list[Hill]:
     z = np.array([v for s in sections for v in (s.low, s.high)])
     r = np.array([v for s in sections for v in (s.radius_low, s.radius_high)])
     slack = SAME_POINT * float(r.max())
-    found: list[Hill] = []
+    found: list[OutlineBump] = []
     k = 0
     while k < len(r):
         last = k
@@ -263,7 +263,7 @@ def _falls(top: float, radii: tuple[float, float], length: float, slack: float) 
     return length <= max(2 * drop, 0.5 * (top - radii[0]))
 
 
-def _hill(z: Floats, r: Floats, base: float, between: bool) -> Hill:
+def _hill(z: Floats, r: Floats, base: float, between: bool) -> OutlineBump:
     """A hill of points, where its flanks pass its base and half its height."""
     top = float(r.max())
 
@@ -279,7 +279,7 @@ def _hill(z: Floats, r: Floats, base: float, between: bool) -> Hill:
 
     low, high = ends(base * (1.0 + 1e-9))
     middle = ends(0.5 * (base + top))
-    return Hill(low, high, base, top, middle[1] - middle[0], between)
+    return OutlineBump(low, high, base, top, middle[1] - middle[0], between)
 
 
 def _without_flanges(sections: list[Band]) -> list[Band]:
@@ -289,7 +289,7 @@ def _without_flanges(sections: list[Band]) -> list[Band]:
     return sections
 
 
-def _is_land(sections: Sequence[Band], hill: Hill) -> bool:
+def _is_land(sections: Sequence[Band], hill: OutlineBump) -> bool:
     """What grooves leave of a bar."""
     z = np.array([v for s in sections for v in (s.low, s.high)])
     r = np.array([v for s in sections for v in (s.radius_low, s.radius_high)])
@@ -311,7 +311,7 @@ def without_collars(outline: Outline) -> Outline:
     return Outline(tuple(sections))
 
 
-def _levelled(sections: list[Band], hill: Hill) -> list[Band]:
+def _levelled(sections: list[Band], hill: OutlineBump) -> list[Band]:
     """The sections with a hill cut down to its base."""
     kept: list[Band] = []
     for s in sections:

@@ -18,7 +18,7 @@ from ..arrays import Floats
 from ..mesh.face_measures import face_normals
 from ..warning import Code, Warning
 from .cut import CutPiece
-from .doubts import full_volume, volume_of
+from .evidence_warnings import full_volume, volume_of
 from .outline import Outline
 
 FULL_TURN = 0.98  # of the body's surface between a root's ends that the root holds where it goes right round

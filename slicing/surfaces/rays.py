@@ -16,7 +16,7 @@ NEAR_MM, FAR_MM = 1e-10, 1e5  # how near it must come; how far it goes
 STEP_MM = 1e-9  # to either side of a height, so that a step there is seen
 
 
-class Distant(Protocol):
+class HasDistance(Protocol):
     """What knows its distance from points."""
 
     def distance(self, points: Floats) -> Floats:
@@ -50,7 +50,7 @@ def across_axis(points: Floats, normals: Floats, axis_point: tuple[float, float]
     return np.where((d >= 0) & (b > 0), near, np.inf)
 
 
-def marched(points: Floats, normals: Floats, surface: Distant) -> Floats:
+def marched(points: Floats, normals: Floats, surface: HasDistance) -> Floats:
     """Distance back from outside (n,): each step as long as the distance to the surface, so none passes it.
 
     Along the surface's own normal the first step arrives; rays that graze it take many.

@@ -11,12 +11,12 @@ import pytest
 from support.jobs.boss_motion import boss_case, job_of, result_of
 
 from cell.collision.checker import Checker
-from cell.failure import Seen
+from cell.failure import CollisionPlace
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
 from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
-from cell.verification import arm_looks
+from cell.verification import arm_clearances
 from cell.verification.bead_samples import COARSE, dense, rows_of
 from cell.verification.motion_check import check_motion
 
@@ -99,7 +99,10 @@ def test_a_motion_that_is_too_near_between_two_samples_is_not_passed(good: Resul
     assert (found.row, found.to_row, found.reason) == (STEP + 1, STEP + 1, "collision")
     assert found.failure is not None
     assert found.failure.contact is not None
-    assert (set(found.failure.contact.pair), found.failure.contact.seen) == ({"grain", "torch_wire"}, Seen.BETWEEN_ROWS)
+    assert (set(found.failure.contact.pair), found.failure.contact.seen) == (
+        {"grain", "torch_wire"},
+        CollisionPlace.BETWEEN_ROWS,
+    )
     # where nothing is asked for it is passed, as it touches nothing
     assert check_motion(free, read).feasible
 
@@ -110,6 +113,6 @@ def test_of_a_long_motion_too(good: Result, folder: Path, monkeypatch: pytest.Mo
     back = len(motion.t_s) - 2 - STEP  # on the way home
     (job,) = missed(good, folder, back, 0.2)
     read = ReadMotion(motion, np.arange(len(motion.t_s)) + 1, ())
-    monkeypatch.setattr(arm_looks, "LEAST_PIECE", 500)
+    monkeypatch.setattr(arm_clearances, "LEAST_PIECE", 500)
     found = check_motion(job, read).findings
     assert [(f.row, f.to_row, f.reason) for f in found] == [(back + 1, back + 1, "collision")]

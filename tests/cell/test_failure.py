@@ -14,17 +14,17 @@ from cell.case.sections import REASONS
 from cell.failure import (
     IN_ROWS,
     ON_BEAD,
-    Beads,
+    BeadOrder,
+    CollisionPlace,
     Contact,
-    Effort,
     Failure,
-    Hanging,
     Kind,
     LaidLayer,
+    OverhangArea,
     Place,
     RollBetween,
-    Seen,
-    Slowed,
+    SearchEffort,
+    SlowdownCause,
     Where,
 )
 from cell.programs.program_check import PROGRAM_REASONS
@@ -42,7 +42,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
     (Failure(Kind.UNREACHABLE, -3.0), "unreachable", {"inside_reach_mm": 3.0}),
     (Failure(Kind.UNREACHABLE, -0.0), "unreachable", {"inside_reach_mm": 0.0}),
     (
-        Failure(Kind.UNREACHABLE, effort=Effort(seeds=20, rolls=3)),
+        Failure(Kind.UNREACHABLE, effort=SearchEffort(seeds=20, rolls=3)),
         "unreachable",
         {"search": "not found from 20 seeds at 3 roll(s)"},
     ),
@@ -68,7 +68,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
         },
     ),
     (
-        Failure(Kind.CONFIGURATION_CHANGE, because=LIMIT, place=BEAD, effort=Effort(searches=60)),
+        Failure(Kind.CONFIGURATION_CHANGE, because=LIMIT, place=BEAD, effort=SearchEffort(searches=60)),
         "no_path",
         {
             "from_target": 3,
@@ -80,7 +80,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
         },
     ),
     (
-        Failure(Kind.COLLISION, 5.5, 5.0, contact=Contact(("a", "b"), seen=Seen.BETWEEN_SAMPLES), place=BEAD),
+        Failure(Kind.COLLISION, 5.5, 5.0, contact=Contact(("a", "b"), seen=CollisionPlace.BETWEEN_SAMPLES), place=BEAD),
         "no_path",
         {
             "from_target": 3,
@@ -95,7 +95,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
         Failure(
             Kind.JUMP,
             place=TRAVEL,
-            effort=Effort(attempts=60, shut_in="leaving", reached_mm=2.0, retract_mm=30.0),
+            effort=SearchEffort(attempts=60, shut_in="leaving", reached_mm=2.0, retract_mm=30.0),
             locked_by=(LaidLayer("SV1", 3), LaidLayer("SV1", 4)),
         ),
         "no_path",
@@ -132,7 +132,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
         {"from_target": 3, "on_the_way": "speed", "axis": "A4", "needed_deg_s": 120.0, "allowed_deg_s": 100.0},
     ),
     (
-        Failure(Kind.DEPOSITION_SPEED, 0.5, 0.9, cause=Slowed("", 2.0), place=BEAD),
+        Failure(Kind.DEPOSITION_SPEED, 0.5, 0.9, cause=SlowdownCause("", 2.0), place=BEAD),
         "speed",
         {
             "from_target": 3,
@@ -145,7 +145,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
         },
     ),
     (
-        Failure(Kind.DEPOSITION_SPEED, 0.5, 0.9, cause=Slowed("", 2.0), place=Place(Where.ROWS, from_target=3)),
+        Failure(Kind.DEPOSITION_SPEED, 0.5, 0.9, cause=SlowdownCause("", 2.0), place=Place(Where.ROWS, from_target=3)),
         "speed",
         {"by": "deposition", "from_target": 3, "share": 0.5, "limit": 0.9, "seconds": 2.0},
     ),
@@ -166,12 +166,12 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
     ),
     (Failure(Kind.GRAVITY, 50.0, 45.0), "gravity", {"angle_deg": 50.0, "limit_deg": 45.0}),
     (
-        Failure(Kind.OVERHANG, None, 2.0, cause=Hanging(20.0, 10.0, (1.0, 2.0, 3.0))),
+        Failure(Kind.OVERHANG, None, 2.0, cause=OverhangArea(20.0, 10.0, (1.0, 2.0, 3.0))),
         "overhang",
         {"out_mm": None, "area_mm2": 20.0, "begins_mm2": 10.0, "place_mm": [1.0, 2.0, 3.0], "limit_mm": 2.0},
     ),
     (
-        Failure(Kind.COLLISION, None, 5.0, contact=Contact(("a",), seen=Seen.BETWEEN_ROWS), place=IN_ROWS),
+        Failure(Kind.COLLISION, None, 5.0, contact=Contact(("a",), seen=CollisionPlace.BETWEEN_ROWS), place=IN_ROWS),
         "collision",
         {"between_rows": True, "pair": ["a"], "distance_mm": None, "required_mm": 5.0},
     ),
@@ -182,7 +182,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
         "off_bead",
         {"roll_outside_deg": 0.5, "limit": 0.1, "unit": "deg"},
     ),
-    (Failure(Kind.BEAD_ORDER, cause=Beads(2, None), place=IN_ROWS), "order", {"bead": 2, "after_bead": None}),
+    (Failure(Kind.BEAD_ORDER, cause=BeadOrder(2, None), place=IN_ROWS), "order", {"bead": 2, "after_bead": None}),
     (Failure(Kind.GOES_BACK, 1.0, place=IN_ROWS), "order", {"goes_back_mm": 1.0}),
     (Failure(Kind.SKIPS, 1.0, place=IN_ROWS), "order", {"skips_mm": 1.0}),
     (
@@ -238,5 +238,5 @@ def test_what_stops_a_change_of_configuration_is_what_counts() -> None:
     assert change.pair == ("a", "b")
     assert change.root is HIT
     assert not change.rounded
-    assert HIT.seen(Seen.ROUNDED).rounded
+    assert HIT.seen(CollisionPlace.ROUNDED).rounded
     assert (LIMIT.unit, Failure(Kind.SINGULAR, 1.0, 2.0, singularity="sigma").unit) == ("deg", "1")

@@ -25,7 +25,7 @@ from .travel import TravelWay, travel, turned
 
 
 @dataclass(frozen=True, eq=False)
-class HomeWays:
+class HomeTravels:
     """The ways from home to the first bead and from the last one back.
 
     Attributes:
@@ -49,10 +49,10 @@ class SpanEnds:
 
     first: Stretch
     last: Stretch
-    ways: HomeWays
+    ways: HomeTravels
 
 
-def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeWays | None]:
+def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeTravels | None]:
     """Plan the ways from home and back.
 
     Args:
@@ -80,7 +80,7 @@ class _Home:
         self.beads, self.travels = list(plan.beads), list(plan.travels)
         self.travel_failures = dict(plan.travel_failures)
 
-    def planned(self) -> tuple[PartPlan, HomeWays | None]:
+    def planned(self) -> tuple[PartPlan, HomeTravels | None]:
         first, last = self.beads[0], self.beads[-1]
         start, end = self.context.span.start, self.context.span.end
         laid = int(self.context.laid[last.stop - 1])
@@ -104,7 +104,7 @@ class _Home:
         if isinstance(back, Failure):
             at = last.stop - 1
             self._note(at, back.at(replace(back.place, where=Where.TO_HOME, from_target=at)))
-        ways = HomeWays(None if isinstance(out, Failure) else out, None if isinstance(back, Failure) else back)
+        ways = HomeTravels(None if isinstance(out, Failure) else out, None if isinstance(back, Failure) else back)
         return PartPlan(tuple(self.beads), tuple(self.travels), self.travel_failures), ways
 
     def _note(self, target: int, failure: Failure) -> None:

@@ -17,12 +17,12 @@ from ik.chain import Floats
 from ik.joint_turns import SLACK
 from ik.roll import apply_roll
 
-from ...failure import ON_TRAVEL, Effort, Failure, Kind
+from ...failure import ON_TRAVEL, Failure, Kind, SearchEffort
 from ...motion.motion import JUMP
 from ...units import METRES_PER_MM
 from ..context import Context
 from ..edge_check import Stretch
-from ..edge_tracking import Ways, along
+from ..edge_tracking import EdgePoses, along
 
 BETWEEN = 2e-3  # m between samples of the way off a bead and onto it
 
@@ -75,7 +75,7 @@ def _stopped(context: Context, stretch: Stretch, at: int, distance: float) -> Le
     count = max(int(np.ceil(distance / BETWEEN)), 1)
     start, t = stretch.q_targets[at][None], np.linspace(0, 1, count + 1)
     _, t, q = along(
-        context.solver, Ways(*ends, context.placed.reference), start, np.zeros(count + 1, dtype=np.int64), t
+        context.solver, EdgePoses(*ends, context.placed.reference), start, np.zeros(count + 1, dtype=np.int64), t
     )
     chain = context.solver.chain
     over = np.maximum(chain.lower - q, q - chain.upper)
@@ -86,7 +86,7 @@ def _stopped(context: Context, stretch: Stretch, at: int, distance: float) -> Le
     if stop == len(q):
         return Leg(q)
     reached = round(float(t[stop - 1]) * distance / METRES_PER_MM, 3)
-    effort = Effort(reached_mm=reached, retract_mm=round(distance / METRES_PER_MM, 3))
+    effort = SearchEffort(reached_mm=reached, retract_mm=round(distance / METRES_PER_MM, 3))
     if (over[stop] > SLACK).any():
         axis = chain.names[int(np.argmax(over[stop]))]
         return Leg(q[:stop], Failure(Kind.JOINT_LIMIT, axis=axis, place=ON_TRAVEL, effort=effort))

@@ -77,7 +77,7 @@ class Trees:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundWay:
+class TreeSearchResult:
     """What a search ended with.
 
     Attributes:
@@ -115,7 +115,7 @@ class _Tree:
         return self.q[out]
 
 
-def connect(space: Space, trees: Trees, free: Free, attempts: int, seed: int) -> FoundWay:
+def connect(space: Space, trees: Trees, free: Free, attempts: int, seed: int) -> TreeSearchResult:
     """Search a way from any start to any goal.
 
     Args:
@@ -138,9 +138,9 @@ def connect(space: Space, trees: Trees, free: Free, attempts: int, seed: int) ->
         met = _round(space, a, b, samples, free)
         if met is not None:
             way = np.concatenate([a.back(met[0])[::-1], b.back(met[1])[1:]])
-            return FoundWay(way[::-1] if turned else way, _sizes(a, b, turned))
+            return TreeSearchResult(way[::-1] if turned else way, _sizes(a, b, turned))
         a, b, turned = b, a, not turned
-    return FoundWay(None, _sizes(a, b, turned))
+    return TreeSearchResult(None, _sizes(a, b, turned))
 
 
 def _sizes(a: _Tree, b: _Tree, turned: bool) -> tuple[int, int]:

@@ -23,7 +23,7 @@ from ik.chain import Floats
 from ...collision.checker import Checker
 from ...collision.clearances import Clearances
 from ...collision.proofs.between_samples import kept_on_steps, unproven_steps
-from ...failure import ON_TRAVEL, Effort, Failure, Kind
+from ...failure import ON_TRAVEL, Failure, Kind, SearchEffort
 from ..blended_check import travel_corners, wire_corners
 from ..context import Context
 from ..edge_check import Stretch, between
@@ -293,7 +293,7 @@ class _Travel:
 
 def _with(failure: Failure, *, shut_in: str, attempts: int | None = None) -> Failure:
     """A failure with where the travel is shut in, and after how many attempts; what was known of the search stays."""
-    effort = replace(failure.effort or Effort(), shut_in=shut_in)
+    effort = replace(failure.effort or SearchEffort(), shut_in=shut_in)
     return replace(failure, effort=effort if attempts is None else replace(effort, attempts=attempts))
 
 

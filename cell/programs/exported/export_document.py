@@ -23,7 +23,7 @@ from ..from_motion import ProgramOfMotion
 from ..orientation import pose_of
 from ..program import BaseFrame, MoveKind, Program, SourceLine, ToolFrame
 from ..program_check import ProgramResult
-from ..round_trip import OFF, TURNED, Gap
+from ..round_trip import OFF, TURNED, ProgramDeviation
 
 
 def frame_document(T: Floats) -> dict[str, float]:
@@ -49,7 +49,7 @@ def export_document(
     job: Job,
     files: dict[str, str],
     written: ProgramOfMotion,
-    gap: Gap,
+    gap: ProgramDeviation,
     result: ProgramResult,
     warnings: Sequence[Warning],
 ) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from ..from_motion import ProgramOfMotion
 from ..pose_table import pose_table
 from ..program_check import ProgramResult
 from ..robodk_script import robodk_script
-from ..round_trip import Gap
+from ..round_trip import ProgramDeviation
 from .export_document import export_document
 from .written_files import checked_folder, write_files
 
@@ -46,7 +46,7 @@ class Exported:
     job: Job
     files: dict[str, str]
     written: ProgramOfMotion
-    gap: Gap | None
+    gap: ProgramDeviation | None
     result: ProgramResult | None
     fault: str | None
     warnings: tuple[Warning, ...]

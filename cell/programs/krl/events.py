@@ -3,7 +3,7 @@
 Use:
 
     reader = EventReader(controller)
-    reader.of_comment(";process_on")          # Happening(Happens.ARC_ON, {})
+    reader.of_comment(";process_on")          # RecognisedEvent(Happens.ARC_ON, {})
 
 A hook of several lines is told by its first; the others, which the first expects, are taken with it.
 """
@@ -14,7 +14,7 @@ import re
 
 from ..controller import Controller
 from ..hooks import HookPattern
-from .statements import Happening
+from .statements import RecognisedEvent
 from .triggers import done_by
 
 _DISTANCE = re.compile(r"\bDISTANCE\s*=\s*([01])\b", re.IGNORECASE)
@@ -27,7 +27,7 @@ class EventReader:
 
     def __init__(self, controller: Controller) -> None:
         self._patterns = controller.patterns
-        self._open: tuple[HookPattern, int, Happening] | None = None
+        self._open: tuple[HookPattern, int, RecognisedEvent] | None = None
 
     def follows(self, line: str) -> bool:
         """Whether a line is the next one of a hook that has begun."""
@@ -42,11 +42,11 @@ class EventReader:
         self._open = (pattern, place + 1, happening) if place + 1 < len(pattern.lines) else None
         return True
 
-    def of_comment(self, line: str) -> Happening | None:
+    def of_comment(self, line: str) -> RecognisedEvent | None:
         """The event of a comment, None where it is none."""
         return self._found(line, "now")
 
-    def of_statement(self, line: str) -> Happening | None:
+    def of_statement(self, line: str) -> RecognisedEvent | None:
         """The event of a call, an assignment or a trigger with its comment, None where it is none."""
         if not re.match(r"\s*TRIGGER\b", line, re.IGNORECASE):
             return self._found(line, "now")
@@ -60,11 +60,11 @@ class EventReader:
                     found.fields[name] = value
         return found
 
-    def _found(self, line: str, at: str) -> Happening | None:
+    def _found(self, line: str, at: str) -> RecognisedEvent | None:
         for pattern in self._patterns:
             fields = pattern.match(line)
             if fields is not None:
-                found = Happening(pattern.happens, fields, at)
+                found = RecognisedEvent(pattern.happens, fields, at)
                 self._open = (pattern, 1, found) if len(pattern.lines) > 1 else None
                 return found
         return None

@@ -25,7 +25,7 @@ from .moving import move
 from .setting import HARMLESS, assign
 from .sources import Sources
 from .state import ControllerState
-from .statements import Declaration, Happening, ModulePart, MotionStatement, ParsedFile, Statement, set_in
+from .statements import Declaration, ModulePart, MotionStatement, ParsedFile, RecognisedEvent, Statement, set_in
 from .values import UnknownValue, evaluate, integer, number, truth
 
 HARMLESS_CALLS = frozenset(
@@ -265,7 +265,7 @@ class Execution:
         return SourceLine(self.calls[-1].file.path.name, self.where.number)
 
     def _do_event(self, statement: Statement) -> None:
-        found: Happening = statement.value
+        found: RecognisedEvent = statement.value
         self.state.happens(found.kind, dict(found.fields), found.at, self._named())
 
     def _do_call(self, statement: Statement) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..controller import Controller
-from ..program import ANYWHERE, BaseFrame, Event, Happens, MoveKind, Moves, ProgramDoubt, SourceLine, ToolFrame
+from ..program import ANYWHERE, BaseFrame, Event, EventKind, MoveKind, Moves, ProgramWarning, SourceLine, ToolFrame
 from .lexing import refuse
 
 NAN = float("nan")
@@ -237,20 +237,20 @@ class ControllerState:
         """A wait, at which the arm stands."""
         self.continues = False
         self.stop()
-        self.events.append(Event(Happens.WAIT, len(self), seconds=seconds, line=line))
+        self.events.append(Event(EventKind.WAIT, len(self), seconds=seconds, line=line))
 
-    def happens(self, kind: Happens, fields: dict[str, str | float], at: str, line: SourceLine) -> None:
+    def happens(self, kind: EventKind, fields: dict[str, str | float], at: str, line: SourceLine) -> None:
         """An event now, or at the end of the move that follows."""
         if at == "end":
             self._waiting.append(Event(kind, len(self) + 1, fields=fields, line=line))
         else:
             self._happens(kind, fields, line, len(self))
 
-    def _happens(self, kind: Happens, fields: object, line: SourceLine | None, before: int) -> None:
-        if kind in (Happens.ARC_ON, Happens.ARC_OFF):
-            if self.arc == (kind == Happens.ARC_ON) and not (self.arc and before > self._burnt):
+    def _happens(self, kind: EventKind, fields: object, line: SourceLine | None, before: int) -> None:
+        if kind in (EventKind.ARC_ON, EventKind.ARC_OFF):
+            if self.arc == (kind == EventKind.ARC_ON) and not (self.arc and before > self._burnt):
                 return  # it burns already, or does not: one of several lines that say so
-            self.arc, self._stood, self._burnt = kind == Happens.ARC_ON, False, before
+            self.arc, self._stood, self._burnt = kind == EventKind.ARC_ON, False, before
         self.events.append(Event(kind, before, fields=fields, line=line))  # type: ignore[arg-type]
 
     def finish(self, where: SourceLine) -> None:
@@ -262,10 +262,10 @@ class ControllerState:
         """Note something that is no fault of the move that comes next, and may be a slip."""
         self._doubts.setdefault(kind, [len(self), 0])[1] += 1
 
-    def doubts(self) -> tuple[ProgramDoubt, ...]:
+    def doubts(self) -> tuple[ProgramWarning, ...]:
         """All of them."""
         last = max(len(self) - 1, 0)
-        return tuple(ProgramDoubt(kind, min(move, last), count) for kind, (move, count) in self._doubts.items())
+        return tuple(ProgramWarning(kind, min(move, last), count) for kind, (move, count) in self._doubts.items())
 
     def moves(self) -> Moves:
         """All moves."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..program import Happens
+from ..program import EventKind
 from .expressions import Component, Element, Expression, Variable
 
 Point = Expression | dict[str, float]
@@ -43,7 +43,7 @@ class MotionStatement:
 
 
 @dataclass(frozen=True, slots=True)
-class Happening:
+class RecognisedEvent:
     """An event as it is recognised.
 
     Attributes:
@@ -52,7 +52,7 @@ class Happening:
         at: now, or at the start or end of the motion that follows (TRIGGER).
     """
 
-    kind: Happens
+    kind: EventKind
     fields: dict[str, str | float]
     at: str = "now"
 

@@ -13,11 +13,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from ..program import Happens, SourceLine
+from ..program import EventKind, SourceLine
 from .expressions import Constant, Variable
 from .lexing import quoted, refuse
 from .setting import HARMLESS
-from .statements import Happening, Statement
+from .statements import RecognisedEvent, Statement
 from .values import UnknownValue
 
 PASSED = "triggers that are not a known event"
@@ -33,7 +33,7 @@ def done_by(line: str) -> str:
     return "" if found is None else found.group(1) + (f" {found.group(2)}" if found.group(2) else "")
 
 
-def trigger_statements(text: str, where: SourceLine, event: Happening | None) -> Iterator[Statement]:
+def trigger_statements(text: str, where: SourceLine, event: RecognisedEvent | None) -> Iterator[Statement]:
     """What a trigger stands for, beside the event that it is.
 
     Args:
@@ -49,7 +49,7 @@ def trigger_statements(text: str, where: SourceLine, event: Happening | None) ->
     """
     number = where.number
     if event is not None:
-        if event.kind in (Happens.ARC_ON, Happens.ARC_OFF):
+        if event.kind in (EventKind.ARC_ON, EventKind.ARC_OFF):
             yield from _off_its_point(event, text, number)
         return
     found = _NAME.match(done_by(text))
@@ -67,7 +67,7 @@ def trigger_statements(text: str, where: SourceLine, event: Happening | None) ->
         yield Statement("assign", number, (Variable(name), Constant(unknown)))
 
 
-def _off_its_point(event: Happening, text: str, number: int) -> Iterator[Statement]:
+def _off_its_point(event: RecognisedEvent, text: str, number: int) -> Iterator[Statement]:
     """A trigger of the arc that does not fire at its point."""
     path, delay = (float(event.fields.get(name, 0.0)) for name in ("path_mm", "delay_ms"))
     word = event.kind.value

@@ -29,14 +29,14 @@ from ...job.job import Job
 from ...motion.motion import STANDING, Motion
 from ...motion.motion_file import BlendedRows
 from ...timing.time_law import TimeLaw, time_path, time_stops, time_travel
-from ..program import Happens, MoveKind, Program, SourceLine
+from ..program import EventKind, MoveKind, Program, SourceLine
 from .corners import BRAKES, DEFAULT_SPEED, asked_distances, rounded_distances
 from .program_path import ProgramPath, path_of
 
 TURN_SPEED = np.deg2rad(200.0)  # of the TCP about itself (KUKA: DEF_VEL_ORI1)
 EXACT_STOP = 1e-5  # m: corners that are rounded over less are stopped in
 TICK = 2e-6  # s that every row takes at least
-STOPS = (Happens.ARC_ON, Happens.ARC_OFF, Happens.WAIT)
+STOPS = (EventKind.ARC_ON, EventKind.ARC_OFF, EventKind.WAIT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,9 +134,9 @@ class _Clock:
     def _happen(self, before: int) -> None:
         for event in self.events.get(before, ()):
             move = min(before, len(self.moves) - 1)
-            if event.kind == Happens.WAIT:
+            if event.kind == EventKind.WAIT:
                 self._still(event.seconds, move)
-            elif event.kind == Happens.ARC_ON:
+            elif event.kind == EventKind.ARC_ON:
                 if self.on:
                     self.arc_faults.setdefault(move, Failure(Kind.ARC_ON_AGAIN, place=IN_ROWS))
                     continue
@@ -145,7 +145,7 @@ class _Clock:
                     self._still(TICK, move)
                 self.on, self.stretch = True, self.stretch + 1
                 self.arc[-1] = np.append(self.arc[-1][:-1], self.stretch)
-            elif event.kind == Happens.ARC_OFF:
+            elif event.kind == EventKind.ARC_OFF:
                 if not self.on:
                     self.arc_faults.setdefault(move, Failure(Kind.ARC_OFF_AGAIN, place=IN_ROWS))
                 self.on = False

@@ -11,7 +11,7 @@ import trimesh
 import yaml
 from support.paths import ROOT
 
-from cell.cli.given_case import parse_roll
+from cell.cli.case_options import parse_roll
 from cell.cli.main import main
 from cell.errors import InputError
 

@@ -28,7 +28,7 @@ from cell.html import shapes as html_shapes
 from cell.html.check_page import html_report, packed
 from cell.html.drawn_path import PageBudget
 from cell.html.pack import Pack, unpack
-from cell.html.words import in_plain_words, what_went_wrong, worst
+from cell.html.page_words import in_plain_words, what_went_wrong, worst
 from cell.job.job import prepare
 from cell.motion.deposition_speed import speed_document
 from cell.motion.motion import Motion

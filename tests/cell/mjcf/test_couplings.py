@@ -13,7 +13,7 @@ import pytest
 from cell.errors import InputError
 from cell.mjcf.couplings import check_couplings
 from cell.mjcf.held_joints import hold
-from cell.mjcf.own_places import OwnPlaces
+from cell.mjcf.held_settings import OwnPlaces
 from slicing.warning import Code
 
 OWN = OwnPlaces("robot", "arm.xml", "c.yaml")

@@ -15,7 +15,7 @@ from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.mjcf.held_joints import hold
-from cell.mjcf.own_places import OwnPlaces
+from cell.mjcf.held_settings import OwnPlaces
 from cell.scene.scene import Scene
 from slicing.warning import Code
 

@@ -15,8 +15,8 @@ from cell.motion.motion_file import ReadMotion
 from cell.part_chunks.chunked_plan import Shared, plan_in_chunks
 from cell.part_chunks.chunking import USUAL, Chunking
 from cell.planning.part_plan import plan_part
-from cell.processes.crew import Crew
 from cell.processes.worker import Tick
+from cell.processes.worker_pool import WorkerPool
 from cell.verdict.check import SpanVerdict
 from cell.verdict.result import NOT_LOOKED_AT
 from cell.verification.motion_check import check_motion
@@ -69,7 +69,7 @@ def test_chunks_make_one_motion_that_holds(job: Job, alone: SpanVerdict) -> None
     assert alone.singularity.value == pytest.approx(judged.singularity[0], rel=0.02)
 
 
-class Posted(Crew):
+class Posted(WorkerPool):
     """Sends everything as to a worker and back, and calls the last item first."""
 
     def get_ready(self, shared: object, count: int, *, copies: bool = True) -> None:
@@ -89,7 +89,7 @@ def test_what_is_sent_away_comes_back_the_same(
 ) -> None:
     job = request.getfixturevalue(which)
     here = mark(found_in(job, FEW))
-    monkeypatch.setattr("cell.part_chunks.chunking.crew", lambda **_: Posted(2))
+    monkeypatch.setattr("cell.part_chunks.chunking.pool", lambda **_: Posted(2))
     assert mark(found_in(job, FEW)) == here
 
 
@@ -98,8 +98,8 @@ def test_what_is_sent_away_comes_back_the_same(
 def test_the_number_of_processes_changes_nothing(
     which: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of processes that begin with nothing; copies are compared in `tests/cell/cli/test_jobs.py`."""
-    monkeypatch.setattr("cell.processes.crew.may_fork", lambda: False)
+    """Of processes that begin with nothing; copies are compared in `tests/cell/cli/test_process_count.py`."""
+    monkeypatch.setattr("cell.processes.worker_pool.may_fork", lambda: False)
     monkeypatch.setattr("cell.part_chunks.chunking.WORTH_A_START", 0)
     job = request.getfixturevalue(which)
     here = found_in(job, FEW)

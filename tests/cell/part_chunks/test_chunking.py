@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cell.job.job import WORTH_A_START
-from cell.part_chunks.chunking import Chunk, Chunking, crew_for
+from cell.part_chunks.chunking import Chunk, Chunking, pool_for
 from cell.planning.context import Span
-from cell.processes.crew import working
+from cell.processes.worker_pool import working
 from slicing import Targets
 
 
@@ -52,12 +52,12 @@ def test_processes_that_begin_with_nothing_start_for_a_large_part_alone(
     copied: bool, targets: int, jobs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("may_fork", "at_rest"):
-        monkeypatch.setattr(f"cell.processes.crew.{name}", lambda: copied)
+        monkeypatch.setattr(f"cell.processes.worker_pool.{name}", lambda: copied)
     half = WORTH_A_START // 2
     chunks = [Chunk((100,), 100 + half), Chunk((100 + half,), 100 + WORTH_A_START + targets)]
-    assert crew_for(chunks).jobs == 1
+    assert pool_for(chunks).jobs == 1
     with working(2) as mine:
-        assert crew_for(chunks).jobs == jobs
+        assert pool_for(chunks).jobs == jobs
         assert not mine.workers()
 
 

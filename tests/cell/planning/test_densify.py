@@ -11,7 +11,7 @@ from cell.case.read import load_case
 from cell.failure import Kind
 from cell.job.job import prepare
 from cell.planning.context import Context
-from cell.planning.densify import Closeness, densified
+from cell.planning.densify import BeadTolerance, densified
 from cell.planning.edge_check import Stretch
 from cell.planning.part_plan import plan_bead
 from cell.scene.scene import table_angles
@@ -106,7 +106,7 @@ def test_a_new_row_that_is_near_a_singularity_is_refused(context: Context, bead:
 
 
 def test_what_stays_off_the_bead_is_no_bead(context: Context, bead: Stretch) -> None:
-    _, failures = densified(context, [bead], Closeness(wire_angle=np.deg2rad(0.001), halvings=1))
+    _, failures = densified(context, [bead], BeadTolerance(wire_angle=np.deg2rad(0.001), halvings=1))
     assert failures
     assert {failure.kind for failure in failures.values()} == {Kind.JUMP}
     assert all(failure.from_target == i - 1 for i, failure in failures.items())
@@ -123,7 +123,7 @@ def test_new_rows_that_come_too_near_are_refused(context: Context, bead: Stretch
 def test_what_is_kept_by_a_new_row_is_what_the_step_keeps_less_how_far_the_row_is_off_it(
     context: Context, bead: Stretch
 ) -> None:
-    (dense,), _ = densified(context, [bead], Closeness(wire_angle=np.deg2rad(0.001), halvings=1))
+    (dense,), _ = densified(context, [bead], BeadTolerance(wire_angle=np.deg2rad(0.001), halvings=1))
     old = np.flatnonzero(np.isin(dense.q, bead.q).all(axis=1))
     assert len(old) == len(bead.q) < len(dense.q)
     off = 0.0

@@ -15,7 +15,7 @@ from cell.cli.arguments import CHECK_TEXT
 from cell.collision.checker import Checker
 from cell.collision.proofs.reach_radii import tool_radii
 from cell.job.job import Job, prepare
-from cell.part_chunks.beginnings import beginnings
+from cell.part_chunks.chunk_starts import beginnings
 from cell.part_chunks.chunking import Chunking
 from cell.planning import infeasible_part, part_plan
 from cell.planning.collision_free_rolls import _looked_at, collision_free_rolls, free_nowhere

@@ -16,12 +16,12 @@ from support.jobs.searches import setup_of
 from cell.case.read import load_case, with_changes
 from cell.collision.clearances import Clearances
 from cell.errors import InputError
-from cell.failure import Contact, Effort, Failure, Kind, Place, Seen, Where
+from cell.failure import CollisionPlace, Contact, Failure, Kind, Place, SearchEffort, Where
 from cell.motion.deposition_speed import STRETCH, HeldSpeed, note_stretches, over_stretches, too_slow
 from cell.motion.motion_file import read_motion, write_motion
 from cell.planning.collision_free_rolls import collision_free_rolls, stabbing
 from cell.planning.configurations import evaluate
-from cell.planning.edge_tracking import Ways, along
+from cell.planning.edge_tracking import EdgePoses, along
 from cell.planning.infeasible_part import lost_alone
 from cell.planning.part_plan import plan_bead
 from cell.rigid import frames
@@ -73,7 +73,7 @@ def test_a_way_is_followed_in_its_branch_and_closely_enough(coarse):
     placed, solver = coarse.placed, coarse.job.solver
     q = np.array([row.q for row in coarse.rows])
     e = int(np.argmax(np.abs(np.diff(q, axis=0)).max(axis=1) * (np.diff(coarse.job.targets.path) == 0)))
-    ways = Ways.of(placed, np.array([e]), np.zeros((1, 2)))
+    ways = EdgePoses.of(placed, np.array([e]), np.zeros((1, 2)))
     edge, t, followed = along(solver, ways, q[[e]], np.zeros(3, dtype=np.int64), np.array([0.0, 0.5, 1.0]))
     assert followed[0] == pytest.approx(q[e])
     assert followed[-1] == pytest.approx(q[e + 1], abs=1e-6)
@@ -219,8 +219,8 @@ def test_messages_say_what_was_found_and_what_is_needed():
     hit = Failure(Kind.COLLISION, 4.981, 5.0, contact=Contact(("a", "b")))
     assert failure_in_words(hit) == "a - b 4.981 mm, needs 5"
     assert failure_in_words(replace(hit, measure=1.2)) == "a - b 1.2 mm, needs 5"
-    assert "not proved" in failure_in_words(replace(hit, measure=6.0).seen(Seen.BETWEEN_SAMPLES))
-    effort = Effort(reached_mm=24.0, retract_mm=50.0, shut_in="leaving")
+    assert "not proved" in failure_in_words(replace(hit, measure=6.0).seen(CollisionPlace.BETWEEN_SAMPLES))
+    effort = SearchEffort(reached_mm=24.0, retract_mm=50.0, shut_in="leaving")
     place = Place(Where.TRAVEL, from_target=3, to_target=4)
     way = Failure(Kind.JOINT_LIMIT, axis="A5", place=place, effort=effort)
     words = failure_in_words(way)

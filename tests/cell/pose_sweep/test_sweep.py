@@ -15,15 +15,15 @@ from cell.case.number_lists import values_of
 from cell.case.read import load_case, with_changes
 from cell.case.roll_text import parse_roll, roll_text
 from cell.case.sections import REASONS
-from cell.cli.bar import Bars
 from cell.cli.main import main
+from cell.cli.progress_bar import Bars
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.planning.configurations import evaluate, reasons
 from cell.planning.context import settings_of
 from cell.pose_sweep.grid import Pose, grid
 from cell.pose_sweep.ranking import sweep_columns, sweep_document
-from cell.pose_sweep.sweep import Unit, mark_of, sweep, variant_of
+from cell.pose_sweep.sweep import SweepTask, mark_of, sweep, variant_of
 from cell.remedy_search.bead_trial import first_failure
 from cell.report.sweep_lines import sweep_lines
 from cell.scene.placement import place
@@ -296,7 +296,7 @@ def test_a_log_ends_with_the_files_the_case_names(make_case, tmp_path):
 
 def test_a_unit_of_work_is_small(make_case):
     case = load_case(make_case())
-    assert len(pickle.dumps(Unit(fingerprint(case), case, Pose(90, 180)))) < 10_000
+    assert len(pickle.dumps(SweepTask(fingerprint(case), case, Pose(90, 180)))) < 10_000
 
 
 # ---- ranks and documents

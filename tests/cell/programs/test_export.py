@@ -25,7 +25,7 @@ from cell.programs.export import export_program
 from cell.programs.from_motion import PointThinning, _farthest, _told, program_of_motion
 from cell.programs.orientation import frame_of
 from cell.programs.pose_table import pose_table
-from cell.programs.program import Happens, MoveKind
+from cell.programs.program import EventKind, MoveKind
 from cell.programs.robodk_script import robodk_script
 from cell.programs.round_trip import OFF, TURNED, compared, difference_of
 from cell.programs.running.simulate import run_program
@@ -44,8 +44,8 @@ def test_the_text_is_the_checked_motion() -> None:
 def test_a_bead_is_lines_and_a_way_retracts_crosses_and_approaches() -> None:
     program = boss_program().made.written.program
     kinds = "".join("PLC"[k] for k in program.moves.kind)
-    arc_on = [e.before for e in program.events if e.kind == Happens.ARC_ON]
-    arc_off = [e.before for e in program.events if e.kind == Happens.ARC_OFF]
+    arc_on = [e.before for e in program.events if e.kind == EventKind.ARC_ON]
+    arc_off = [e.before for e in program.events if e.kind == EventKind.ARC_OFF]
     for a, b in zip(arc_on, arc_off, strict=True):
         assert set(kinds[a:b]) == {"L"}
         # exact where the arc starts and ends, rounded between
@@ -157,8 +157,8 @@ def test_two_programs_differ_where_one_number_does() -> None:
         assert found[0] == 7
         assert name in found[1]
     assert difference_of(program, replace(program, events=program.events[:-2])) is not None
-    k = next(k for k, event in enumerate(program.events) if event.kind is Happens.ARC_ON)
-    for change in ({"before": program.events[k].before + 1}, {"kind": Happens.ARC_OFF}):
+    k = next(k for k, event in enumerate(program.events) if event.kind is EventKind.ARC_ON)
+    for change in ({"before": program.events[k].before + 1}, {"kind": EventKind.ARC_OFF}):
         events = list(program.events)
         events[k] = replace(events[k], **change)
         found = difference_of(program, replace(program, events=tuple(events)))

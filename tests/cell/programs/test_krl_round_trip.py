@@ -15,7 +15,7 @@ from support.programs.programs import controller, programs, written
 from cell.programs.krl_read import read_krl
 from cell.programs.krl_write import write_krl
 from cell.programs.orientation import rotation_of
-from cell.programs.program import BaseFrame, Event, Happens, MoveKind, Moves, Program, ToolFrame
+from cell.programs.program import BaseFrame, Event, EventKind, MoveKind, Moves, Program, ToolFrame
 
 
 def turned_by(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -131,8 +131,8 @@ def test_what_cannot_run_is_not_written(change: dict[str, np.ndarray], message: 
         write_krl(replace(program, moves=replace(program.moves, **change)), controller())
 
 
-@pytest.mark.parametrize("kind", [Happens.ARC_ON, Happens.ARC_OFF, Happens.WAIT])
-def test_no_arc_starts_where_a_corner_is_rounded(kind: Happens) -> None:
+@pytest.mark.parametrize("kind", [EventKind.ARC_ON, EventKind.ARC_OFF, EventKind.WAIT])
+def test_no_arc_starts_where_a_corner_is_rounded(kind: EventKind) -> None:
     program = path_of(np.zeros((3, 3)), blend=np.array([0.0, 0.001, 0.0]))
     with pytest.raises(ValueError, match="rounded"):
         write_krl(replace(program, events=(Event(kind, 2),)), controller())

@@ -17,7 +17,7 @@ from cell.errors import InputError
 from cell.programs.controller import controller_of, program_name
 from cell.programs.krl_write import write_krl
 from cell.programs.orientation import frame_of
-from cell.programs.program import BaseFrame, Event, Happens, MoveKind, Moves, Program, ToolFrame
+from cell.programs.program import BaseFrame, Event, EventKind, MoveKind, Moves, Program, ToolFrame
 
 GOLDEN = ROOT / "tests" / "data" / "programs" / "golden"
 
@@ -58,15 +58,15 @@ def small() -> Program:
         return found | ({"bead": layer, "target": target, "speed_mm_s": 8.0} if target >= 0 else {})
 
     events = (
-        Event(Happens.LAYER_START, 1, fields=fields(0)),
-        Event(Happens.ARC_ON, 3, fields=fields(0, 0)),
-        Event(Happens.WAIT, 3, seconds=0.3),
-        Event(Happens.ARC_OFF, 5, fields=fields(0, 2)),
-        Event(Happens.LAYER_END, 6, fields=fields(0)),
-        Event(Happens.LAYER_START, 6, fields=fields(1)),
-        Event(Happens.ARC_ON, 8, fields=fields(1, 3)),
-        Event(Happens.ARC_OFF, 10, fields=fields(1, 5)),
-        Event(Happens.LAYER_END, 11, fields=fields(1)),
+        Event(EventKind.LAYER_START, 1, fields=fields(0)),
+        Event(EventKind.ARC_ON, 3, fields=fields(0, 0)),
+        Event(EventKind.WAIT, 3, seconds=0.3),
+        Event(EventKind.ARC_OFF, 5, fields=fields(0, 2)),
+        Event(EventKind.LAYER_END, 6, fields=fields(0)),
+        Event(EventKind.LAYER_START, 6, fields=fields(1)),
+        Event(EventKind.ARC_ON, 8, fields=fields(1, 3)),
+        Event(EventKind.ARC_OFF, 10, fields=fields(1, 5)),
+        Event(EventKind.LAYER_END, 11, fields=fields(1)),
     )
     torch = frame_of(np.array([0.0635, 0, 0.41225, 0, np.radians(45), 0]))
     part = frame_of(np.array([0, 0, 0.1, np.radians(30), 0, 0]))
@@ -83,7 +83,7 @@ def test_a_whole_program_is_as_it_was() -> None:
 def test_what_lies_between_layers_is_not_too_long_in_the_main_module_either() -> None:
     moves = Moves.empty(15)
     moves = replace(moves, kind=np.full(15, int(MoveKind.AXES)), joints=np.zeros((15, 6)), external=np.zeros((15, 2)))
-    kinds = (Happens.LAYER_START, Happens.LAYER_END)
+    kinds = (EventKind.LAYER_START, EventKind.LAYER_END)
     events = tuple(Event(kind, before) for before in (4, 8, 12) for kind in kinds)
     files = write_krl(Program("between", moves, events, (), ()), controller("between", points_a_module=10))
     assert sum(text.count("PTP {") for text in files.values()) == 15

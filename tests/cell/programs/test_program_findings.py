@@ -10,7 +10,7 @@ from support.programs.boss_program import boss_program
 
 from cell.programs.bead_match import on_beads
 from cell.programs.cell_frames import T_base_root
-from cell.programs.program import Event, Happens, MoveKind, Program
+from cell.programs.program import Event, EventKind, MoveKind, Program
 from cell.programs.program_check import _program_findings, _warnings
 from cell.programs.running.simulate import run_program
 
@@ -43,7 +43,7 @@ def first_line() -> int:
 def welding() -> int:
     """A move in the middle of a bead."""
     program = boss_program().made.written.program
-    return next(e.before for e in program.events if e.kind == Happens.ARC_ON) + 2
+    return next(e.before for e in program.events if e.kind == EventKind.ARC_ON) + 2
 
 
 def test_a_good_program_has_nothing_wrong() -> None:
@@ -87,8 +87,8 @@ def test_the_root_of_a_coupled_base_may_be_a_twentieth_of_a_millimetre_off(off_m
     assert found(other) == ({("base", first_line())} if bad else set())
 
 
-@pytest.mark.parametrize("kind", [Happens.ARC_ON, Happens.ARC_OFF])
-def test_where_the_arc_goes_on_or_off_no_corner_is_rounded(kind: Happens) -> None:
+@pytest.mark.parametrize("kind", [EventKind.ARC_ON, EventKind.ARC_OFF])
+def test_where_the_arc_goes_on_or_off_no_corner_is_rounded(kind: EventKind) -> None:
     program = boss_program().made.written.program
     at = next(event.before for event in program.events if event.kind is kind) - 1
     assert found(changed(blend=(at, 0.0))) == set()
@@ -137,13 +137,13 @@ def test_a_ptp_in_a_bead_is_found() -> None:
 
 def test_the_arc_goes_on_and_off_by_turns() -> None:
     program = boss_program().made.written.program
-    on = next(e for e in program.events if e.kind == Happens.ARC_ON)
+    on = next(e for e in program.events if e.kind == EventKind.ARC_ON)
     at = program.events.index(on)
     last = len(program.moves) - 1
     twice = replace(program, events=(*program.events[: at + 1], on, *program.events[at + 1 :]))
     assert found(twice) == {("arc", on.before)}
-    off = Event(Happens.ARC_OFF, on.before)
+    off = Event(EventKind.ARC_OFF, on.before)
     assert found(replace(program, events=(*program.events[:at], off, *program.events[at:]))) == {("arc", on.before)}
-    end = max(k for k, e in enumerate(program.events) if e.kind == Happens.ARC_OFF)
+    end = max(k for k, e in enumerate(program.events) if e.kind == EventKind.ARC_OFF)
     left_on = replace(program, events=(*program.events[:end], *program.events[end + 1 :]))
     assert ("arc", last) in found(left_on)

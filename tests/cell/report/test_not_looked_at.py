@@ -11,7 +11,7 @@ import pytest
 from cell.case.read import load_case
 from cell.cli.main import main
 from cell.html.check_page import html_report
-from cell.html.words import Words
+from cell.html.page_words import PageWords
 from cell.job.job import prepare
 from cell.planning import infeasible_part
 from cell.remedy_search.search import remedies
@@ -62,7 +62,7 @@ def test_a_motion_from_outside_is_no_case_for_all(case, tmp_path, capsys):
 
 def test_pages_pictures_and_remedies_know_it(case):
     found = check_fixed(prepare(load_case(case)), 90, 180)
-    words = Words(found)
+    words = PageWords(found)
     assert f"{found.not_looked_at} of the part's {len(found.rows)} targets were not looked at" in words.verdict()
     assert f"the {found.looked_at} targets looked at" in words.facts()
     assert NOT_LOOKED_AT not in words.reasons()

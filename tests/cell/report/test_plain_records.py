@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cell.cli.main import main
-from cell.failure import AT_TARGET, IN_ROWS, Contact, Failure, Kind, Seen
+from cell.failure import AT_TARGET, IN_ROWS, CollisionPlace, Contact, Failure, Kind
 from cell.plain import plain
 from cell.verdict.result import TargetVerdict
 from cell.verification.bead_order import Finding
@@ -30,7 +30,7 @@ def test_records_keep_plain_values() -> None:
             Kind.COLLISION,
             measure=np.float32(-1.0),  # type: ignore[arg-type]
             limit=np.int64(5),  # type: ignore[arg-type]
-            contact=Contact(("a", "b"), seen=Seen.ROUNDED),
+            contact=Contact(("a", "b"), seen=CollisionPlace.ROUNDED),
             place=place,
             proved=np.bool_(True),  # type: ignore[arg-type]
         )

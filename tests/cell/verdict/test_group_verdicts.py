@@ -11,7 +11,7 @@ from support.jobs.indexed import three_case, with_table
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.job.table_groups import table_groups
-from cell.processes.crew import working
+from cell.processes.worker_pool import working
 from cell.verdict import group_verdicts
 from cell.verdict.by_table_mode import check
 from cell.verdict.group_verdicts import GroupVerdicts, Trial, place_of
@@ -36,7 +36,7 @@ def alike(one: Result, other: Result) -> None:
 def test_the_verdict_does_not_depend_on_how_many_processes_work_it_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cell.table_poses.side_by_side.LARGE", 0)
+    monkeypatch.setattr("cell.table_poses.parallel_poses.LARGE", 0)
     # a wall that some of the poses are in the way of, and one that nothing gets past
     wall = {"name": "wall", "box": {"size_mm": [40, 40, 700]}, "position_mm": [1280, 0, 350]}
     shut = {"name": "shut", "box": {"size_mm": [900, 900, 20]}, "position_mm": [1500, 0, 1900]}
@@ -66,7 +66,7 @@ def test_an_error_counts_only_where_its_trial_is_asked_for(tmp_path: Path, monke
             return [function(shared, item, tick) for item in items]
 
     monkeypatch.setattr(group_verdicts, "_verdict", said)
-    monkeypatch.setattr(group_verdicts, "crew_for", lambda job: Two())
+    monkeypatch.setattr(group_verdicts, "pool_for", lambda job: Two())
     verdicts = GroupVerdicts(job)
     verdicts.look_ahead(trials)
     assert seen == trials

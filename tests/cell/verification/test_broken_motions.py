@@ -23,7 +23,7 @@ from cell.report.motion_report import finding_in_words
 from cell.verdict.check import check_fixed
 from cell.verdict.result import Result
 from cell.verification.bead_order import skips
-from cell.verification.bead_samples import FINE, Way, against_beads, dense
+from cell.verification.bead_samples import FINE, SampledMotion, against_beads, dense
 from cell.verification.bead_samples import rows_of as way_of
 from cell.verification.motion_check import MotionResult, check_motion
 
@@ -181,7 +181,7 @@ def test_where_a_bead_runs_back_on_itself_a_bow_between_rows_is_no_skip() -> Non
     position[2, 2] = 0.015
     Ts[along < 5, 2, 3] = 2e-5
     job = SimpleNamespace(targets=targets)
-    way = Way(np.arange(len(along)), np.zeros((len(along), 8)), Ts, np.tile(np.eye(4), (len(along), 1, 1)))
+    way = SampledMotion(np.arange(len(along)), np.zeros((len(along), 8)), Ts, np.tile(np.eye(4), (len(along), 1, 1)))
     on = against_beads(job, way, target)
     assert on.progress == pytest.approx(along * 1e-3, abs=5e-5)
     assert skips(way, on, np.zeros(len(along), dtype=int)) == []

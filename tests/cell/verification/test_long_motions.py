@@ -10,11 +10,11 @@ import pytest
 from cell.case.read import load_case
 from cell.job.job import Job, prepare
 from cell.motion.motion_file import ReadMotion
-from cell.processes.crew import working
+from cell.processes.worker_pool import working
 from cell.report.motion_report import motion_document
 from cell.shipped import DEFAULT_CASE
 from cell.verdict.check import check_fixed
-from cell.verification import arm_looks
+from cell.verification import arm_clearances
 from cell.verification.motion_check import MotionResult, check_motion
 
 
@@ -46,7 +46,7 @@ def test_what_is_found_does_not_depend_on_the_processes(
     read = read if free else bent(read)
     whole = check_motion(job, read)
     assert whole.feasible is free
-    monkeypatch.setattr(arm_looks, "LEAST_PIECE", 900)
+    monkeypatch.setattr(arm_clearances, "LEAST_PIECE", 900)
     one = check_motion(job, read)
     with working(2) as mine:
         two = check_motion(job, read)
@@ -63,9 +63,9 @@ def test_what_is_found_does_not_depend_on_the_processes(
 
 def test_pieces_hold_every_step_and_every_run(run: tuple[Job, ReadMotion], monkeypatch: pytest.MonkeyPatch) -> None:
     pieces = []
-    monkeypatch.setattr(arm_looks, "LEAST_PIECE", 900)
-    make = arm_looks._pieces
-    monkeypatch.setattr(arm_looks, "_pieces", lambda *args: pieces.append((args, make(*args))) or pieces[-1][1])
+    monkeypatch.setattr(arm_clearances, "LEAST_PIECE", 900)
+    make = arm_clearances._pieces
+    monkeypatch.setattr(arm_clearances, "_pieces", lambda *args: pieces.append((args, make(*args))) or pieces[-1][1])
     check_motion(*run)
     (way, _, runs), found = pieces[0]
     assert len(found) > 2

@@ -13,7 +13,7 @@ from support.jobs.boss_motion import boss_case, job_of
 from cell.job.job import Job
 from cell.motion.motion_file import BlendedRows
 from cell.timing.blending import blended
-from cell.verification.bead_samples import Way
+from cell.verification.bead_samples import SampledMotion
 from cell.verification.blended_motion import sampled_runs, table_blend_collisions
 from cell.verification.collisions import table_collisions
 
@@ -57,7 +57,7 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
 def met(job: Job, zone: float) -> list[Any]:
     tables, s = rows()
     q = np.concatenate([np.zeros((len(tables), job.scene.chain.n)), tables], axis=1)
-    way = Way(np.arange(len(q)), q, np.tile(np.eye(4), (len(q), 1, 1)), np.tile(np.eye(4), (len(q), 1, 1)))
+    way = SampledMotion(np.arange(len(q)), q, np.tile(np.eye(4), (len(q), 1, 1)), np.tile(np.eye(4), (len(q), 1, 1)))
     stage = np.zeros(len(q), dtype=np.int64)
     assert table_collisions(job, way, stage) == []
     read = SimpleNamespace(motion=None, row=np.arange(len(q)) + 1, blended=(BlendedRows(0, len(q) - 1, s, zone),))
@@ -79,5 +79,5 @@ def test_a_sharp_corner_of_the_table_meets_nothing(job: Job) -> None:
 def test_a_table_that_stands_is_not_looked_at(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cell.verification.blended_motion.TableChecker", lambda *_: pytest.fail("looked at"))
     q = np.zeros((3, job.scene.chain.n + 2))
-    way = Way(np.arange(3), q, np.tile(np.eye(4), (3, 1, 1)), np.tile(np.eye(4), (3, 1, 1)))
+    way = SampledMotion(np.arange(3), q, np.tile(np.eye(4), (3, 1, 1)), np.tile(np.eye(4), (3, 1, 1)))
     assert table_blend_collisions(job, [], way, np.zeros(3, dtype=np.int64)) == []

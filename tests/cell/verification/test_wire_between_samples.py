@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from support.jobs.boss_motion import boss_case, result_of
 
-from cell.failure import Seen
-from cell.verification.bead_samples import Grain, dense, rows_of
+from cell.failure import CollisionPlace
+from cell.verification.bead_samples import SampleSpacing, dense, rows_of
 from cell.verification.collisions import _wire_collisions
 from ik.closed_form import solve
 from ik.spherical_wrist import recognise
@@ -39,10 +39,10 @@ def test_between_two_samples_on_either_side_of_a_boss(tmp_path: Path, up: float)
     last = int(np.flatnonzero(m.arc == 1)[-1])
     names = {name: getattr(m, name)[[last, last]] for name in ("table", "bead", "layer", "target")}
     moved = replace(m, t_s=np.array([0.0, 1.0]), q=q, arc=np.zeros(2, dtype=m.arc.dtype), **names)
-    way = dense(job, moved, rows_of(job, moved), Grain(10.0, 10.0), np.ones(1, dtype=bool))
+    way = dense(job, moved, rows_of(job, moved), SampleSpacing(10.0, 10.0), np.ones(1, dtype=bool))
     assert len(way.q) == 2
     found = _wire_collisions(job, moved, way, np.full(2, job.scene.n_deposits))
     assert len(found) == (1 if up == 0.0 else 0)
     for hit in found:
-        assert hit.failure.contact.seen is Seen.BETWEEN_ROWS
+        assert hit.failure.contact.seen is CollisionPlace.BETWEEN_ROWS
         assert any(name.startswith(("deposit/", "body/")) for name in hit.failure.pair)

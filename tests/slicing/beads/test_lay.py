@@ -16,7 +16,7 @@ from support.parts.meshes import BODY, R, box, box_solid, from_manifold, ring
 
 from slicing.beads.bead import Bead
 from slicing.beads.lay import lay_beads
-from slicing.beads.leads import with_leads
+from slicing.beads.lead_in_out import with_leads
 from slicing.beads.order import shortest
 from slicing.document import targets_rows
 from slicing.layers.layer import SlicedSubVolume

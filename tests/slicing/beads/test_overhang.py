@@ -11,7 +11,7 @@ from support.parts.meshes import BODY, box, box_solid, from_manifold, ring
 
 from cell.case.read import load_case
 from cell.job.job import prepare
-from cell.job.unsupported import past_horizontal, unsupported_targets
+from cell.job.overhang_check import past_horizontal, unsupported_targets
 from slicing.beads.lay import lay_beads
 from slicing.beads.overhang import overhangs
 from slicing.parameters import BeadParameters, SlicingParameters

@@ -20,7 +20,7 @@ from slicing.decomposition.bands import Band
 from slicing.decomposition.body_hint import BodyHint
 from slicing.decomposition.cut import Cut, CutPiece, Sliver
 from slicing.decomposition.decompose import Decomposition, decompose
-from slicing.decomposition.doubts import domed_body, what_is_left
+from slicing.decomposition.evidence_warnings import domed_body, what_is_left
 from slicing.decomposition.outline import Outline
 from slicing.layers.body_ends import body_ends
 from slicing.mesh.load import load_mesh

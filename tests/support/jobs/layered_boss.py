@@ -13,7 +13,7 @@ from cell.case.read import load_case
 from cell.job.job import Job, prepare
 from cell.part_chunks.chunking import Chunking
 from cell.planning.context import Context
-from cell.processes.crew import working
+from cell.processes.worker_pool import working
 from cell.scene.scene import table_angles
 from cell.verdict.check import SpanVerdict, check_span, off_upright
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cell.case.read import parse_case
 from cell.programs.controller import Controller, controller_of
 from cell.programs.orientation import frame_of
-from cell.programs.program import BaseFrame, Event, Happens, MoveKind, Moves, Program, ToolFrame
+from cell.programs.program import BaseFrame, Event, EventKind, MoveKind, Moves, Program, ToolFrame
 
 FRAMES = "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}\n$BASE=$NULLFRAME\n"
 LIN = "LIN {X 100,Y 0,Z 50,A 0,B 90,C 0,E1 0,E2 0}\n"
@@ -95,16 +95,16 @@ def _events(rng: np.random.Generator, n: int) -> tuple[Event, ...]:
         if choice == 0:
             arc = not arc
             fields = {"bead": float(rng.integers(0, 99)), "layer": 2.0, "target": 7.0, "sub_volume": "SV1"}
-            found.append(Event(Happens.ARC_ON if arc else Happens.ARC_OFF, place, fields=fields))
+            found.append(Event(EventKind.ARC_ON if arc else EventKind.ARC_OFF, place, fields=fields))
         elif choice == 1:
-            found.append(Event(Happens.WAIT, place, seconds=float(rng.choice([0.0, 0.5, 12.25]))))
+            found.append(Event(EventKind.WAIT, place, seconds=float(rng.choice([0.0, 0.5, 12.25]))))
         else:
             fields = {"layer": float(max(layer, 0)), "sub_volume": "SV1"}
             if layer < 0 or found_end:
                 layer, found_end = layer + 1, False
                 fields = {"layer": float(layer), "sub_volume": "SV1"}
-                found.append(Event(Happens.LAYER_START, place, fields=fields))
+                found.append(Event(EventKind.LAYER_START, place, fields=fields))
             else:
                 found_end = True
-                found.append(Event(Happens.LAYER_END, place, fields=fields))
+                found.append(Event(EventKind.LAYER_END, place, fields=fields))
     return tuple(found)

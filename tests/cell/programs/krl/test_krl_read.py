@@ -14,7 +14,7 @@ from support.programs.programs import FRAMES, LIN, controller, module
 from cell.programs.controller import ReadLimits
 from cell.programs.krl_read import read_krl
 from cell.programs.orientation import frame_of, pose_of
-from cell.programs.program import Happens, MoveKind, Program
+from cell.programs.program import EventKind, MoveKind, Program
 
 DATA = ROOT / "tests" / "data" / "programs"
 OUTPUT = {"arc_on": [r"^\$OUT\[1\]\s*=\s*TRUE"], "arc_off": [r"^\$OUT\[1\]\s*=\s*FALSE"]}
@@ -285,7 +285,7 @@ def test_events_carry_what_a_template_says(tmp_path: Path) -> None:
     hooks = {"arc_on": "WELD_ON ( )\nWAIT_FOR_GAS ({bead}, {speed_mm_s:.2f}) ;{sub_volume} {layer:03d}"}
     body = FRAMES + LIN + "WELD_ON ( )\nWAIT_FOR_GAS (12, 8.50) ;SV2 007\n"
     (event,) = run(tmp_path, body, hooks=hooks).events
-    assert event.kind == Happens.ARC_ON  # told by the first line; the second one adds its fields
+    assert event.kind == EventKind.ARC_ON  # told by the first line; the second one adds its fields
     assert event.fields == {"bead": 12.0, "speed_mm_s": 8.5, "sub_volume": "SV2", "layer": 7.0}
     hooks = {"arc_on": "WELD_ON ({bead}, {speed_mm_s:.2f}) ;{sub_volume} {layer:03d}"}
     (event,) = run(tmp_path, FRAMES + LIN + "WELD_ON (12, 8.50) ;SV2 007\n", hooks=hooks).events

@@ -16,7 +16,7 @@ from cell.programs.cell_controller import cell_controller
 from cell.programs.cell_frames import tables_seen_from_base
 from cell.programs.export import export_program
 from cell.programs.krl_read import read_krl
-from cell.programs.program import Event, Happens, MoveKind
+from cell.programs.program import Event, EventKind, MoveKind
 from cell.programs.program_check import check_program
 from cell.programs.running.configuration_tracking import ConfigurationTracker
 from cell.programs.running.interpolation import Circles, on_lines
@@ -135,9 +135,9 @@ def test_a_wait_takes_its_time_and_the_arm_stands() -> None:
     boss = boss_program()
     program = boss.made.written.program
     plain = run_program(program, boss.job)
-    first = next(e for e in program.events if e.kind == Happens.ARC_ON)
+    first = next(e for e in program.events if e.kind == EventKind.ARC_ON)
     at = program.events.index(first) + 1
-    events = (*program.events[:at], Event(Happens.WAIT, first.before, 1.5), *program.events[at:])
+    events = (*program.events[:at], Event(EventKind.WAIT, first.before, 1.5), *program.events[at:])
     longer = run_program(replace(program, events=events), boss.job)
     assert np.ptp(longer.motion.t_s) - np.ptp(plain.motion.t_s) == pytest.approx(1.5, abs=1e-6)
     assert longer.motion.arc_time - plain.motion.arc_time == pytest.approx(1.5, abs=1e-6)

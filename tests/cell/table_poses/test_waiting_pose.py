@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from cell.table_poses import nearer_place
-from cell.table_poses.nearer_place import CheckedWay
+from cell.table_poses import waiting_pose
+from cell.table_poses.waiting_pose import CheckedWay
 
 
 def way(least: float) -> CheckedWay:
@@ -30,8 +30,8 @@ def end(least: float) -> Any:
 )
 def test_what_comes_nearest_stays_known(old: float, new: float, taken: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     for olds, news in (((old, 0.05), (new, 0.05)), ((0.05, old), (0.05, new))):
-        monkeypatch.setattr(nearer_place, "_checked", lambda *_, olds=olds: tuple(way(least) for least in olds))
+        monkeypatch.setattr(waiting_pose, "_checked", lambda *_, olds=olds: tuple(way(least) for least in olds))
         found = SimpleNamespace(back=way(news[0]), out=way(news[1]))
-        got = nearer_place._as_near(end(0.010), end(0.010), found)  # type: ignore[arg-type]
+        got = waiting_pose._as_near(end(0.010), end(0.010), found)  # type: ignore[arg-type]
         assert (got is found) == taken
         assert got is None or taken

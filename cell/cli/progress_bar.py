@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import IO, Any
 
-from .speech import is_quiet
+from .verbosity import is_quiet
 
 
 class Bars:

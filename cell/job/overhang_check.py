@@ -15,7 +15,7 @@ from ik.chain import Floats
 from slicing import Code, Overhang, Warning
 
 from ..case.sections import Case
-from ..failure import Failure, Hanging, Kind
+from ..failure import Failure, Kind, OverhangArea
 from .job import Job
 
 HORIZONTAL_DEG = 90.5  # off upright: with rounding no more than level
@@ -50,7 +50,7 @@ def unsupported_targets(job: Job) -> dict[int, Failure]:
     found: dict[int, Failure] = {}
     for i, layer in targets_over_nothing(job).items():
         document = layer.to_dict()
-        hanging = Hanging(document["area_mm2"], document["begins_mm2"], tuple(document["place_mm"]))
+        hanging = OverhangArea(document["area_mm2"], document["begins_mm2"], tuple(document["place_mm"]))
         found[i] = Failure(Kind.OVERHANG, document["out_mm"], limit, cause=hanging, proved=True)
     return found
 

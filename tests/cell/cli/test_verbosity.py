@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from rich.text import Text
 
-from cell.cli.bar import Bars
 from cell.cli.console import console
 from cell.cli.main import main
-from cell.cli.speech import is_quiet, is_verbose, speaking
+from cell.cli.progress_bar import Bars
+from cell.cli.verbosity import is_quiet, is_verbose, speaking
 from cell.progress import counted, phase
 from cell.report.check_report import WORST
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 
 from ..errors import InputError
-from ..processes.crew import cores
+from ..processes.worker_pool import cores
 
 
 def jobs_of(args: argparse.Namespace) -> int:

@@ -1,20 +1,20 @@
 """Who looks at a part's table poses: workers, where the part is large enough for them to be worth their start.
 
-found = crew_for(job).run(function, job, items)
+found = pool_for(job).run(function, job, items)
 """
 
 from __future__ import annotations
 
 from ..job.job import Job
-from ..processes.crew import Crew, crew
+from ..processes.worker_pool import WorkerPool, pool
 
 LARGE = 300  # targets from which on workers, whose start takes a second of each, save more than that
 
 
-def crew_for(job: Job) -> Crew:
+def pool_for(job: Job) -> WorkerPool:
     """Those at work, for a large part; else nobody but this process.
 
     Args:
         job: the part.
     """
-    return crew() if len(job.targets) >= LARGE else Crew(1)
+    return pool() if len(job.targets) >= LARGE else WorkerPool(1)

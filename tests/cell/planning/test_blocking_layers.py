@@ -6,8 +6,8 @@ import numpy as np
 
 from cell.case.read import load_case
 from cell.job.job import prepare
+from cell.planning.blocking_layers import _bead_trial
 from cell.planning.context import Context
-from cell.planning.lockouts import _bead_trial
 from cell.planning.part_plan import plan_bead
 
 # leaves room for the nozzle above some targets of a layer and not above others

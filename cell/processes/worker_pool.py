@@ -1,7 +1,7 @@
 """Work shared out among processes, with results that do not depend on how many there are.
 
     with working(jobs=2):
-        found = crew().run(function, shared, items, tick)     # [function(shared, item, tick) for item in items]
+        found = pool().run(function, shared, items, tick)     # [function(shared, item, tick) for item in items]
 
 A function that is run computes its result from what is shared and from its item alone, so that who computes it changes
 nothing. Results come in the order of the items, and of several errors that of the first item. Outside of
@@ -63,7 +63,7 @@ class _Worker:
     shared: int = 0
 
 
-class Crew:
+class WorkerPool:
     """Workers that are started when there is something to share out."""
 
     def __init__(self, jobs: int) -> None:
@@ -227,19 +227,19 @@ class _Round:
     """Items handed out one by one until all are back."""
 
     def __init__(
-        self, crew: Crew, function: Callable[..., Any], items: Sequence[Any], tick: Tick, order: Iterable[int]
+        self, pool: WorkerPool, function: Callable[..., Any], items: Sequence[Any], tick: Tick, order: Iterable[int]
     ) -> None:
-        self.crew, self.function, self.items, self.tick = crew, function, items, tick
+        self.pool, self.function, self.items, self.tick = pool, function, items, tick
         self.found: list[Any] = [None] * len(items)
         self.left = iter(order)
         self.spent: dict[Connection, float] = {}
-        self.meanwhile = time.process_time() - (crew.begun or 0.0)  # s that this process had for itself, so far
+        self.meanwhile = time.process_time() - (pool.begun or 0.0)  # s that this process had for itself, so far
         self.busy: dict[Connection, tuple[_Worker, int]] = {}
         self.error: tuple[int, BaseException] | None = None
 
     def results(self) -> list[Any]:
         """All results; or the error of the first item that has one: of the others only those before it matter then."""
-        for worker in self.crew.workers():
+        for worker in self.pool.workers():
             self._hand_out(worker)
         while self.busy:
             for pipe in wait(list(self.busy)):
@@ -247,18 +247,18 @@ class _Round:
                 self._hear(*self.busy[pipe])
         if self.error is not None:
             raise self.error[1]
-        self.crew.busiest += max(self.spent.values())
+        self.pool.busiest += max(self.spent.values())
         return self.found
 
     def _hand_out(self, worker: _Worker) -> None:
         error = self.error
         index = next((k for k in self.left if error is None or k < error[0]), None)
         if index is not None:
-            self.crew.send(worker, index, self.function, self.items[index])
+            self.pool.send(worker, index, self.function, self.items[index])
             self.busy[worker.pipe] = worker, index
 
     def _hear(self, worker: _Worker, index: int) -> None:
-        what, value = self.crew.receive(worker)
+        what, value = self.pool.receive(worker)
         if what == "tick":
             self.tick()
             return
@@ -306,22 +306,22 @@ class _Others:
 
 
 _others = _Others()
-_crew: ContextVar[Crew | None] = ContextVar("crew", default=None)
+_pool: ContextVar[WorkerPool | None] = ContextVar("pool", default=None)
 
 
-def crew(*, large: bool = True) -> Crew:
+def pool(*, large: bool = True) -> WorkerPool:
     """Who does the work here.
 
     Args:
         large: whether the work is worth the start of processes that begin with nothing; if not, this process does it
             alone where there are neither workers yet nor may be copies of it.
     """
-    mine = _crew.get() or Crew(1)
-    return mine if large or mine.workers() or (may_fork() and at_rest()) else Crew(1)
+    mine = _pool.get() or WorkerPool(1)
+    return mine if large or mine.workers() or (may_fork() and at_rest()) else WorkerPool(1)
 
 
 @contextmanager
-def working(jobs: int) -> Iterator[Crew]:
+def working(jobs: int) -> Iterator[WorkerPool]:
     """Share work out among processes, which end with the block and with their parent.
 
     Args:
@@ -331,10 +331,10 @@ def working(jobs: int) -> Iterator[Crew]:
         The workers.
     """
     if jobs <= 1:
-        yield crew()
+        yield pool()
         return
-    mine = Crew(jobs)
-    token = _crew.set(mine)
+    mine = WorkerPool(jobs)
+    token = _pool.set(mine)
     try:
         yield mine
     except BaseException:
@@ -343,7 +343,7 @@ def working(jobs: int) -> Iterator[Crew]:
     else:
         mine.close(at_once=False)
     finally:
-        _crew.reset(token)
+        _pool.reset(token)
 
 
 def processor_time() -> float:

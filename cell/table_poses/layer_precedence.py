@@ -26,7 +26,7 @@ from ..planning.context import settings_of
 from ..processes.worker import Tick
 from ..scene.placement import place
 from .layer_order import NEVER
-from .side_by_side import crew_for
+from .parallel_poses import pool_for
 from .table_turn import Angles
 
 SPARE = 1e-3  # m beyond the clearance asked for: a bead's way is narrower than its targets
@@ -45,7 +45,7 @@ def locked_layers(job: Job, poses: Sequence[Angles | None]) -> list[Ints]:
         Of each sub-volume (its layers, sub-volumes): the first layer of each other one that may not be there before;
         ``NEVER`` where all may be.
     """
-    return crew_for(job).run(_needs_of, job, list(enumerate(poses)))
+    return pool_for(job).run(_needs_of, job, list(enumerate(poses)))
 
 
 def _needs_of(job: Job, one: tuple[int, Angles | None], _: Tick) -> Ints:

@@ -25,10 +25,10 @@ from ..collision.proofs.reach_radii import all_radii
 from ..collision.rounded_paths import BlendedPath
 from ..collision.table import with_table_axes
 from ..job.job import Job
-from ..processes.crew import crew
 from ..processes.worker import Tick
+from ..processes.worker_pool import pool
 from ..units import METRES_PER_MM
-from .bead_samples import Way
+from .bead_samples import SampledMotion
 
 LEAST_PIECE = 10_000  # samples that a piece has at least; of fewer than twice as many there is one
 
@@ -89,7 +89,7 @@ class _MotionPiece:
     runs: tuple[SampledRun, ...]
 
 
-def arm_on_the_way(job: Job, way: Way, stage: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
+def arm_on_the_way(job: Job, way: SampledMotion, stage: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
     """Look at the arm on all of a motion.
 
     Args:
@@ -102,7 +102,7 @@ def arm_on_the_way(job: Job, way: Way, stage: Ints, runs: Sequence[SampledRun]) 
         What was seen.
     """
     pieces = _pieces(way, stage, runs)
-    found = crew().run(_looked_at, _light(job), pieces)
+    found = pool().run(_looked_at, _light(job), pieces)
     # the last sample of a piece is the first of the next one
     parts = [seen.clear.rows(np.arange(len(seen.clear) - 1)) for seen in found[:-1]]
     steps = [piece.first + seen.unproven[0] for piece, seen in zip(pieces, found, strict=True)]
@@ -114,7 +114,7 @@ def arm_on_the_way(job: Job, way: Way, stage: Ints, runs: Sequence[SampledRun]) 
 
 
 def nearest_on_the_way(
-    job: Job, way: Way, stage: Ints, clear: Clearances, runs: Sequence[SampledRun]
+    job: Job, way: SampledMotion, stage: Ints, clear: Clearances, runs: Sequence[SampledRun]
 ) -> tuple[int, Clearances]:
     """How near a motion comes to anything, as of ``cell.collision.proofs.between_samples.least_on_the_way``.
 
@@ -128,7 +128,7 @@ def nearest_on_the_way(
     pieces = _pieces(way, stage, runs)
     known = float(clear.distance.min()) if len(pieces) > 1 else np.inf
     items = [(piece, clear.rows(piece.first + np.arange(len(piece.q))), known) for piece in pieces]
-    found = crew().run(_nearest, _light(job), items)
+    found = pool().run(_nearest, _light(job), items)
     k = int(np.argmin([nearest.distance[0] for _, nearest in found]))
     return pieces[k].first + found[k][0], found[k][1]
 
@@ -138,7 +138,7 @@ def _light(job: Job) -> Job:
     return replace(job, sliced=(), beads=())
 
 
-def _pieces(way: Way, stage: Ints, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
+def _pieces(way: SampledMotion, stage: Ints, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
     """A motion cut where runs end, once there are samples enough on both sides."""
     last = len(way.q) - 1
     cuts = [0]

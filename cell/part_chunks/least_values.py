@@ -26,7 +26,7 @@ from ..planning.travels.travel import TravelWay
 
 
 @dataclass(frozen=True)
-class Least:
+class LeastValue:
     """A least value and where it occurs."""
 
     value: float
@@ -88,7 +88,7 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
     return RunSamples(axes, Clearances.joined([run[1] for run in runs]), kept, stage, target, apart)
 
 
-def nearest_sample(context: Context, samples: RunSamples | None) -> Least | None:
+def nearest_sample(context: Context, samples: RunSamples | None) -> LeastValue | None:
     """The nearest that anything comes at samples."""
     if samples is None:
         return None
@@ -96,7 +96,7 @@ def nearest_sample(context: Context, samples: RunSamples | None) -> Least | None
     return _named(context, samples, at, samples.clearances.rows(np.array([at])))
 
 
-def least_clearance(context: Context, samples: RunSamples, known: float) -> Least | None:
+def least_clearance(context: Context, samples: RunSamples, known: float) -> LeastValue | None:
     """The nearest that anything comes, between samples too.
 
     Args:
@@ -110,14 +110,14 @@ def least_clearance(context: Context, samples: RunSamples, known: float) -> Leas
     return _named(context, samples, at, nearest)
 
 
-def _named(context: Context, samples: RunSamples, at: int, nearest: Clearances) -> Least | None:
+def _named(context: Context, samples: RunSamples, at: int, nearest: Clearances) -> LeastValue | None:
     if nearest.distance[0] > context.checker.reach:  # beyond it only what a proof came by is known
         return None
     pair = tuple(context.checker.scene.geom_name(int(g)) for g in nearest.pair[0])
-    return Least(float(nearest.distance[0]), int(samples.target[at]), pair)
+    return LeastValue(float(nearest.distance[0]), int(samples.target[at]), pair)
 
 
-def least_margin(context: Context, stretches: Sequence[Stretch]) -> Least | None:
+def least_margin(context: Context, stretches: Sequence[Stretch]) -> LeastValue | None:
     """The least singularity margin as a multiple of its limit, with its kind."""
     if not stretches:
         return None
@@ -128,7 +128,7 @@ def least_margin(context: Context, stretches: Sequence[Stretch]) -> Least | None
     k, kind = np.unravel_index(int(np.argmin(share)), share.shape)
     if not np.isfinite(share[k, kind]):
         return None
-    return Least(float(margin[k, kind]), int(np.concatenate([s.edge for s in stretches])[k]), (KINDS[kind],))
+    return LeastValue(float(margin[k, kind]), int(np.concatenate([s.edge for s in stretches])[k]), (KINDS[kind],))
 
 
 def least_sigma(context: Context, stretches: Sequence[Stretch]) -> float | None:
@@ -139,7 +139,7 @@ def least_sigma(context: Context, stretches: Sequence[Stretch]) -> float | None:
     return least_singular_value(context.solver.chain, q)
 
 
-def least_of(context: Context, margins: Iterable[Least | None]) -> Least | None:
+def least_of(context: Context, margins: Iterable[LeastValue | None]) -> LeastValue | None:
     """Of several least margins the one that is least as a multiple of its limit."""
     limits = context.limits.values(context.solver.geometry is not None)
     found = [least for least in margins if least is not None]

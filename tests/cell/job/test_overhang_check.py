@@ -7,7 +7,7 @@ import yaml
 
 from cell.case.read import load_case
 from cell.job.job import prepare
-from cell.job.unsupported import targets_over_nothing, unsupported_targets
+from cell.job.overhang_check import targets_over_nothing, unsupported_targets
 from cell.motion.motion_file import ReadMotion
 from cell.verdict.check import check_fixed
 from cell.verification.motion_check import check_motion

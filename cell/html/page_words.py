@@ -1,6 +1,6 @@
 """What the page says in words: verdict, facts, warnings and settings, as escaped HTML.
 
-    words = Words(result)
+    words = PageWords(result)
     words.verdict(), words.facts(), words.warnings(), words.settings()
 
 Everything that comes from a case (names, file names) is escaped here. Millimetres and degrees.
@@ -51,7 +51,7 @@ REASON_WORDS = {
 VERDICTS = (*GRAVEST_FIRST, *(reason for reason in REASON_WORDS if reason not in GRAVEST_FIRST))
 
 
-class Words:
+class PageWords:
     """The words on a result."""
 
     def __init__(self, result: Result, remedies: Sequence[Remedy] = ()) -> None:

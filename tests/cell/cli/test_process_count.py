@@ -16,7 +16,7 @@ from support.jobs.cases import little_case
 from support.paths import ROOT
 
 from cell.cli.main import main
-from cell.processes.crew import WorkerTraceback, cores
+from cell.processes.worker_pool import WorkerTraceback, cores
 from cell.verdict.result import Result
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
@@ -104,8 +104,8 @@ def test_documents_are_the_same_in_one_process_and_in_two(tmp_path: Path) -> Non
 
 AS_IT_IS = "from cell.cli.main import main; raise SystemExit(main())"
 SPAWNED = (
-    "import cell.processes.crew as c; c.may_fork = lambda: False; import cell.job.job as j; j.WORTH_A_START = 0; "
-    + AS_IT_IS
+    "import cell.processes.worker_pool as c; c.may_fork = lambda: False; "
+    "import cell.job.job as j; j.WORTH_A_START = 0; " + AS_IT_IS
 )
 
 

@@ -27,9 +27,9 @@ from support.paths import ROOT
 from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
-from cell.processes.crew import Crew, WorkerTraceback, cores, crew, processor_time, working
 from cell.processes.own_process import ENDING, at_rest, may_fork
 from cell.processes.worker import Tick, _heard
+from cell.processes.worker_pool import WorkerPool, WorkerTraceback, cores, pool, processor_time, working
 from cell.progress import phase, watched
 from cell.shipped import DEFAULT_CASE
 from cell.termination import Terminated, terminable
@@ -47,7 +47,7 @@ def how(request: pytest.FixtureRequest) -> Iterator[str]:
         pytest.skip("tested in a process of its own")
     with pytest.MonkeyPatch.context() as patch:
         for name in ("may_fork", "at_rest"):
-            patch.setattr(f"cell.processes.crew.{name}", lambda: copied)
+            patch.setattr(f"cell.processes.worker_pool.{name}", lambda: copied)
         yield request.param
 
 
@@ -123,18 +123,18 @@ def spins(shared: None, item: float, _: Tick) -> float:
 
 
 @pytest.fixture(scope="module")
-def two(how: str) -> Iterator[Crew]:
-    mine = Crew(2)
+def two(how: str) -> Iterator[WorkerPool]:
+    mine = WorkerPool(2)
     yield mine
     mine.close(at_once=False)
 
 
 def test_alone_work_is_done_here() -> None:
     steps: list[None] = []
-    found = Crew(1).run(powered, 1.1, [0, 1, 2], lambda: steps.append(None))
+    found = WorkerPool(1).run(powered, 1.1, [0, 1, 2], lambda: steps.append(None))
     assert {pid for pid, _ in found} == {os.getpid()}
     assert len(steps) == 3
-    assert crew().jobs == 1
+    assert pool().jobs == 1
     with working(1) as mine:
         assert mine.jobs == 1
         assert not mine.workers()
@@ -147,10 +147,10 @@ def test_one_item_starts_nobody() -> None:
 
 
 @pytest.mark.slow
-def test_results_come_in_order_whoever_has_them(two: Crew) -> None:
+def test_results_come_in_order_whoever_has_them(two: WorkerPool) -> None:
     items = [5, 0, 3, 1, 4, 2, 6]
     steps: list[None] = []
-    alone = [value for _, value in Crew(1).run(powered, 1.1, items)]
+    alone = [value for _, value in WorkerPool(1).run(powered, 1.1, items)]
     assert [value for _, value in two.run(powered, 1.1, items, lambda: steps.append(None))] == alone
     assert len(steps) == sum(items)
     pids = set(two.run(stands_still, 0.0, [0.2] * 4))
@@ -162,13 +162,13 @@ def test_results_come_in_order_whoever_has_them(two: Crew) -> None:
 
 
 @pytest.mark.slow
-def test_the_first_item_that_fails_is_told(two: Crew) -> None:
+def test_the_first_item_that_fails_is_told(two: WorkerPool) -> None:
     with pytest.raises(InputError, match="the first that fails") as found:
         two.run(fails, None, [0, 1, 2, 3, 4])
     cause = found.value.__cause__
     assert isinstance(cause, WorkerTraceback)
     assert "in fails" in str(cause)
-    assert cause.place.startswith("processes/test_crew.py:")
+    assert cause.place.startswith("processes/test_worker_pool.py:")
     # also where what fails first is handed out first
     with pytest.raises(InputError, match="the first that fails"):
         two.run(fails, None, [0, 1, 2, 3, 4], sizes=[0, 1, 2, 3, 4])
@@ -179,7 +179,7 @@ def test_the_first_item_that_fails_is_told(two: Crew) -> None:
 
 @pytest.mark.slow
 def test_what_takes_longest_is_handed_out_first_and_of_what_takes_as_long_the_last(
-    two: Crew, monkeypatch: pytest.MonkeyPatch
+    two: WorkerPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sent: list[int] = []
     send = two.send
@@ -198,7 +198,7 @@ def told_of(shared: Any, item: int, _: Tick) -> tuple[int, bool, bool]:
     """Who is at work in a worker, and how it ends on a signal."""
     phase("in a worker")(int)()
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
-    return crew().jobs, blocked.isdisjoint(ENDING), all(signal.getsignal(k) == signal.SIG_DFL for k in ENDING)
+    return pool().jobs, blocked.isdisjoint(ENDING), all(signal.getsignal(k) == signal.SIG_DFL for k in ENDING)
 
 
 class Nobody:
@@ -272,7 +272,7 @@ def busy_outside_of_python() -> None:
 
 
 @pytest.mark.slow
-def test_the_time_of_workers_counts(two: Crew) -> None:
+def test_the_time_of_workers_counts(two: WorkerPool) -> None:
     two.run(stands_still, 0.0, [0.3] * 2)  # what their start takes counts with the first
     before, here, busiest = processor_time(), time.process_time(), two.busiest
     two.run(spins, None, [0.2, 0.2, 0.2])
@@ -372,7 +372,7 @@ def test_processes_of_a_large_part_begin_while_its_cell_is_composed(
     large: int, early: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun: list[tuple[int, str]] = []
-    monkeypatch.setattr(Crew, "begin", lambda _, count, module: begun.append((count, module)))
+    monkeypatch.setattr(WorkerPool, "begin", lambda _, count, module: begun.append((count, module)))
     monkeypatch.setattr("cell.job.job.LARGE_PART", 10)
     monkeypatch.setattr("cell.job.job.WORTH_A_START", large)
     monkeypatch.setattr("cell.job.job.LEAST_CHUNK", 10)
