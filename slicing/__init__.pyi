@@ -23,6 +23,7 @@ from .document import targets_rows as targets_rows
 from .layers.body_ends import NO_ENDS as NO_ENDS
 from .layers.body_ends import body_ends as body_ends
 from .layers.layer import SlicedSubVolume as SlicedSubVolume
+from .mesh.hull import convex_hull as convex_hull
 from .mesh.hull import hull_planes as hull_planes
 from .mesh.load import load_mesh as load_mesh
 from .mesh.load import solid_from_arrays as solid_from_arrays
@@ -102,6 +103,7 @@ __all__ = [
     "Warning",
     "beyond_borders",
     "body_ends",
+    "convex_hull",
     "decompose",
     "fits",
     "frame_line",

@@ -25,7 +25,7 @@ from slicing.arrays import Floats
 
 from ..beads.lay import LaidSubVolume
 from ..layers.layer import Layer, SlicedSubVolume
-from ..mesh.hull import hull_planes
+from ..mesh.hull import convex_hull, hull_planes
 from ..mesh.solid import Mesh
 from ..parameters import BeadParameters
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Round, Surface
@@ -109,15 +109,8 @@ def _laid_hulls(
         for layer in s.layers:
             beyond = 0.0 if beyond_mm is None else float(beyond_mm[i][layer.index])
             for k, slab in enumerate(_slabs(s, layer, beyond, few=few)):
-                yield f"deposit/{number}/{s.name}/{k}", _corners(slab) if few else slab
+                yield f"deposit/{number}/{s.name}/{k}", convex_hull(slab)[0] if few else slab
             number += 1
-
-
-def _corners(points: Floats) -> Floats:
-    """Those of points that are corners of their hull."""
-    from manifold3d import Manifold
-
-    return np.asarray(Manifold.hull_points(points).to_mesh64().vert_properties, dtype=np.float64)[:, :3]
 
 
 def body_shape(

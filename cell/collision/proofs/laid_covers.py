@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from manifold3d import Manifold
 
 from ik.chain import Floats
+from slicing import convex_hull
 
 from ...arrays import Ints
 from ...scene.scene import Scene
@@ -114,7 +114,7 @@ class Cover:
         middle = points[mine].mean(axis=0)  # within the hull
         off = points - middle
         for _ in range(ROUNDS):
-            corners, normals = _hull(off[mine])
+            corners, normals = convex_hull(off[mine])
             if len(normals) < 4:
                 break
             normals /= np.maximum((corners @ normals.T).max(axis=0), LEAST_DEEP)[:, None]
@@ -152,13 +152,3 @@ def _along(points: Floats, directions: Floats) -> tuple[Floats, Ints, Floats]:
         further = there > far
         far[further], which[further] = there[further], first + at[further]
     return far, which, most
-
-
-def _hull(points: Floats) -> tuple[Floats, Floats]:
-    """Corners of the hull of points, (v, 3), and the unit normals of its faces, (f, 3)."""
-    hull = Manifold.hull_points(points).to_mesh64()
-    corners = np.asarray(hull.vert_properties, dtype=np.float64)[:, :3]
-    a, b, c = (corners[hull.tri_verts[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    length = np.linalg.norm(normals, axis=1)
-    return corners, normals[length > 0] / length[length > 0, None]
