@@ -67,17 +67,27 @@ class LaidCovers:
         return self._cover(cover).shape
 
     def _cover(self, cover: int) -> Cover:
-        if cover not in self._made:
-            k, stage = divmod(cover - self._first, self._stages)
-            pieces = [self._shape_of(g) for g in self._laid[k][stage - 1].tolist()]
-            if any(piece.ball or piece.disc or piece.endless for piece in pieces):
-                raise ValueError("a deposit that is more than the hull of its points")
-            points = [piece.points for piece in pieces]
-            before = self._cover(cover - 1) if stage - 1 > self._begins[k] else None
-            if before is not None:
-                points.append(before.points)
-            self._made[cover] = before if before is not None and len(points) == 1 else Cover.of(np.concatenate(points))
+        k, stage = divmod(cover - self._first, self._stages)
+        known = stage
+        while known - 1 > self._begins[k] and cover - stage + known not in self._made:
+            known -= 1
+        for number in range(known, stage + 1):  # one layer after the other: each adds to the cover before it
+            at = cover - stage + number
+            if at not in self._made:
+                self._made[at] = self._next(k, number, self._made.get(at - 1) if number - 1 > self._begins[k] else None)
         return self._made[cover]
+
+    def _next(self, k: int, stage: int, before: Cover | None) -> Cover:
+        """The cover of a sub-volume's deposits at a stage, from the one of the stage before."""
+        pieces = [self._shape_of(g) for g in self._laid[k][stage - 1].tolist()]
+        if any(piece.ball or piece.disc or piece.endless for piece in pieces):
+            raise ValueError("a deposit that is more than the hull of its points")
+        if before is not None and not pieces:
+            return before
+        points = [piece.points for piece in pieces]
+        if before is not None:
+            points.append(before.points)
+        return Cover.of(np.concatenate(points))
 
 
 _made: weakref.WeakKeyDictionary[mujoco.MjModel, dict[tuple[tuple[float, float], bytes], LaidCovers]]

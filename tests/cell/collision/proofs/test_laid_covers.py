@@ -1,21 +1,21 @@
 """Covers hold all that they stand for, and what is proved by them is kept, as a second engine sees it too."""
 
-import coal
 import numpy as np
 import pytest
 from support.cells.random_cells import points as random_points
 from support.jobs.boss_motion import boss_case
 from support.jobs.searches import setup_of
-from support.oracles.second_engine import signed_distance
 
 from cell.collision.checker import Checker
+from cell.collision.proofs.convex_shapes import ConvexShape
 from cell.collision.proofs.covered_pairs import covered_pairs
-from cell.collision.proofs.laid_covers import Cover
+from cell.collision.proofs.laid_covers import Cover, LaidCovers
 from cell.collision.proofs.plane_proofs import PlaneProofs
 from cell.collision.proofs.proof_cells import cells_of
 from cell.planning.part_plan import plan_part
 
 REACH = 0.1
+UP = np.array([0.0, 0.0, 1.0])
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +89,18 @@ def test_a_cover_holds_all_that_is_laid_by_then_and_nothing_that_comes_later(bos
         assert links.shape(cover).support(n.T) == pytest.approx(true, abs=1e-4)
 
 
+def test_a_part_of_thousands_of_layers_has_its_cover_at_once():
+    corners = np.array([[x, y, z] for x in (0.0, 0.02) for y in (0.0, 0.03) for z in (0.0, 0.001)])
+    layers = 2500
+    many = LaidCovers.__new__(LaidCovers)
+    many._first, many._stages, many._begins, many._made = 0, layers + 1, [0], {}
+    many._laid = [[np.array([n]) if n % 3 == 0 else np.array([], dtype=int) for n in range(layers + 1)]]
+    many._shape_of = lambda g: ConvexShape(corners + np.array([0.0, 0.0, 0.001 * g]), 0.0, UP, 0.0)
+    tall = many.shape(layers)
+    assert tall.support(UP) == pytest.approx(0.001 * (layers // 3 * 3 + 1), rel=2e-3)
+    assert tall.support(-UP) == pytest.approx(0.0, abs=5e-3)
+
+
 def near_the_part(over, rng, count):
     """Free configurations near what is laid."""
     checker, welding = over
@@ -101,6 +113,8 @@ def near_the_part(over, rng, count):
 
 
 def coal_hull(points):
+    import coal
+
     some = coal.StdVec_Vec3s()
     for point in points:
         some.append(point)
@@ -109,6 +123,9 @@ def coal_hull(points):
 
 def test_pairs_are_as_far_from_what_is_laid_as_they_are_said_to_be_at_least(over, boss):
     """Against the second engine, piece by piece, and no pair that is nearer than asked for is left out."""
+    coal = pytest.importorskip("coal")
+    from support.oracles.second_engine import signed_distance
+
     rng = np.random.default_rng(9)
     checker = Checker(boss.scene, boss.table, REACH)
     links, scene = PlaneProofs(checker, covered=True)._links, boss.scene
