@@ -109,6 +109,8 @@ def main() -> int:
     parser.add_argument("--figures", metavar="F", type=Path, help="keep the outcome in this file")
     args = parser.parse_args()
     mutants = [mutant for mutant in MUTANTS if mutant.module.startswith(args.only)]
+    if not mutants:
+        raise SystemExit(f"no weakening of {args.only}")
     if args.list:
         for mutant in mutants:
             print(f"listed       {mutant.module}: {_short(mutant)}")
