@@ -104,10 +104,10 @@ def cells(count: int, each: int, seed: int) -> int:
             other = SecondEngine(scene, case, part)
             table = rng.uniform(*scene.table_range.T)
             q = rng.uniform(scene.chain.lower, scene.chain.upper, (each, scene.chain.n))
-            stage = rng.integers(0, scene.n_deposits + 1, each)
-            found = Checker(scene, tuple(table), REACH).clearances(q, stage)
+            deposits_laid = rng.integers(0, scene.n_deposits + 1, each)
+            found = Checker(scene, tuple(table), REACH).clearances(q, deposits_laid)
             for k in range(each):
-                true, pair = other.nearest(q[k], table, int(stage[k]), REACH)
+                true, pair = other.nearest(q[k], table, int(deposits_laid[k]), REACH)
                 was = float(found.distance[k])
                 deep, near = deep + (true < -DEEP), near + (0 < true < REACH)
                 lost = true < -DEEP and was >= 0

@@ -56,11 +56,11 @@ class Search:
         self.chain, self.form = job.solver.chain, job.solver.form
         self.least = self.limits.values(True)
 
-    def free(self, q: np.ndarray, stage: int) -> np.ndarray:
+    def free(self, q: np.ndarray, deposits_laid: int) -> np.ndarray:
         """Which configurations keep the clearance."""
         if not len(q):
             return np.zeros(0, dtype=bool)
-        found = self.context.screen.clearances(q, np.full(len(q), stage))
+        found = self.context.screen.clearances(q, np.full(len(q), deposits_laid))
         return np.asarray(found.distance >= self.settings.clearance)
 
     def nodes(self, i: int, rolls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -146,8 +146,8 @@ class Search:
 
     def travel(self, i: int, k: int, seconds: float) -> bool:
         """Whether a tree joins the end of one bead to the start of the next."""
-        stage = int(self.job.laid[i])
-        ends = [self._drawn_back(t, self.result.rows[t].q, stage) for t in (i, k)]
+        deposits_laid = int(self.job.laid[i])
+        ends = [self._drawn_back(t, self.result.rows[t].q, deposits_laid) for t in (i, k)]
         if any(len(e) == 0 for e in ends):
             return False
         trees = [[np.asarray(e), np.full(len(e), -1)] for e in ends]
@@ -161,15 +161,15 @@ class Search:
             elif self.rng.random() < 0.6:
                 middle = (trees[a][0][0] + trees[b][0][0]) / 2
                 goal = np.clip(middle + self.rng.normal(0, 0.6, 6), self.chain.lower, self.chain.upper)
-            new = self._extended(trees[a], goal, stage)
+            new = self._extended(trees[a], goal, deposits_laid)
             if new is not None:
-                met = self._extended(trees[b], new, stage, all_the_way=True)
+                met = self._extended(trees[b], new, deposits_laid, all_the_way=True)
                 if met is not None and np.abs(met - new).max() < 1e-9:
                     return True
             a, b = b, a
         return False
 
-    def _drawn_back(self, i: int, q: np.ndarray | None, stage: int) -> list[np.ndarray]:
+    def _drawn_back(self, i: int, q: np.ndarray | None, deposits_laid: int) -> list[np.ndarray]:
         if q is None:
             return []
         T = self.job.solver.chain.forward(q[None])[0]
@@ -182,13 +182,13 @@ class Search:
             g = int(np.nanargmin(np.abs(near - before).max(axis=1)))
             now = near[g]
             inside = ((now >= self.chain.lower) & (now <= self.chain.upper)).all()
-            if not inside or np.abs(now - before).max() > 0.3 or not self.free(now[None], stage)[0]:
+            if not inside or np.abs(now - before).max() > 0.3 or not self.free(now[None], deposits_laid)[0]:
                 break
             before = now
             out.append(now)
         return out[4::5] or out[-1:]
 
-    def _extended(self, tree, goal, stage, *, all_the_way: bool = False):  # type: ignore[no-untyped-def]
+    def _extended(self, tree, goal, deposits_laid, *, all_the_way: bool = False):  # type: ignore[no-untyped-def]
         nodes = tree[0]
         near = int(np.argmin(np.linalg.norm((nodes - goal) * self.context.radius, axis=1)))
         start = nodes[near]
@@ -197,9 +197,9 @@ class Search:
             goal = start + (goal - start) * 3 * STRIDE / size
         count = max(int(np.ceil(np.abs(goal - start).max() / STEP)), 1)
         q = start + np.linspace(0, 1, count + 1)[1:, None] * (goal - start)
-        good = self.free(q, stage)
+        good = self.free(q, deposits_laid)
         if good.all() and self.context.wire is not None:
-            good &= self.context.wire.clearances(q, np.full(len(q), stage)).distance > 0
+            good &= self.context.wire.clearances(q, np.full(len(q), deposits_laid)).distance > 0
         reached = count if good.all() else int(np.argmin(good))
         if reached < 2 and reached < count:
             return None

@@ -1,6 +1,6 @@
 """Corners as they are run: a controller rounds them, off the rows that were checked, and what it runs is checked too.
 
-    step, nearest = cut_corners(checker, radius, Path(q, s, zone), stage, found, least)    # steps that are not free
+    step, nearest = cut_corners(checker, radius, Path(q, s, zone), deposits_laid, found, least)  # steps not free
 
 A controller may round less than it is told to. Most corners are proved free however much they are rounded
 (``rounding_proofs``, ``rounding_sheets``), and only steps that this leaves are looked at: the path that is rounded
@@ -83,7 +83,7 @@ def cut_corners(
     checker: SeesClearances,
     radius: Floats,
     path: BlendedPath,
-    stage: Ints,
+    deposits_laid: Ints,
     found: Clearances,
     least: float,
     which: NDArray[np.bool_] | None = None,
@@ -95,7 +95,7 @@ def cut_corners(
         checker: collision detection at the table pose.
         radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
         path: rows that are free themselves, between them as well.
-        stage: deposits laid at each row, (m,).
+        deposits_laid: deposits laid at each row, (m,).
         found: clearances at the rows, at least.
         least: clearance to be kept, m; 0: nothing is touched.
         which: steps that are looked at, (m - 1,); all of them where left out.
@@ -106,7 +106,7 @@ def cut_corners(
     """
     steps = len(path.s) - 1
     every = np.ones(steps, dtype=bool) if which is None else which
-    known = KnownRows(stage, found, least, every, np.full(steps, -np.inf) if kept is None else kept)
+    known = KnownRows(deposits_laid, found, least, every, np.full(steps, -np.inf) if kept is None else kept)
     return cut_corners_of(checker, radius, [(path, known)])[0]
 
 
@@ -163,12 +163,12 @@ def _cut_where(
     order = np.argsort(both, kind="stable")
     first, nearest = np.asarray(both[order]), Clearances.joined([nearest, less.nearest]).rows(order)
     zone = np.concatenate([np.full(len(step), path.zone), less.zone])[order]
-    _look_closely(checker, path, zone, first, rows.stage, nearest)
+    _look_closely(checker, path, zone, first, rows.deposits_laid, nearest)
     return first, nearest
 
 
 def _look_closely(
-    checker: SeesClearances, path: BlendedPath, zone: Floats, steps: Ints, stage: Ints, nearest: Clearances
+    checker: SeesClearances, path: BlendedPath, zone: Floats, steps: Ints, deposits_laid: Ints, nearest: Clearances
 ) -> None:
     """Note what is nearer on steps that are too near, rounded over so much, than what they were found by.
 
@@ -177,7 +177,7 @@ def _look_closely(
     run, s = Roundings(path.q, path.s - path.s[0]), path.s - path.s[0]
     widest = kept_zone(path.zone, s[-1])
     for n, k in enumerate(steps[:CLOSELY].tolist()):
-        laid, places = np.full(PLACES, max(stage[k], stage[k + 1])), np.linspace(s[k], s[k + 1], PLACES)
+        laid, places = np.full(PLACES, max(deposits_laid[k], deposits_laid[k + 1])), np.linspace(s[k], s[k + 1], PLACES)
         at, over = places, np.full(PLACES, kept_zone(float(zone[n]), s[-1]))
         for _ in range(3):
             there = checker.clearances(run.at(at, over), laid)
@@ -205,14 +205,14 @@ def _cut_on(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: Kn
         low, high = 0, len(path.s) - 1
     mine = slice(low, high + 1)
     found, which = rows.found.rows(np.arange(low, high + 1)), rows.which[low:high]
-    known = KnownRows(rows.stage[mine], found, rows.least, which, rows.kept[low:high])
+    known = KnownRows(rows.deposits_laid[mine], found, rows.least, which, rows.kept[low:high])
     step, nearest = _cut(checker, radius, BlendedPath(path.q[mine], path.s[mine], path.zone), known)
     return step + low, nearest
 
 
 def _cut(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:
     """As :func:`cut_corners`, of one rounded path."""
-    p, stage, found, least = pieces(path, radius), rows.stage, rows.found, rows.least
+    p, deposits_laid, found, least = pieces(path, radius), rows.deposits_laid, rows.found, rows.least
     bend = np.zeros(len(path.s) - 1)
     np.maximum.at(bend, p.row, p.bend)
     off = _off_rows(checker, radius, path, p, rows.kept - least)
@@ -229,12 +229,12 @@ def _cut(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: Known
     again = np.flatnonzero(near | _ends(maybe))
     low[again] = known[again] - checker.travel_bound(radius, path.q[again], q[again])
     at = np.flatnonzero(near & (low < least))
-    seen = checker.clearances(q[at], stage[at])
+    seen = checker.clearances(q[at], deposits_laid[at])
     low[at] = np.minimum(seen.distance, checker.reach)
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
     k = k[low[k] + low[k + 1] - 2 * least <= checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]
-    run = _BlendedSteps(path, p, sagitta, low, stage)
+    run = _BlendedSteps(path, p, sagitta, low, deposits_laid)
     open_, nearest = _not_proved(checker, radius, run, _left_by_halving(checker, radius, run, k, least), least)
     both = Clearances.joined([seen.rows(hit), nearest])
     first, index = np.unique(np.concatenate([np.minimum(at[hit], len(path.s) - 2), open_]), return_index=True)
@@ -261,9 +261,9 @@ class _Nearer:
         """As of the checker."""
         return self.checker.bend_bound(radius, turn)
 
-    def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
+    def clearances(self, q: Floats, deposits_laid: Ints, /) -> Clearances:
         """As of the checker, less the distance."""
-        found = self.checker.clearances(q, stage)
+        found = self.checker.clearances(q, deposits_laid)
         return Clearances(found.distance - self.by, found.pair, found.position)
 
 
@@ -276,14 +276,14 @@ class _BlendedSteps:
         pieces: its parabolas.
         sagitta: how far each step's rounded path is off its chord at most, (m - 1,), m.
         low: clearance at least where the rows come to lie, (m,), m.
-        stage: deposits laid at each row, (m,).
+        deposits_laid: deposits laid at each row, (m,).
     """
 
     path: BlendedPath
     pieces: Parabolas
     sagitta: Floats
     low: Floats
-    stage: Ints
+    deposits_laid: Ints
 
 
 def _left_by_halving(checker: SeesClearances, radius: Floats, run: _BlendedSteps, steps: Ints, least: float) -> Ints:
@@ -313,7 +313,7 @@ def _left_by_halving(checker: SeesClearances, radius: Floats, run: _BlendedSteps
             break
         m = (u + v) / 2
         middle = blended(path.q, s, path.zone, m)
-        laid = np.maximum(run.stage[of], run.stage[of + 1])
+        laid = np.maximum(run.deposits_laid[of], run.deposits_laid[of + 1])
         dm = np.minimum(checker.clearances(middle, laid).distance, checker.reach) - least
         lost.append(of[dm <= 0])
         of, u, v = np.concatenate([of, of]), np.concatenate([u, m]), np.concatenate([m, v])
@@ -367,13 +367,13 @@ def _by_chords(
     checker: SeesClearances, radius: Floats, run: _BlendedSteps, steps: Ints, least: float, off: float
 ) -> tuple[Ints, Clearances]:
     """As :func:`_not_proved`, by chords that no point of the arm is further off than so much, m."""
-    path, p, sagitta, low, stage = run.path, run.pieces, run.sagitta, run.low, run.stage
+    path, p, sagitta, low, deposits_laid = run.path, run.pieces, run.sagitta, run.low, run.deposits_laid
     if not len(steps):
         return steps, Clearances.none(0)
     first = np.searchsorted(p.row, np.arange(len(path.s)))
     s = [_chords(p, int(first[k]), int(first[k + 1]), float(sagitta[k]), off) for k in steps]
     at, of = np.concatenate(s), np.repeat(steps, [len(some) for some in s])
-    q, laid = blended(path.q, path.s, path.zone, at), np.maximum(stage[of], stage[of + 1])
+    q, laid = blended(path.q, path.s, path.zone, at), np.maximum(deposits_laid[of], deposits_laid[of + 1])
     begins = np.diff(of, prepend=-1) != 0
     ends_ = np.append(begins[1:], True)
     thick = _Nearer(checker, off)

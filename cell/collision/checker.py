@@ -1,11 +1,11 @@
 """Clearances of the whole cell in many configurations, from MuJoCo's own collision detection.
 
     checker = Checker(scene, table, reach=0.02)       # metres out to which clearances are known
-    c = checker.clearances(q, stage)                  # q (m, n) rad, stage (m,) deposits laid so far
+    c = checker.clearances(q, deposits_laid)                  # q (m, n) rad; deposits laid so far (m,)
     c.distance, c.pair, c.position
 
 What counts is everything that the arm is not meant to touch: itself and its torch, the cell, the table, the body of the
-part, and the deposits laid before the given stage (later ones are still in the air). The wire may touch the part; what
+part, and the deposits that are laid (later ones are still in the air). The wire may touch the part; what
 stands on the table against the cell around it is the table's own affair. Distances are signed: negative is a
 penetration. Metres.
 """
@@ -196,12 +196,14 @@ class Checker:
             self._swept = MotionBounds(arm, radius) if axes == n else CoupledBounds(arm, radius)
         return self._swept
 
-    def clearances(self, q: Floats, stage: Ints, met: Callable[[int, Ints, Floats], None] | None = None) -> Clearances:
+    def clearances(
+        self, q: Floats, deposits_laid: Ints, met: Callable[[int, Ints, Floats], None] | None = None
+    ) -> Clearances:
         """The nearest pair of every configuration.
 
         Args:
             q: configurations of the arm, (m, n), rad.
-            stage: number of deposits already laid, (m,).
+            deposits_laid: number of deposits already laid, (m,).
             met: told of every configuration in which something is near: its row, and ids (k, 2) and signed distances
                 (k,), m, of all pairs that were found. It may keep none of these arrays.
 
@@ -210,7 +212,7 @@ class Checker:
         """
         out = Clearances.none(len(q))
         far = self.reach  # what is near would be found by looking all the way, and everything behind it as well
-        for i in self._each(q, stage):
+        for i in self._each(q, deposits_laid):
             if count := self._collide(far):
                 contact = self._data.contact
                 distance = contact.dist
@@ -227,12 +229,12 @@ class Checker:
                 far = self.reach
         return out
 
-    def pairs_within(self, q: Floats, stage: Ints, far: Floats | float) -> NearPairs:
+    def pairs_within(self, q: Floats, deposits_laid: Ints, far: Floats | float) -> NearPairs:
         """All pairs that come within some distance.
 
         Args:
             q: configurations of the arm, (m, n), rad.
-            stage: number of deposits already laid, (m,).
+            deposits_laid: number of deposits already laid, (m,).
             far: the distance in each, (m,), or one for all, m; it may be more than the reach.
 
         Returns:
@@ -244,20 +246,20 @@ class Checker:
         found, out_to = [], np.broadcast_to(far, len(q))
         order = np.argsort(out_to, kind="stable")  # to set how far is looked costs as much as to look
         distances = out_to[order].tolist()
-        for k in self._each(q[order], stage[order]):
+        for k in self._each(q[order], deposits_laid[order]):
             if count := self._look(distances[k]):
                 self.asked.contacts += count
                 c, i = self._data.contact, int(order[k])
                 found.append((i, c.geom.copy(), c.dist.copy(), c.frame.reshape(-1, 9).copy(), c.pos.copy()))
         return NearPairs.of(found)
 
-    def _each(self, q: Floats, stage: Ints) -> Iterator[int]:
+    def _each(self, q: Floats, deposits_laid: Ints) -> Iterator[int]:
         """Bring the arm into one configuration after the other, with what is laid by then: the row of each."""
         self.asked.count += len(q)
         self._far = -1.0  # somebody else may have had the model meanwhile
-        for laid in np.unique(stage):
+        for laid in np.unique(deposits_laid):
             self._lay(int(laid), arm_alone=True)
-            rows = np.flatnonzero(stage == laid)
+            rows = np.flatnonzero(deposits_laid == laid)
             rooms = repeat(self._room) if self._broad_phase is None else self._broad_phase.rooms(q[rows])
             for i, room, _ in zip(rows.tolist(), rooms, self._put(q[rows]), strict=False):
                 self._room = room
@@ -271,18 +273,18 @@ class Checker:
         """Geoms of deposits that do not count, laid or not, (k,)."""
         return np.flatnonzero(self._ignored)
 
-    def nearest_pairs(self, q: Floats, stage: Ints) -> NearPairs:
+    def nearest_pairs(self, q: Floats, deposits_laid: Ints) -> NearPairs:
         """Of every configuration the nearest pair, and others that are nearly as near.
 
         Args:
             q: configurations of the arm, (m, n), rad.
-            stage: number of deposits already laid, (m,).
+            deposits_laid: number of deposits already laid, (m,).
 
         Returns:
             The pairs; none of a configuration in which nothing is within the reach.
         """
         found, far = [], self.reach
-        for i in self._each(q, stage):
+        for i in self._each(q, deposits_laid):
             if count := self._collide(far):
                 self.asked.contacts += count
                 c = self._data.contact
@@ -354,13 +356,13 @@ class Checker:
             mujoco.mj_kinematics(model, data)
             yield
 
-    def _lay(self, stage: int, *, arm_alone: bool) -> None:
+    def _lay(self, deposits_laid: int, *, arm_alone: bool) -> None:
         """Let the deposits below a number collide, and no others: what is not there yet costs nothing.
 
         Nor does what stands on the table against the cell around it, if it is only the arm that moves.
         """
         scene, model = self.scene, self._model
-        there = (scene.deposit_of_geom < stage) & ~self._ignored
+        there = (scene.deposit_of_geom < deposits_laid) & ~self._ignored
         hits = there & scene.arm_geom if arm_alone else there
         # a pair collides where one's contype meets the other's conaffinity: the arm's own meet all there is
         model.geom_contype[:] = np.where(hits, scene.contact_bits[0], 0)

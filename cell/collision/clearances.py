@@ -2,7 +2,7 @@
 
 Use:
 
-    nearest = checker.clearances(q, stage)    # checker: SeesClearances; q (m, n) rad
+    nearest = checker.clearances(q, deposits_laid)    # checker: SeesClearances; q (m, n) rad
     nearest.distance, nearest.pair            # (m,) m and (m, 2) ids of geoms
 """
 
@@ -32,7 +32,7 @@ class SeesClearances(Protocol):
         """How much ways of things towards one another bend where the joints turn by so much; likewise, (m,), m."""
         ...
 
-    def clearances(self, q: Floats, stage: Ints, /) -> Clearances:
+    def clearances(self, q: Floats, deposits_laid: Ints, /) -> Clearances:
         """As of :class:`cell.collision.checker.Checker`."""
         ...
 

@@ -1,6 +1,6 @@
 """All pairs that come within some distance in many configurations, with the directions in which they are apart.
 
-    near = checker.pairs_within(q, stage, far)       # q (m, n) rad, far m
+    near = checker.pairs_within(q, deposits_laid, far)       # q (m, n) rad, far m
     near.row, near.geom, near.distance, near.normal
 
 Metres, world frame.

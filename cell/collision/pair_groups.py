@@ -2,7 +2,7 @@
 
     still = PairGroup(checker, itself=False)
     itself = PairGroup(checker, itself=True, beside=still)   # with the same copy of the model
-    still.pairs_within(q, stage, far)       # of the group's pairs alone
+    still.pairs_within(q, deposits_laid, far)       # of the group's pairs alone
 
 Against what stands still a part of the arm gets nearer by its own travel; of two parts of the arm both may move. Every
 pair that counts for the checker counts in one group at least.
@@ -49,8 +49,8 @@ class PairGroup(Checker):
             # pairs that the model names count with the arm's own; here they are met where they touch, and no sooner
             self.pair_gap = 0.0
 
-    def _lay(self, stage: int, *, arm_alone: bool) -> None:
-        super()._lay(stage, arm_alone=arm_alone)
+    def _lay(self, deposits_laid: int, *, arm_alone: bool) -> None:
+        super()._lay(deposits_laid, arm_alone=arm_alone)
         model, arm = self._model, self.scene.arm_geom
         if self.itself:
             model.geom_conaffinity[~arm] = 0

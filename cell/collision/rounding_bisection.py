@@ -99,7 +99,7 @@ def _looked_at(checker: SeesClearances, radius: Floats, path: BlendedPath, known
         enough = NEARLY_ALL if looks < MANY else max(NEARLY_ALL, NEARLY_MANY * least)
         near = (far < np.minimum(checker.reach - least, LIKELY * open_.room)) | (far <= enough)
         some = open_.rows(near)
-        laid = np.maximum(known.stage[some.step], known.stage[some.step + 1])
+        laid = np.maximum(known.deposits_laid[some.step], known.deposits_laid[some.step + 1])
         seen = checker.clearances(middle[near], laid)
         looks += len(laid)
         hit = seen.distance < least

@@ -38,14 +38,14 @@ class KnownRows:
     """What is known of the rows of a path, which are free themselves, between them as well.
 
     Attributes:
-        stage: deposits laid at each row, (m,).
+        deposits_laid: deposits laid at each row, (m,).
         found: clearances at the rows, at least.
         least: clearance to be kept, m; 0: nothing is touched.
         which: steps that are looked at, (m - 1,).
         kept: clearance kept on each of them, at least, (m - 1,), m; -inf where it is not known.
     """
 
-    stage: Ints
+    deposits_laid: Ints
     found: Clearances
     least: float
     which: NDArray[np.bool_]
@@ -126,7 +126,7 @@ def every_rounding_kept(
     left = left[~proved[left]]
     low, kept = np.minimum(known.found.distance, checker.reach), known.kept.copy()
     # a row counts for a step if as much is laid at it
-    alike = left[known.stage[left] == known.stage[left + 1]]
+    alike = left[known.deposits_laid[left] == known.deposits_laid[left + 1]]
     proved[alike] = _by_rows_near_corners(radius, path, corners, (off, low - least), alike)
     left, alike = left[~proved[left]], alike[~proved[alike]]
     if not len(left) or not closely:
@@ -205,7 +205,7 @@ def _by_turning_back(
     first = np.searchsorted(path.s, path.s[steps] - path.zone, side="right") - 1
     last = np.searchsorted(path.s, path.s[steps + 1] + path.zone)
     out = np.zeros(len(steps), dtype=bool)
-    laid = np.maximum(known.stage[:-1], known.stage[1:])
+    laid = np.maximum(known.deposits_laid[:-1], known.deposits_laid[1:])
     enough = np.where(known.which, kept, -np.inf) - known.least
     inside = np.flatnonzero((first >= 0) & (last < len(path.s)))  # beyond its ends there are no rows
     for block in _in_blocks((last - first + 1)[inside]):

@@ -1,7 +1,7 @@
 """What stands on the table against the cell around it: pairs in which the arm has no part.
 
     checker = TableChecker(scene, reach=0.05)
-    c = checker.clearances(tables, stage)            # tables (m, 2) rad, stage (m,) deposits laid so far
+    c = checker.clearances(tables, deposits_laid)            # tables (m, 2) rad; deposits laid so far (m,)
 
 Of the arm nothing is looked at here, and nothing but penetration is wrong: what a positioner keeps from its own
 pedestal is its maker's affair. The workpiece is held against the tilting part of the positioner as well, which carries
@@ -50,7 +50,7 @@ def _carried(scene: Scene, axis: int) -> NDArray[np.bool_]:
 TABLE_REACH = 5e-3  # m: of a table by itself it is only asked whether it touches anything
 
 
-def table_alone(scene: Scene, table: tuple[float, float], stage: int | None = None) -> Clearances:
+def table_alone(scene: Scene, table: tuple[float, float], deposits_laid: int | None = None) -> Clearances:
     """What no arm can help: the table and what stands on it in the cell around it.
 
     Every verdict asks this, and whatever screens poses or changes for one: they cannot disagree.
@@ -58,26 +58,26 @@ def table_alone(scene: Scene, table: tuple[float, float], stage: int | None = No
     Args:
         scene: the composed cell.
         table: E1, E2, rad.
-        stage: deposits laid so far; all where left out.
+        deposits_laid: deposits laid so far; all where left out.
 
     Returns:
         Clearances of one row; below 0 the pose is infeasible.
     """
-    return tables_alone(scene, np.array([table]), stage)
+    return tables_alone(scene, np.array([table]), deposits_laid)
 
 
-def tables_alone(scene: Scene, tables: Floats, stage: int | None = None) -> Clearances:
+def tables_alone(scene: Scene, tables: Floats, deposits_laid: int | None = None) -> Clearances:
     """The same at many poses of the table.
 
     Args:
         scene: the composed cell.
         tables: E1 and E2, (m, 2), rad.
-        stage: deposits laid so far; all where left out.
+        deposits_laid: deposits laid so far; all where left out.
 
     Returns:
         Clearances, a row a pose.
     """
-    laid = np.full(len(tables), scene.n_deposits if stage is None else stage)
+    laid = np.full(len(tables), scene.n_deposits if deposits_laid is None else deposits_laid)
     return TableChecker(scene, TABLE_REACH).clearances(tables, laid)
 
 
@@ -112,17 +112,17 @@ class TableChecker:
         """None: arcs are what the travel is bounded by, wherever they begin, (m,)."""
         return np.zeros(len(turn))
 
-    def clearances(self, tables: Floats, stage: Ints) -> Clearances:
+    def clearances(self, tables: Floats, deposits_laid: Ints) -> Clearances:
         """The nearest pair at every table pose.
 
         Args:
             tables: E1 and E2, (m, 2), rad.
-            stage: deposits already laid, (m,).
+            deposits_laid: deposits already laid, (m,).
 
         Returns:
             Clearances.
         """
-        poses, back = np.unique(np.column_stack([tables, stage]), axis=0, return_inverse=True)
+        poses, back = np.unique(np.column_stack([tables, deposits_laid]), axis=0, return_inverse=True)
         laid = poses[:, 2].astype(np.int64)
         found = self._checker.clearances(poses[:, :2], laid)
         for i, pose in enumerate(poses):

@@ -1,7 +1,7 @@
 """The wire on travels: it may touch the part where it is welded, and is a rod like any other on the way across.
 
     checker = wire_checker(setup.checker)            # None where the tool has no wire
-    c = checker.clearances(q, stage)                 # of the wire from the part, out to 20 mm
+    c = checker.clearances(q, deposits_laid)                 # of the wire from the part, out to 20 mm
 
 Drawn back along itself, a wire leaves the part the way it came; across, what its torch clears it need not clear. Far
 from the part, as on most of a way from home, nothing has to be looked at. Metres and radians.
@@ -89,13 +89,15 @@ class _WireChecker(Checker):
         """For another process: made anew of the scene."""
         return _WireChecker, (self.scene, self.table, self.without)
 
-    def clearances(self, q: Floats, stage: Ints, met: Callable[[int, Ints, Floats], None] | None = None) -> Clearances:
+    def clearances(
+        self, q: Floats, deposits_laid: Ints, met: Callable[[int, Ints, Floats], None] | None = None
+    ) -> Clearances:
         """As of the checker of everything."""
         near = np.arange(len(q)) if met is not None else np.flatnonzero(self._may_be_near(q))
         if len(near) == len(q):
-            return super().clearances(q, stage, met)
+            return super().clearances(q, deposits_laid, met)
         out = Clearances.none(len(q))
-        out.put(near, super().clearances(q[near], stage[near]))
+        out.put(near, super().clearances(q[near], deposits_laid[near]))
         return out
 
     def _may_be_near(self, q: Floats) -> NDArray[np.bool_]:

@@ -202,11 +202,11 @@ def _laid(result: Result, path: DrawnPath) -> Ints:
         before[home] = laid[target[home]]
     # on the way to a bead all of the one before is laid; the ends of a way are samples of the beads
     way = path.arc[at] == 0
-    stage = np.where(way, before, job.deposits_before[target])
+    deposits_laid = np.where(way, before, job.deposits_before[target])
     leaves = ~way & (at < last) & (path.arc[np.minimum(at + 1, last)] == 0)
     arrives = ~way & (at > 0) & (path.arc[np.maximum(at - 1, 0)] == 0)
-    stage = np.where(leaves, np.maximum(stage, laid[target]), stage)
-    return np.where(arrives, np.maximum(stage, before), stage)
+    deposits_laid = np.where(leaves, np.maximum(deposits_laid, laid[target]), deposits_laid)
+    return np.where(arrives, np.maximum(deposits_laid, before), deposits_laid)
 
 
 def _keep_least(result: Result, path: DrawnPath, found: Clearances) -> None:

@@ -42,7 +42,7 @@ class RunSamples:
         axes: configurations, (m, j), rad.
         clearances: the nearest pairs where it was looked.
         kept: nothing is nearer from each to the next, (m,), m; -inf where that is not known.
-        stage: deposits laid at each, (m,).
+        deposits_laid: deposits laid at each, (m,).
         target: that each leads to, (m,); of the way home the one that it comes from.
         run: bead or way that each belongs to, (m,).
     """
@@ -50,7 +50,7 @@ class RunSamples:
     axes: Floats
     clearances: Clearances
     kept: Floats
-    stage: Ints
+    deposits_laid: Ints
     target: Ints
     run: Ints
 
@@ -69,9 +69,9 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
         (s.axes, s.clearances, s.kept, context.deposits_before[s.edge], s.edge) for s in run.stretches
     ]
 
-    def add(way: TravelWay, stage: int, target: int) -> None:
+    def add(way: TravelWay, deposits_laid: int, target: int) -> None:
         m = len(way.q)
-        runs.append((way.q, way.clearances, way.kept, np.full(m, stage), np.full(m, target)))
+        runs.append((way.q, way.clearances, way.kept, np.full(m, deposits_laid), np.full(m, target)))
 
     for _, last, after, way in run.led_to:
         add(way, int(context.laid[last]), after.first)
@@ -83,9 +83,9 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
             add(run.home.back, int(context.laid[final]), final)
     if not runs:
         return None
-    axes, kept, stage, target = (np.concatenate([run[i] for run in runs]) for i in (0, 2, 3, 4))
+    axes, kept, deposits_laid, target = (np.concatenate([run[i] for run in runs]) for i in (0, 2, 3, 4))
     apart = np.repeat(np.arange(len(runs)), [len(run[0]) for run in runs])
-    return RunSamples(axes, Clearances.joined([run[1] for run in runs]), kept, stage, target, apart)
+    return RunSamples(axes, Clearances.joined([run[1] for run in runs]), kept, deposits_laid, target, apart)
 
 
 def nearest_sample(context: Context, samples: RunSamples | None) -> LeastValue | None:
@@ -106,7 +106,9 @@ def least_clearance(context: Context, samples: RunSamples, known: float) -> Leas
     """
     s = samples
     checker, radius = context.checker, context.radius
-    at, nearest = least_on_the_way(checker, radius, s.axes, s.stage, s.clearances, s.run, known=known, kept=s.kept)
+    at, nearest = least_on_the_way(
+        checker, radius, s.axes, s.deposits_laid, s.clearances, s.run, known=known, kept=s.kept
+    )
     return _named(context, samples, at, nearest)
 
 

@@ -123,7 +123,12 @@ class BeadSearch:
         if turns_freely:
             price = ROLL_COST / bead.context.settings.roll_step
             self.allowance = replace(self.allowance, rolls=nodes.rolls, turn=FREE_TURN, turn_price=price)
-        self.context, self.placed, self.stage, self.first = bead.context, bead.placed, bead.deposits_before, bead.first
+        self.context, self.placed, self.deposits_laid, self.first = (
+            bead.context,
+            bead.placed,
+            bead.deposits_before,
+            bead.first,
+        )
         self.cost = nodes.cost.copy()
         self._judged = np.zeros(len(bead), dtype=bool)  # targets whose every node has been checked
         self._patience = MAX_TRIES
@@ -144,7 +149,7 @@ class BeadSearch:
         Returns:
             The plan, its targets counted in the whole part; all of them open where it was cut off.
         """
-        stop = self.first + len(self.stage)
+        stop = self.first + len(self.deposits_laid)
         for _ in range(self.rounds):
             if self.context.work > self._most:
                 return BeadPlan(self.first, stop, (), {}, {}, frozenset(range(self.first, stop)))
@@ -155,7 +160,7 @@ class BeadSearch:
             self._gave_up = True
             runs = self._given_up()
         reached = {run.start + i for run in runs for i in range(len(run.nodes))}
-        lost = [i for i in range(len(self.stage)) if i not in reached]
+        lost = [i for i in range(len(self.deposits_laid)) if i not in reached]
         target_failures = {self.first + i: m for i, m in self._target_failures(lost).items()}
         return BeadPlan(
             self.first, stop, tuple(self._stretch(run) for run in runs), self._edge_failures(runs), target_failures
@@ -172,7 +177,7 @@ class BeadSearch:
         """
         for _ in range(self.rounds):
             runs = self._runs(q_before)
-            if len(runs) != 1 or len(runs[0].nodes) != len(self.stage):
+            if len(runs) != 1 or len(runs[0].nodes) != len(self.deposits_laid):
                 return None
             if not self._block_colliding_nodes(runs):
                 nodes = runs[0].nodes
@@ -198,8 +203,8 @@ class BeadSearch:
 
     def _given_up(self) -> list[Run]:
         """Every target by itself, in a configuration known to be free: of the way between them nothing is claimed."""
-        self._judge_targets(np.arange(len(self.stage)))
-        best = self.cost.reshape(len(self.stage), -1).argmin(axis=1)
+        self._judge_targets(np.arange(len(self.deposits_laid)))
+        best = self.cost.reshape(len(self.deposits_laid), -1).argmin(axis=1)
         nodes = np.stack(np.unravel_index(best, self.cost.shape[1:]), axis=1)
         return [Run(i, nodes[i : i + 1], 0.0) for i in range(len(nodes)) if np.isfinite(self.cost[i]).any()]
 
@@ -231,7 +236,7 @@ class BeadSearch:
         first, same = distinct(*index[:, :3].T, *angle.T)
         some = index[first]
         axes = self.placed.axes(self.nodes.q[tuple(some.T)], some[:, 0])
-        seen, tools = with_blocked_rolls(self.context, axes, self.stage[some[:, 0]])
+        seen, tools = with_blocked_rolls(self.context, axes, self.deposits_laid[some[:, 0]])
         found, of_tool = seen.rows(same), (tools.turn > 0)[same]
         hit = found.distance < self.context.settings.clearance
         self._free[tuple(index[~hit].T)] = True
@@ -261,7 +266,7 @@ class BeadSearch:
 
     def lost_alone(self) -> dict[int, TargetFailure]:
         """Targets without any node that is free, each looked at by itself, with why; counted in the whole part."""
-        every = np.arange(len(self.stage))
+        every = np.arange(len(self.deposits_laid))
         self._judge_targets(every, whole=False)
         lost = every[~np.isfinite(self.cost).any(axis=(1, 2, 3))].tolist()
         return {self.first + i: lost for i, lost in self._target_failures(lost).items()}
@@ -323,7 +328,7 @@ class BeadSearch:
         where = (target, *run.nodes.T)
         q, roll = self.nodes.q[where], self.nodes.rolls[run.nodes[:, 0]]
         if len(nodes) == 1:
-            alone = self.context.checker.clearances(self.placed.axes(q, target), self.stage[target])
+            alone = self.context.checker.clearances(self.placed.axes(q, target), self.deposits_laid[target])
             position, table = self.placed.bead.position[target], self.placed.tables(target)
             first, margin = self.first + run.start, self.nodes.margin[where]
             low, kept = np.minimum(alone.distance, self.context.checker.reach), np.full(1, -np.inf)
@@ -411,7 +416,7 @@ class BeadSearch:
             between = None
             if roll is not None:
                 T, table = self.placed.Ts_base_target[i], self.placed.tables(np.array([i]))[0]
-                between = standing_between(self.context, self.nodes, T, int(self.stage[i]), roll, table)
+                between = standing_between(self.context, self.nodes, T, int(self.deposits_laid[i]), roll, table)
             out[i] = TargetFailure(replace(failure, between=between, proved=proved), attempt)
         return out
 

@@ -1,7 +1,7 @@
 """Beads and travels as a controller runs them, corners rounded, held against the cell.
 
     failures = bead_corners(context, blend, stretches)          # by target: where a rounded corner comes too near
-    failure = travel_corners(context, q, clearances, stage)     # None: the rounded travel is free
+    failure = travel_corners(context, q, clearances, deposits_laid)     # None: the rounded travel is free
 
 Metres and radians.
 """
@@ -73,15 +73,15 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
 def _known(context: Context, blend: float, bead: Stretch) -> tuple[BlendedPath, KnownRows]:
     """A bead's rows, and what is known of them."""
     found = Clearances(bead.low, bead.clearances.pair, bead.clearances.position)
-    stage, every = context.deposits_before[bead.edge], np.ones(len(bead.q) - 1, dtype=bool)
-    return bead_path(bead, blend), KnownRows(stage, found, context.settings.kept, every, bead.kept[:-1])
+    deposits_laid, every = context.deposits_before[bead.edge], np.ones(len(bead.q) - 1, dtype=bool)
+    return bead_path(bead, blend), KnownRows(deposits_laid, found, context.settings.kept, every, bead.kept[:-1])
 
 
 def travel_corners(
     context: Context,
     q: Floats,
     found: Clearances,
-    stage: int,
+    deposits_laid: int,
     stops: Sequence[int] = (),
     zone: float = TRAVEL_ZONE,
 ) -> Failure | None:
@@ -91,7 +91,7 @@ def travel_corners(
         context: what the search uses.
         q: rows, (m, j), rad, that are free themselves.
         found: their clearances.
-        stage: deposits laid by then.
+        deposits_laid: deposits laid by then.
         stops: rows in which the arm stops on the way.
         zone: joint travel each way over which corners are rounded, rad.
 
@@ -100,7 +100,7 @@ def travel_corners(
     """
     for first, last in zip([0, *stops], [*stops, len(q) - 1], strict=True):
         path, rows = travel_path(q[first : last + 1], zone)
-        hit = _met(context.checker, context, path, found.rows(first + rows), stage, context.settings.kept)
+        hit = _met(context.checker, context, path, found.rows(first + rows), deposits_laid, context.settings.kept)
         if hit is not None:
             return hit
     return None
@@ -122,16 +122,16 @@ def free_travels(
         For each of them.
     """
     paths = []
-    for q, found, kept, stage in ways:
+    for q, found, kept, deposits_laid in ways:
         path, rows = travel_path(q)
         on_step = np.minimum.reduceat(kept[:-1], rows[:-1]) if len(rows) > 1 else np.zeros(0)
-        known = KnownRows(np.full(len(rows), stage), found.rows(rows), least, np.isfinite(on_step), on_step)
+        known = KnownRows(np.full(len(rows), deposits_laid), found.rows(rows), least, np.isfinite(on_step), on_step)
         paths.append((path, known))
     return [not len(step) for step, _ in cut_corners_of(checker, context.radius, paths)]
 
 
 def wire_corners(
-    wire: Checker, context: Context, q: Floats, across: tuple[int, Clearances], stage: int
+    wire: Checker, context: Context, q: Floats, across: tuple[int, Clearances], deposits_laid: int
 ) -> Failure | None:
     """What the wire is drawn through where a travel's corners are rounded, if anything.
 
@@ -140,7 +140,7 @@ def wire_corners(
         context: what the search uses.
         q: rows, (m, j), rad.
         across: first row of the way across, neither off a bead nor onto one, and the wire's clearances on it.
-        stage: deposits laid by then.
+        deposits_laid: deposits laid by then.
 
     Returns:
         Why it is not free, or None.
@@ -150,7 +150,7 @@ def wire_corners(
     mine = (rows >= first) & (rows < first + len(seen))
     found = Clearances.none(len(rows))
     found.distance[mine] = seen.distance[rows[mine] - first]
-    return _met(wire, context, path, found, stage, 0.0, mine[:-1] & mine[1:])
+    return _met(wire, context, path, found, deposits_laid, 0.0, mine[:-1] & mine[1:])
 
 
 def _met(
@@ -158,11 +158,11 @@ def _met(
     context: Context,
     path: BlendedPath,
     found: Clearances,
-    stage: int,
+    deposits_laid: int,
     least: float,
     which: NDArray[np.bool_] | None = None,
 ) -> Failure | None:
-    laid = np.full(len(path.s), stage)
+    laid = np.full(len(path.s), deposits_laid)
     step, nearest = cut_corners(checker, context.radius, path, laid, found, least, which)
     if not len(step):
         return None

@@ -1,6 +1,6 @@
 """Clearances, with how far the roll may turn without freeing what moves with the TCP.
 
-    seen, held = with_blocked_rolls(context, axes, stage)     # clearances of m configurations
+    seen, held = with_blocked_rolls(context, axes, deposits_laid)     # clearances of m configurations
     held.turn, held.room                                   # (m,) rad and (m,) m
 
 A turn of the roll moves the tool about the wire alone, alike in every branch of the arm: where something of it is
@@ -34,13 +34,13 @@ class BlockedRolls:
     room: Floats
 
 
-def with_blocked_rolls(context: Context, axes: Floats, stage: Ints) -> tuple[Clearances, BlockedRolls]:
+def with_blocked_rolls(context: Context, axes: Floats, deposits_laid: Ints) -> tuple[Clearances, BlockedRolls]:
     """Look at configurations.
 
     Args:
         context: the cell and what is to be kept.
         axes: of the arm, and of the table where it moves, (m, n), rad.
-        stage: deposits laid, (m,).
+        deposits_laid: deposits laid, (m,).
 
     Returns:
         The nearest pair of each, and what holds the tool.
@@ -55,7 +55,7 @@ def with_blocked_rolls(context: Context, axes: Floats, stage: Ints) -> tuple[Cle
         pairs.append(pair.copy())
         rooms.append(distance - least)
 
-    seen = screen.clearances(axes, stage, met)
+    seen = screen.clearances(axes, deposits_laid, met)
     held = BlockedRolls(np.zeros(len(axes)), np.zeros(len(axes)))
     if rows:
         row, pair, room = np.concatenate(rows), np.concatenate(pairs), np.concatenate(rooms)

@@ -42,9 +42,9 @@ class _Layers:
     names: tuple[str, ...]
     numbers: tuple[Ints, ...]
 
-    def of(self, sub_volume: int, stage: int) -> list[int]:
-        """Deposits of a sub-volume laid by a stage, as they were laid."""
-        return [d for d in self.numbers[sub_volume].tolist() if d < stage]
+    def of(self, sub_volume: int, deposits_laid: int) -> list[int]:
+        """Deposits of a sub-volume among those laid by then, as they were laid."""
+        return [d for d in self.numbers[sub_volume].tolist() if d < deposits_laid]
 
     def named(self, deposits: list[int]) -> tuple[LaidLayer, ...]:
         """Deposits as a report names them."""
@@ -82,8 +82,8 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
     for target in sorted(plan.travel_failures):
         if left and context.work < most and travel_failures[target].kind is Kind.COLLISION:
             left -= 1
-            stage = int(context.laid[_leaves(travel_failures[target])])
-            found, known = _blame(job, context, layers, target, stage, _travel_trial(plan, target), known)
+            deposits_laid = int(context.laid[_leaves(travel_failures[target])])
+            found, known = _blame(job, context, layers, target, deposits_laid, _travel_trial(plan, target), known)
             if found:
                 travel_failures[target] = replace(travel_failures[target], locked_by=layers.named(known))
     return PartPlan(tuple(beads), plan.travels, travel_failures)
@@ -156,14 +156,14 @@ def _travel_trial(plan: PartPlan, target: int) -> _LayerTrial:
 
 
 def _blame(
-    job: Job, context: Context, layers: _Layers, target: int, stage: int, trial: _LayerTrial, known: list[int]
+    job: Job, context: Context, layers: _Layers, target: int, deposits_laid: int, trial: _LayerTrial, known: list[int]
 ) -> tuple[set[int], list[int]]:
     """What works without some layers, and those layers; what is known of others is tried first, and kept where not."""
     own = int(job.targets.sub_volume_index[target])
-    others = [layers.of(s, stage) for s in range(len(layers.names)) if s != own]
+    others = [layers.of(s, deposits_laid) for s in range(len(layers.names)) if s != own]
     together = sorted(d for some in others for d in some)
-    for some in (known, *others, together, list(range(stage))):
-        laid = [d for d in some if d < stage]
+    for some in (known, *others, together, list(range(deposits_laid))):
+        laid = [d for d in some if d < deposits_laid]
         if not laid or not trial.may_work(context.without(laid)):
             continue
         # of the last as few as are enough: how many of the first can stay is found by halving

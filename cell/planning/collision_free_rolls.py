@@ -2,8 +2,8 @@
 
     found = collision_free_rolls(context, targets, step)   # {i: [(low, high), ...]} rad: free stretches of the roll
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
-    nowhere = free_nowhere(context, targets, step)  # {i: Best}: the least bad of targets that are free at no roll
-    hint = standing_between(context, nodes, T, stage, roll)   # at a roll that kinematics alone names, and beside it
+    nowhere = free_nowhere(context, targets, step)  # {i: LeastBadRoll}, of those free at no roll
+    hint = standing_between(context, nodes, T, deposits_laid, roll)   # at a roll that kinematics names, and beside it
 
 Rolls far apart are looked at first, then those between them. Between two samples of a branch the arm has only so far to
 go: where it is deeper in a collision than that at both of them, nothing between them is free, and it is not looked at.
@@ -306,7 +306,7 @@ def stabbing(stretches: Iterable[tuple[float, float]]) -> Floats:
 
 
 def standing_between(
-    context: Context, nodes: Nodes, T: Floats, stage: int, roll: float, table: Floats = STANDS
+    context: Context, nodes: Nodes, T: Floats, deposits_laid: int, roll: float, table: Floats = STANDS
 ) -> RollBetween | None:
     """Whether the arm can stand at a target at a roll between the samples.
 
@@ -314,7 +314,7 @@ def standing_between(
         context: the cell and what is to be kept.
         nodes: of the target's bead, for the window and the margins.
         T: the target at roll 0, (4, 4), m.
-        stage: deposits laid when it is welded.
+        deposits_laid: deposits laid when it is welded.
         roll: a roll at which a configuration keeps limits and margins, rad.
         table: E1, E2 there, (2,), rad; (0,) where the table stands.
 
@@ -332,7 +332,7 @@ def standing_between(
     if not len(at):
         return None
     axes = np.concatenate([q[tuple(at.T)], np.tile(table, (len(at), 1))], axis=1)
-    found = context.screen.clearances(axes, np.full(len(at), stage))
+    found = context.screen.clearances(axes, np.full(len(at), deposits_laid))
     free = found.distance >= context.settings.clearance
     k = int(np.argmax(free)) if free.any() else int(np.argmax(found.distance))
     deg = round(float(np.rad2deg(rolls[at[k, 0]])), 3)

@@ -159,8 +159,8 @@ def _in_the_way(bead: SearchedBead, i: int, q: Floats) -> Failure | None:
     if not len(q):
         return None
     context = bead.context
-    stage: Ints = np.full(len(q), bead.deposits_before[i + 1])
-    found = context.screen.clearances(bead.placed.axes(q, np.full(len(q), i + 1)), stage)
+    deposits_laid: Ints = np.full(len(q), bead.deposits_before[i + 1])
+    found = context.screen.clearances(bead.placed.axes(q, np.full(len(q), i + 1)), deposits_laid)
     k = int(np.argmax(found.distance))
     free: NDArray[np.bool_] = found.distance >= context.settings.clearance
     return None if free.any() else context.describe(found, k)

@@ -196,11 +196,11 @@ def reduced_budget(context: Context, to: int | None = None) -> Context:
 
 def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = ()) -> tuple[BeadPlan, bool]:
     """The bead, ended elsewhere if only so the torch can be drawn back from it; and whether it can."""
-    stage = int(context.laid[bead.stop - 1])
+    deposits_laid = int(context.laid[bead.stop - 1])
     ends: list[Floats] = []
     tried = bead
     while tried.whole:
-        if can_leave(context, tried.stretches[0], stage):
+        if can_leave(context, tried.stretches[0], deposits_laid):
             return tried, True
         ends.append(tried.stretches[0].q_targets[-1])
         if len(ends) == BEGINNINGS:
@@ -211,13 +211,13 @@ def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = (
 
 def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, TravelWay | Failure]:
     """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it."""
-    stage = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
+    deposits_laid = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
     avoid: list[Floats] = []
     tried = bead
     failed: Failure | None = None
     while True:
         start = tried.stretches[0]
-        way = travel(context, last, start, stage)
+        way = travel(context, last, start, deposits_laid)
         if not isinstance(way, Failure):
             return replace(tried, stretches=(turned(start, way),)), way
         failed = failed or way

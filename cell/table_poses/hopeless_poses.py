@@ -167,12 +167,12 @@ def _free(job: Job, nodes: Nodes, targets: Ints, checker: Checker) -> NDArray[np
     """Of which targets any configuration is clear, (n,); those that cost least first, of all targets at once."""
     cost = nodes.cost.reshape(len(targets), -1)
     order, count = np.argsort(cost, axis=1, kind="stable"), np.isfinite(cost).sum(axis=1)
-    q, stage = nodes.q.reshape(*cost.shape, -1), job.deposits_before[targets]
+    q, deposits_laid = nodes.q.reshape(*cost.shape, -1), job.deposits_before[targets]
     free = np.zeros(len(targets), dtype=bool)
     for k in range(int(count.max(initial=0))):
         todo = np.flatnonzero(~free & (count > k))
         if not len(todo):
             break
-        found = checker.clearances(q[todo, order[todo, k]], stage[todo])
+        found = checker.clearances(q[todo, order[todo, k]], deposits_laid[todo])
         free[todo] = found.distance >= settings_of(job).clearance
     return free

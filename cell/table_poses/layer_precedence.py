@@ -106,7 +106,7 @@ class _Neighbours:
 
     @cached_property
     def _among_all(self) -> Checker:
-        """Collision detection with all of the others, and as many of the own layers as a stage says."""
+        """Collision detection with all of the others, and as many of the own layers as are asked for."""
         return self._own_growing(others=-1)
 
     @cached_property
@@ -133,7 +133,7 @@ class _Neighbours:
         return found
 
     def _checker(self, m: int, other: int) -> Checker:
-        """Collision detection with the layers below m, and as many of another sub-volume as a stage says."""
+        """Collision detection with the layers below m, and as many of another sub-volume as are asked for."""
         scene = self.job.scene
         geom = scene.deposit_of_geom
         deposit = np.maximum(geom, 0)
@@ -144,9 +144,9 @@ class _Neighbours:
         number = np.where(geom < 0, -1, number)
         return Checker(replace(scene, deposit_of_geom=number), self.pose, self.clearance)
 
-    def _free(self, checker: Checker, q: Floats, stage: int) -> bool:
+    def _free(self, checker: Checker, q: Floats, deposits_laid: int) -> bool:
         """Whether any of some configurations keeps the clearance."""
-        found = checker.clearances(q, np.full(len(q), stage))
+        found = checker.clearances(q, np.full(len(q), deposits_laid))
         return bool((found.distance >= self.clearance).any())
 
     def _first_in_the_way(self, checker: Checker, q: Floats, layers: int) -> int:

@@ -1,6 +1,6 @@
 """The table turning from one pose to another while the arm stands still: its way, proved free, and its time.
 
-    turn = TurnSearch(job).search(q, (E1, E2), (E1, E2), stage)
+    turn = TurnSearch(job).search(q, (E1, E2), (E1, E2), deposits_laid)
     turn.table, turn.dt_s                     # or a Failure: why there is no way
 
 Both axes move together on a straight line, or one after the other where that is not free, or by way of the table
@@ -51,7 +51,7 @@ class TableTurn:
         dt_s: time of each step between them, (m - 1,), s.
         looked_at: samples of E1, E2, (k, 2), rad.
         clearances: the arm's from everything, at these samples.
-        stage: deposits laid.
+        deposits_laid: deposits laid.
     """
 
     q: Floats
@@ -59,7 +59,7 @@ class TableTurn:
     dt_s: Floats
     looked_at: Floats
     clearances: Clearances
-    stage: int
+    deposits_laid: int
 
     @property
     def axes(self) -> Floats:
@@ -112,14 +112,14 @@ class TurnSearch:
         self.wire = None if wire is None else Checker(with_table_axes(wire), (0.0, 0.0), WIRE_REACH, pair_gap=NEVER)
         self.table = TableChecker(job.scene, CLEARANCE_REACH)
 
-    def search(self, q: Floats, a: Angles, b: Angles, stage: int) -> TableTurn | Failure:
+    def search(self, q: Floats, a: Angles, b: Angles, deposits_laid: int) -> TableTurn | Failure:
         """The first of the ways from one pose to another that is free.
 
         Args:
             q: where the arm stands, (j,), rad.
             a: E1, E2 that the table comes from, rad.
             b: E1, E2 that it goes to, rad.
-            stage: deposits laid by then.
+            deposits_laid: deposits laid by then.
 
         Returns:
             The way; or what is in its way, of the straight one.
@@ -127,33 +127,39 @@ class TurnSearch:
         why: Failure | None = None
         for corners in _ways(self.scene, a, b):
             table = _sampled(corners)
-            found = self._checked(q, table, stage)
+            found = self._checked(q, table, deposits_laid)
             if isinstance(found, Clearances):
                 rows, dt_s = _run(self.job, corners)
-                return TableTurn(q, rows, dt_s, table, found, stage)
+                return TableTurn(q, rows, dt_s, table, found, deposits_laid)
             why = why or found
         assert why is not None
         return why
 
-    def _checked(self, q: Floats, table: Floats, stage: int) -> Clearances | Failure:
+    def _checked(self, q: Floats, table: Floats, deposits_laid: int) -> Clearances | Failure:
         axes = np.concatenate([np.tile(q, (len(table), 1)), table], axis=1)
-        alone = self._met(self.table, self.table_radius, table, stage, 0.0)
+        alone = self._met(self.table, self.table_radius, table, deposits_laid, 0.0)
         if isinstance(alone, Failure):
             return alone
-        found = self._met(self.arm, self.radius, axes, stage, self.clearance, self.kept)
+        found = self._met(self.arm, self.radius, axes, deposits_laid, self.clearance, self.kept)
         if isinstance(found, Failure):
             return found
         if self.wire is not None:
-            drawn = self._met(self.wire, self.radius, axes, stage, 0.0)
+            drawn = self._met(self.wire, self.radius, axes, deposits_laid, 0.0)
             if isinstance(drawn, Failure):
                 return drawn
         return found
 
     def _met(
-        self, checker: SeesClearances, radius: Floats, rows: Floats, stage: int, least: float, kept: float | None = None
+        self,
+        checker: SeesClearances,
+        radius: Floats,
+        rows: Floats,
+        deposits_laid: int,
+        least: float,
+        kept: float | None = None,
     ) -> Clearances | Failure:
         """Clearances of samples that keep one, between them as well; or what they meet."""
-        laid = np.full(len(rows), stage)
+        laid = np.full(len(rows), deposits_laid)
         found = checker.clearances(rows, laid)
         k = int(np.argmin(found.distance))
         if found.distance[k] < least:

@@ -103,7 +103,7 @@ def nearer_place(turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: Table
     tried = 0
     for place in places:
         a, b = before.context.checker.table, after.context.checker.table
-        there = turns.search(place, a, b, turn.stage)
+        there = turns.search(place, a, b, turn.deposits_laid)
         if isinstance(there, Failure):
             continue
         tried += 1
@@ -134,9 +134,9 @@ def _checked(before: TurnEnd, after: TurnEnd, back: TravelWay, out: TravelWay) -
 
 
 def _checked_way(context: Context, way: TravelWay, laid: int) -> CheckedWay:
-    stage = np.full(len(way.q), laid)
+    deposits_laid = np.full(len(way.q), laid)
     seen, kept = way.clearances, way.kept
-    _, nearest = least_on_the_way(context.checker, context.radius, way.q, stage, seen, kept=kept)
+    _, nearest = least_on_the_way(context.checker, context.radius, way.q, deposits_laid, seen, kept=kept)
     return CheckedWay(way, float(nearest.distance[0]), (int(nearest.pair[0, 0]), int(nearest.pair[0, 1])))
 
 

@@ -188,9 +188,9 @@ def _short_retracts(context: Context, plan: PartPlan, home: HomeTravels | None) 
     return [Warning(Code.SHORT_RETRACT, text)]
 
 
-def _table_in_the_way(job: Job, table: tuple[float, float], stage: int) -> Failure | None:
+def _table_in_the_way(job: Job, table: tuple[float, float], deposits_laid: int) -> Failure | None:
     """A collision that no arm can help: the workpiece, as far as it is built by then, or the table in the cell."""
-    found = table_alone(job.scene, table, stage)
+    found = table_alone(job.scene, table, deposits_laid)
     if found.distance[0] >= 0.0:
         return None
     contact = Contact(

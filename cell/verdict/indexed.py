@@ -291,7 +291,7 @@ class _Build:
         for one in self.built:
             if one.turn is None:
                 continue
-            axes, laid = one.turn.axes, np.full(len(one.turn.looked_at), one.turn.stage)
+            axes, laid = one.turn.axes, np.full(len(one.turn.looked_at), one.turn.deposits_laid)
             _, nearest = least_on_the_way(self.turns.arm, self.turns.radius, axes, laid, one.turn.clearances)
             if np.isfinite(nearest.distance[0]):
                 pair = tuple(self.job.scene.geom_name(int(g)) for g in nearest.pair[0])

@@ -1,7 +1,7 @@
 """The arm's clearances on all of a motion: at samples, between them, and where its corners are rounded.
 
-    seen = arm_on_the_way(job, way, stage, runs)            # runs: stretches of samples without a stop
-    at, nearest = nearest_on_the_way(job, way, stage, seen.clear, runs)
+    seen = arm_on_the_way(job, way, deposits_laid, runs)            # runs: stretches of samples without a stop
+    at, nearest = nearest_on_the_way(job, way, deposits_laid, seen.clear, runs)
 
 A long motion is cut into pieces where it stops, by its samples alone, and the pieces are looked at side by side where
 there are workers: what is found does not depend on how many there are. Radians and metres.
@@ -85,23 +85,23 @@ class _MotionPiece:
 
     first: int
     q: Floats
-    stage: Ints
+    deposits_laid: Ints
     runs: tuple[SampledRun, ...]
 
 
-def arm_on_the_way(job: Job, way: SampledMotion, stage: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
+def arm_on_the_way(job: Job, way: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
     """Look at the arm on all of a motion.
 
     Args:
         job: the job.
         way: samples of all of it.
-        stage: deposits there are at each, (m,).
+        deposits_laid: deposits there are at each, (m,).
         runs: stretches without a stop, in order.
 
     Returns:
         What was seen.
     """
-    pieces = _pieces(way, stage, runs)
+    pieces = _pieces(way, deposits_laid, runs)
     found = pool().run(_looked_at, _light(job), pieces)
     # the last sample of a piece is the first of the next one
     parts = [seen.clear.rows(np.arange(len(seen.clear) - 1)) for seen in found[:-1]]
@@ -114,18 +114,18 @@ def arm_on_the_way(job: Job, way: SampledMotion, stage: Ints, runs: Sequence[Sam
 
 
 def nearest_on_the_way(
-    job: Job, way: SampledMotion, stage: Ints, clear: Clearances, runs: Sequence[SampledRun]
+    job: Job, way: SampledMotion, deposits_laid: Ints, clear: Clearances, runs: Sequence[SampledRun]
 ) -> tuple[int, Clearances]:
     """How near a motion comes to anything, as of ``cell.collision.proofs.between_samples.least_on_the_way``.
 
     Args:
         job: the job.
         way: samples of all of it.
-        stage: deposits there are at each, (m,).
+        deposits_laid: deposits there are at each, (m,).
         clear: clearances at the samples.
         runs: stretches without a stop, in order.
     """
-    pieces = _pieces(way, stage, runs)
+    pieces = _pieces(way, deposits_laid, runs)
     known = float(clear.distance.min()) if len(pieces) > 1 else np.inf
     items = [(piece, clear.rows(piece.first + np.arange(len(piece.q))), known) for piece in pieces]
     found = pool().run(_nearest, _light(job), items)
@@ -138,7 +138,7 @@ def _light(job: Job) -> Job:
     return replace(job, sliced=(), beads=())
 
 
-def _pieces(way: SampledMotion, stage: Ints, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
+def _pieces(way: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
     """A motion cut where runs end, once there are samples enough on both sides."""
     last = len(way.q) - 1
     cuts = [0]
@@ -148,7 +148,7 @@ def _pieces(way: SampledMotion, stage: Ints, runs: Sequence[SampledRun]) -> list
     pieces = []
     for a, b in zip(cuts, [*cuts[1:], last], strict=True):
         mine = tuple(replace(run, low=run.low - a, high=run.high - a) for run in runs if a <= run.low < run.high <= b)
-        pieces.append(_MotionPiece(a, way.q[a : b + 1], stage[a : b + 1], mine))
+        pieces.append(_MotionPiece(a, way.q[a : b + 1], deposits_laid[a : b + 1], mine))
     return pieces
 
 
@@ -160,21 +160,23 @@ def _checker(job: Job, q: Floats) -> Checker:
 
 
 def _looked_at(job: Job, piece: _MotionPiece, tick: Tick) -> ArmSeen:
-    q, stage, least = piece.q, piece.stage, job.case.checks.clearance_mm * METRES_PER_MM
+    q, deposits_laid, least = piece.q, piece.deposits_laid, job.case.checks.clearance_mm * METRES_PER_MM
     checker, radius = _checker(job, q), all_radii(job.scene)
-    clear = checker.clearances(q, stage)
-    unproven = unproven_steps(checker, radius, q, stage, clear, least=least)
+    clear = checker.clearances(q, deposits_laid)
+    unproven = unproven_steps(checker, radius, q, deposits_laid, clear, least=least)
     checker = _checker(job, q)
     rounded = []
     for run in piece.runs:
         seen = clear.rows(np.arange(run.low, run.high + 1))
-        rounded.append(cut_corners(checker, radius, run.path(q), stage[run.samples], seen, least))
+        rounded.append(cut_corners(checker, radius, run.path(q), deposits_laid[run.samples], seen, least))
     tick()
     return ArmSeen(clear, unproven, tuple(rounded))
 
 
 def _nearest(job: Job, item: tuple[_MotionPiece, Clearances, float], tick: Tick) -> tuple[int, Clearances]:
     piece, clear, known = item
-    found = least_on_the_way(_checker(job, piece.q), all_radii(job.scene), piece.q, piece.stage, clear, known=known)
+    found = least_on_the_way(
+        _checker(job, piece.q), all_radii(job.scene), piece.q, piece.deposits_laid, clear, known=known
+    )
     tick()
     return found

@@ -3,7 +3,7 @@
     q = blended_rows(job, read, rows).q                       # all axes where the rows come to lie
     runs = list(sampled_runs(job, read, rows, way))           # way: samples, rows among them
     found = blend_collisions(job, runs, seen)                 # seen: from cell.verification.arm_clearances
-    found = table_blend_collisions(job, runs, way, stage)
+    found = table_blend_collisions(job, runs, way, deposits_laid)
 
 Corners are rounded while welding and on the way, each by its own measure; not where the arc goes on or off, nor where
 all axes stand. A motion that says itself where it is rounded, as a program does, is rounded there. Radians and metres.
@@ -107,14 +107,16 @@ def blend_collisions(job: Job, runs: Sequence[SampledRun], seen: ArmSeen) -> lis
     return found
 
 
-def table_blend_collisions(job: Job, runs: Sequence[SampledRun], way: SampledMotion, stage: Ints) -> list[Finding]:
+def table_blend_collisions(
+    job: Job, runs: Sequence[SampledRun], way: SampledMotion, deposits_laid: Ints
+) -> list[Finding]:
     """Where the table, or what stands on it, meets something for the rounding of its corners alone.
 
     Args:
         job: the job.
         runs: from :func:`sampled_runs`.
         way: samples of all of it.
-        stage: deposits there are at the samples.
+        deposits_laid: deposits there are at the samples.
 
     Returns:
         What was found; as in ``cell.verification.collisions.table_collisions`` nothing but penetration is wrong.
@@ -128,8 +130,8 @@ def table_blend_collisions(job: Job, runs: Sequence[SampledRun], way: SampledMot
     for run in runs:
         if not np.diff(tables[run.samples], axis=0).any():
             continue
-        seen = checker.clearances(tables[run.samples], stage[run.samples])
-        step, nearest = cut_corners(checker, radius, run.path(tables), stage[run.samples], seen, 0.0)
+        seen = checker.clearances(tables[run.samples], deposits_laid[run.samples])
+        step, nearest = cut_corners(checker, radius, run.path(tables), deposits_laid[run.samples], seen, 0.0)
         found += _findings(scene, run, seen, step, nearest, 0.0)
     return found
 

@@ -1,7 +1,7 @@
 """Collisions of a motion from outside: of the arm, its wire and the table, with the part growing as the rows say.
 
-    stage = stages(job, motion, way.row)                  # deposits there are at every sample
-    findings = collisions(job, motion, way, stage, seen)  # seen: from arm_looks
+    deposits_laid = deposits_laid_at(job, motion, way.row)    # at every sample
+    findings = collisions(job, motion, way, deposits_laid, seen)  # seen: from arm_clearances
 
 What lies between samples is proved free as in ``between_samples``, with E1 and E2 as axes like any
 other. Radians, metres.
@@ -54,7 +54,7 @@ def stretches_of(bad: NDArray[np.bool_], row: Ints, measure: Floats) -> list[tup
     return [(int(row[g[0]]), int(row[g[-1]]), int(g[np.argmax(measure[g])])) for g in groups]
 
 
-def stages(job: Job, motion: Motion, row: Ints) -> Ints:
+def deposits_laid_at(job: Job, motion: Motion, row: Ints) -> Ints:
     """Deposits there are at samples: what the rows say has been laid by then.
 
     Args:
@@ -75,22 +75,22 @@ def stages(job: Job, motion: Motion, row: Ints) -> Ints:
     return np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))
 
 
-def collisions(job: Job, motion: Motion, way: SampledMotion, stage: Ints, seen: ArmSeen) -> list[Finding]:
+def collisions(job: Job, motion: Motion, way: SampledMotion, deposits_laid: Ints, seen: ArmSeen) -> list[Finding]:
     """What a motion collides with.
 
     Args:
         job: the job.
         motion: the motion.
         way: samples of all of it.
-        stage: from :func:`stages`, (m,).
+        deposits_laid: from :func:`deposits_laid_at`, (m,).
         seen: what was seen of the arm.
 
     Returns:
         What was found.
     """
     found = _arm_collisions(job, way, seen)
-    found += [*_wire_collisions(job, motion, way, stage), *_wires_in_metal(job, motion, way)]
-    return [*found, *table_collisions(job, way, stage)]
+    found += [*_wire_collisions(job, motion, way, deposits_laid), *_wires_in_metal(job, motion, way)]
+    return [*found, *table_collisions(job, way, deposits_laid)]
 
 
 def _arm_collisions(job: Job, way: SampledMotion, seen: ArmSeen) -> list[Finding]:
@@ -109,13 +109,13 @@ def _arm_collisions(job: Job, way: SampledMotion, seen: ArmSeen) -> list[Finding
     return found
 
 
-def _wire_collisions(job: Job, motion: Motion, way: SampledMotion, stage: Ints) -> list[Finding]:
+def _wire_collisions(job: Job, motion: Motion, way: SampledMotion, deposits_laid: Ints) -> list[Finding]:
     """A wire that is drawn through the part with the arc off; not where it comes off a bead or onto it."""
     scene = wire_scene(job.scene)
     index = np.flatnonzero(_across(job, motion, way))
     if scene is None or not len(index):
         return []
-    q, laid, row = way.q[index], stage[index], way.row[index]
+    q, laid, row = way.q[index], deposits_laid[index], way.row[index]
     checker = Checker(with_table_axes(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
     clear = checker.clearances(q, laid)
     found = [
@@ -167,13 +167,13 @@ def _across(job: Job, motion: Motion, way: SampledMotion) -> NDArray[np.bool_]:
     return out
 
 
-def table_collisions(job: Job, way: SampledMotion, stage: Ints) -> list[Finding]:
+def table_collisions(job: Job, way: SampledMotion, deposits_laid: Ints) -> list[Finding]:
     """What stands on the table against the cell around it and against the positioner.
 
     Args:
         job: the job.
         way: samples.
-        stage: from :func:`stages`, (m,).
+        deposits_laid: from :func:`deposits_laid_at`, (m,).
 
     Returns:
         What was found; nothing is looked at twice at one pose of the table.
@@ -181,12 +181,12 @@ def table_collisions(job: Job, way: SampledMotion, stage: Ints) -> list[Finding]
     scene = job.scene
     checker = TableChecker(scene, CLEARANCE_REACH)
     tables = way.q[:, scene.chain.n :]
-    clear = checker.clearances(tables, stage)
+    clear = checker.clearances(tables, deposits_laid)
     found = [
         Finding(hit(scene, clear, k, 0.0), a, b)
         for a, b, k in stretches_of(clear.distance < 0.0, way.row, -clear.distance)
     ]
-    step, nearest = unproven_steps(checker, table_radii(scene), tables, stage, clear)
+    step, nearest = unproven_steps(checker, table_radii(scene), tables, deposits_laid, clear)
     # where nothing moves nothing has to be proved
     moves = (np.diff(tables, axis=0) != 0).any(axis=1)
     for n, at in enumerate(step.tolist()):

@@ -31,7 +31,7 @@ from .arm_clearances import arm_on_the_way, nearest_on_the_way
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, SampledMotion, against_beads, dense, rows_of
 from .blended_motion import RoundedRows, blend_collisions, blended_rows, sampled_runs, table_blend_collisions
-from .collisions import collisions, stages, stretches_of
+from .collisions import collisions, deposits_laid_at, stretches_of
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
 SPEED_SLACK = 1.001
@@ -365,13 +365,13 @@ def _in_the_way(
     job: Job, read: ReadMotion, rows: SampledMotion, way: SampledMotion
 ) -> tuple[list[Finding], tuple[float, int, tuple[str, ...]] | None]:
     """What a motion collides with, and the nearest the arm comes to anything, with the row and the pair."""
-    stage = stages(job, read.motion, way.row)
+    deposits_laid = deposits_laid_at(job, read.motion, way.row)
     runs = list(sampled_runs(job, read, rows, way))
-    seen = arm_on_the_way(job, way, stage, runs)
-    hits = collisions(job, read.motion, way, stage, seen)
+    seen = arm_on_the_way(job, way, deposits_laid, runs)
+    hits = collisions(job, read.motion, way, deposits_laid, seen)
     hits += blend_collisions(job, runs, seen)
-    hits += table_blend_collisions(job, runs, way, stage)
-    return hits, _nearest(job, read, way, nearest_on_the_way(job, way, stage, seen.clear, runs))
+    hits += table_blend_collisions(job, runs, way, deposits_laid)
+    return hits, _nearest(job, read, way, nearest_on_the_way(job, way, deposits_laid, seen.clear, runs))
 
 
 def _nearest(

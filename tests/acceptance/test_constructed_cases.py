@@ -113,10 +113,10 @@ def test_layers_that_lock_the_torch_out_are_named(make_case, tmp_path):
         assert named[-1]["layer"] == layers - 1
         assert "locked out by SV1 layers" in in_words(row)
         # without them there is nothing in the way, with them there is
-        q, stage = row.attempt[None], locked.job.deposits_before[i : i + 1]
+        q, deposits_laid = row.attempt[None], locked.job.deposits_before[i : i + 1]
         gone = {x["layer"] for x in named}
-        assert Checker(locked.job.scene, locked.table, 0.02, gone).clearances(q, stage).distance[0] >= 5e-3
-        assert Checker(locked.job.scene, locked.table, 0.02).clearances(q, stage).distance[0] < 5e-3
+        assert Checker(locked.job.scene, locked.table, 0.02, gone).clearances(q, deposits_laid).distance[0] >= 5e-3
+        assert Checker(locked.job.scene, locked.table, 0.02).clearances(q, deposits_laid).distance[0] < 5e-3
     assert min(x["layer"] for x in named) > 0  # the first layers may stay
     assert run(make_case("low_first", part=bosses(tmp_path, low, tall, length=60), roll=fixed)).feasible
 

@@ -48,8 +48,8 @@ def grained(folder: Path, at: np.ndarray, size_mm: float, **sections: Any) -> Jo
 
 
 def nearest_mm(result: Result, job: Job, q: np.ndarray) -> float:
-    stage = np.zeros(len(q), dtype=np.int64)
-    return float(Checker(job.scene, result.table, 0.05).clearances(q, stage).distance.min() * 1e3)
+    deposits_laid = np.zeros(len(q), dtype=np.int64)
+    return float(Checker(job.scene, result.table, 0.05).clearances(q, deposits_laid).distance.min() * 1e3)
 
 
 def closely(q: np.ndarray, count: int = 100) -> np.ndarray:

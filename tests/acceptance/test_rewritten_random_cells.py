@@ -35,7 +35,7 @@ def written(folder, seed):
     return content, {key: make(rng) for key, make in MODELS.items()}
 
 
-def distances(folder, part, content, texts, stage=None):
+def distances(folder, part, content, texts, deposits_laid=None):
     """Least distances in random configurations at a random pose of the table, m."""
     content = {**content}
     for key, text in texts.items():
@@ -46,7 +46,11 @@ def distances(folder, part, content, texts, stage=None):
     rng = np.random.default_rng(5)
     table = tuple(rng.uniform(*scene.table_range.T).tolist())
     q = rng.uniform(scene.chain.lower, scene.chain.upper, (CONFIGURATIONS, scene.chain.n))
-    laid = rng.integers(0, scene.n_deposits + 1, CONFIGURATIONS) if stage is None else np.full(CONFIGURATIONS, stage)
+    laid = (
+        rng.integers(0, scene.n_deposits + 1, CONFIGURATIONS)
+        if deposits_laid is None
+        else np.full(CONFIGURATIONS, deposits_laid)
+    )
     found = Checker(scene, table, REACH).clearances(q, laid)
     return np.minimum(found.distance, REACH)
 
@@ -109,7 +113,7 @@ def in_the_mirror(text):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_random_cell_in_the_mirror_is_as_clear(seed, part, tmp_path):
     content, texts = written(tmp_path, seed)
-    usual = distances(tmp_path, part, content, texts, stage=0)
+    usual = distances(tmp_path, part, content, texts, deposits_laid=0)
     fixtures = []
     for fixture in content["fixtures"]:  # each is its own mirror image, where it stands
         x, y, z = fixture["position_mm"]
@@ -119,5 +123,7 @@ def test_a_random_cell_in_the_mirror_is_as_clear(seed, part, tmp_path):
         fixtures.append({**fixture, "position_mm": [x, -y, z], "rotation_deg": rotation.tolist()})
     positioner = {**content["positioner"], "rotation_deg": [0, 0, 90]}
     mirror = {**content, "fixtures": fixtures, "positioner": positioner}
-    other = distances(tmp_path, part, mirror, {key: in_the_mirror(text) for key, text in texts.items()}, stage=0)
+    other = distances(
+        tmp_path, part, mirror, {key: in_the_mirror(text) for key, text in texts.items()}, deposits_laid=0
+    )
     assert np.allclose(usual, other, atol=1e-4)  # the body is a polygon, and a wire's corners are rounded

@@ -1,8 +1,8 @@
 """Between two samples of a motion: a clearance is kept on the way, by what there is at its ends against travel.
 
     radius = radii(scene)                                               # (n,) m
-    open_at = unproven_steps(checker, radius, q, stage, found, least=0.005)   # steps of q on which it is not proved
-    row, nearest = least_on_the_way(checker, radius, q, stage, found)         # how near it comes
+    open_at = unproven_steps(checker, radius, q, deposits_laid, found, least=0.005)   # steps on which it is not proved
+    row, nearest = least_on_the_way(checker, radius, q, deposits_laid, found)         # how near it comes
 
 A step keeps a clearance if what the clearances at its ends are beyond it adds up to more than the longest way any point
 of the arm can travel on it; otherwise it is halved, and its middle looked at. What is still open after the last halving
@@ -39,7 +39,7 @@ def unproven_steps(
     checker: SeesClearances,
     radius: Floats,
     q: Floats,
-    stage: Ints,
+    deposits_laid: Ints,
     found: Clearances,
     apart: Ints | None = None,
     *,
@@ -51,7 +51,7 @@ def unproven_steps(
         checker: collision detection at the table pose.
         radius: from :func:`radii`, (n,), m.
         q: samples, (m, n), rad; between neighbours the joints move on straight lines.
-        stage: deposits laid at each sample, (m,).
+        deposits_laid: deposits laid at each sample, (m,).
         found: clearances at the samples.
         apart: motion that each sample belongs to, (m,); steps from one motion to the next are left out.
         least: clearance to be kept, m; 0: nothing is touched.
@@ -63,7 +63,7 @@ def unproven_steps(
     step = steps_between(q, apart)
     motion = np.zeros(len(q), dtype=np.int64) if apart is None else apart
     known = np.minimum(found.distance, checker.reach)
-    laid = np.maximum(stage[step], stage[step + 1])
+    laid = np.maximum(deposits_laid[step], deposits_laid[step + 1])
     steps = OpenSteps(np.arange(len(step)), q[step], q[step + 1], known[step], known[step + 1], laid)
     left, hit, seen = halved(checker, radius, steps, motion[step], least)
     # what is left after the last halving is told by what is nearest where it begins
@@ -111,7 +111,7 @@ def least_on_the_way(
     checker: SeesClearances,
     radius: Floats,
     q: Floats,
-    stage: Ints,
+    deposits_laid: Ints,
     found: Clearances,
     apart: Ints | None = None,
     *,
@@ -125,7 +125,7 @@ def least_on_the_way(
         checker: collision detection at the table pose.
         radius: from :func:`radii`, (n,), m.
         q: samples, (m, n), rad; at least one.
-        stage: deposits laid at each sample, (m,).
+        deposits_laid: deposits laid at each sample, (m,).
         found: clearances at the samples; with ``kept``, what was seen at some of them.
         apart: motion that each sample belongs to, (m,); steps from one motion to the next are left out.
         known: a distance that is come to elsewhere, m: what is no nearer than that is not looked for.
@@ -137,22 +137,22 @@ def least_on_the_way(
         ``NEAREST`` or ``NEAREST_SHARE`` of it at most, whichever is more. None where nothing is within the reach.
     """
     step = steps_between(q, apart)
-    laid = np.maximum(stage[step], stage[step + 1])
-    nearest = _Nearest.of(checker, q, stage, found, step, known)
+    laid = np.maximum(deposits_laid[step], deposits_laid[step + 1])
+    nearest = _Nearest.of(checker, q, deposits_laid, found, step, known)
     low = np.minimum(found.distance, checker.reach)
     on_step = kept_on_steps(low, q, radius) if kept is None else kept
     k = np.flatnonzero(on_step[step] <= nearest.limit)
     proofs = proofs_of(checker) if len(k) > many else None
     if proofs is not None:
         proved = proofs.along(q, step[k], laid[k], nearest.limit, nearest.allowed / BENT)
-        nearest.sees(proved.seen, q, stage, step)
+        nearest.sees(proved.seen, q, deposits_laid, step)
         k = k[proved.kept <= nearest.limit]
     if kept is not None and len(k):
         rows = np.unique(np.concatenate([step[k], step[k] + 1]))
         seen = Clearances.none(len(q))
-        seen.put(rows, checker.clearances(q[rows], stage[rows]))
+        seen.put(rows, checker.clearances(q[rows], deposits_laid[rows]))
         low = np.minimum(seen.distance, checker.reach)
-        nearest.sees(seen, q, stage, step)
+        nearest.sees(seen, q, deposits_laid, step)
     steps = OpenSteps(step[k], q[step[k]], q[step[k] + 1], low[step[k]], low[step[k] + 1], laid[k])
     _halve(checker, radius, steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))), nearest)
     best = nearest.best
@@ -187,18 +187,18 @@ class _Nearest:
 
     @classmethod
     def of(
-        cls, checker: SeesClearances, q: Floats, stage: Ints, found: Clearances, step: Ints, known: float
+        cls, checker: SeesClearances, q: Floats, deposits_laid: Ints, found: Clearances, step: Ints, known: float
     ) -> _Nearest:
         """Of the samples."""
-        out = cls(Clearances.none(1), 0, int(stage[0]), (q[0], q[0], q[0]), min(known, checker.reach))
-        out.sees(found, q, stage, step)
+        out = cls(Clearances.none(1), 0, int(deposits_laid[0]), (q[0], q[0], q[0]), min(known, checker.reach))
+        out.sees(found, q, deposits_laid, step)
         return out
 
-    def sees(self, found: Clearances, q: Floats, stage: Ints, step: Ints) -> None:
+    def sees(self, found: Clearances, q: Floats, deposits_laid: Ints, step: Ints) -> None:
         """Take note of what was seen at samples."""
         at = int(np.argmin(found.distance))
         if found.distance[at] < self.best.distance[0]:
-            self.best, self.at, self.there = found.rows(np.array([at])), at, int(stage[at])
+            self.best, self.at, self.there = found.rows(np.array([at])), at, int(deposits_laid[at])
             self.about = (q[at - 1] if at - 1 in step else q[at], q[at], q[at + 1] if at in step else q[at])
 
     @property

@@ -1,7 +1,7 @@
 """Convex shapes that hold all that is laid of a sub-volume: one plane serves for hundreds of pieces.
 
     covers = LaidCovers(scene, geoms, shape_of)     # geoms: ids of the deposits that collide
-    ids = covers.ids(stage)                         # of the covers of what is laid by then, one for each sub-volume
+    ids = covers.ids(deposits_laid)                 # of the covers of what is laid by then, one for each sub-volume
     covers.shape(ids[0])                            # base frame
 
 A part that grows is below the torch nearly everywhere: a plane that keeps the torch apart from the hull of all its
@@ -58,28 +58,32 @@ class LaidCovers:
         """One past the last id; the first is the number of the scene's geoms."""
         return self._first + self._stages * len(self._laid)
 
-    def ids(self, stage: int) -> list[int]:
+    def ids(self, deposits_laid: int) -> list[int]:
         """Of the covers of what is laid by then, one for each sub-volume that has been begun."""
-        return [self._first + k * self._stages + stage for k, begun in enumerate(self._begins) if begun < stage]
+        return [
+            self._first + k * self._stages + deposits_laid
+            for k, begun in enumerate(self._begins)
+            if begun < deposits_laid
+        ]
 
     def shape(self, cover: int) -> ConvexShape:
         """The cover with an id."""
         return self._cover(cover).shape
 
     def _cover(self, cover: int) -> Cover:
-        k, stage = divmod(cover - self._first, self._stages)
-        known = stage
-        while known - 1 > self._begins[k] and cover - stage + known not in self._made:
+        k, deposits_laid = divmod(cover - self._first, self._stages)
+        known = deposits_laid
+        while known - 1 > self._begins[k] and cover - deposits_laid + known not in self._made:
             known -= 1
-        for number in range(known, stage + 1):  # one layer after the other: each adds to the cover before it
-            at = cover - stage + number
+        for number in range(known, deposits_laid + 1):  # one layer after the other: each adds to the cover before it
+            at = cover - deposits_laid + number
             if at not in self._made:
                 self._made[at] = self._next(k, number, self._made.get(at - 1) if number - 1 > self._begins[k] else None)
         return self._made[cover]
 
-    def _next(self, k: int, stage: int, before: Cover | None) -> Cover:
-        """The cover of a sub-volume's deposits at a stage, from the one of the stage before."""
-        pieces = [self._shape_of(g) for g in self._laid[k][stage - 1].tolist()]
+    def _next(self, k: int, deposits_laid: int, before: Cover | None) -> Cover:
+        """The cover of so many deposits as far as they are a sub-volume's, from the one of the deposit before."""
+        pieces = [self._shape_of(g) for g in self._laid[k][deposits_laid - 1].tolist()]
         if any(piece.ball or piece.disc or piece.endless for piece in pieces):
             raise ValueError("a deposit that is more than the hull of its points")
         if before is not None and not pieces:

@@ -1,6 +1,6 @@
 """Whether a clearance is kept all along a motion, by looking at no more of it than that takes.
 
-    found = clearance_along(checker, radius, MotionSamples(q, stage, apart, part), least)
+    found = clearance_along(checker, radius, MotionSamples(q, deposits_laid, apart, part), least)
     found.open, found.nearest                # steps on which it is not kept, or not proved to be
     found.seen, found.low, found.kept        # what was seen, and what is kept at least at samples and on steps
 
@@ -33,14 +33,14 @@ class MotionSamples:
 
     Attributes:
         q: configurations, (m, n), rad.
-        stage: deposits laid at each, (m,).
+        deposits_laid: deposits laid at each, (m,).
         apart: motion that each belongs to, (m,); each has two samples at least.
         part: part of it that the step to each belongs to, (m,). Of a part that does not keep a clearance for certain
             not every step is named; of every such part one is.
     """
 
     q: Floats
-    stage: Ints
+    deposits_laid: Ints
     apart: Ints
     part: Ints
 
@@ -76,9 +76,9 @@ def clearance_along(checker: SeesClearances, radius: Floats, samples: MotionSamp
     Returns:
         What is known.
     """
-    q, stage = samples.q, samples.stage
+    q, deposits_laid = samples.q, samples.deposits_laid
     step, kept = steps_between(q, samples.apart), np.full(len(q), -np.inf)
-    laid = np.maximum(stage[step], stage[step + 1])
+    laid = np.maximum(deposits_laid[step], deposits_laid[step + 1])
     seen = Clearances.none(len(q))
     proofs = proofs_of(checker)
     if proofs is not None:
@@ -90,7 +90,7 @@ def clearance_along(checker: SeesClearances, radius: Floats, samples: MotionSamp
     if not len(left):
         return MotionClearance(seen, low, kept, left, Clearances.none(0))
     rows = np.unique(np.concatenate([left, left + 1]))
-    found = checker.clearances(q[rows], stage[rows])
+    found = checker.clearances(q[rows], deposits_laid[rows])
     seen.put(rows, found)
     low[rows] = np.minimum(found.distance, checker.reach)
     part = samples.part[left + 1]

@@ -1,6 +1,6 @@
 """How far straight moves of the arm are free, and what they meet: what the planner of travels asks.
 
-    moves = FreeMoves(context, stage, step)
+    moves = FreeMoves(context, deposits_laid, step)
     moves(a, b)                     # (e,) share of each move from a to b, both (e, n), that can be gone
     moves.met()                     # a Failure with the pair met most often; None where none was
 
@@ -27,16 +27,16 @@ BLOCK = 6  # samples of a move looked at before it is known whether the next are
 class FreeMoves:
     """Looks at moves and remembers what was in their way."""
 
-    def __init__(self, context: Context, stage: int, step: float, wire: Checker | None = None) -> None:
+    def __init__(self, context: Context, deposits_laid: int, step: float, wire: Checker | None = None) -> None:
         """Prepare.
 
         Args:
             context: what the search needs.
-            stage: deposits laid by then.
+            deposits_laid: deposits laid by then.
             step: most that any joint moves between samples, rad.
             wire: from ``cell.collision.wire.wire_checker``: keeps the wire out of the part.
         """
-        self.context, self.stage, self.step, self.wire = context, stage, step, wire
+        self.context, self.deposits_laid, self.step, self.wire = context, deposits_laid, step, wire
         self._count: Counter[tuple[int, int]] = Counter()
         self._example: dict[tuple[int, int], Clearances] = {}
 
@@ -68,7 +68,7 @@ class FreeMoves:
 
     def _hit(self, q: Floats, edge: np.ndarray) -> np.ndarray:
         """Which samples are too near to something; of each edge the first is remembered."""
-        laid = np.full(len(q), self.stage)
+        laid = np.full(len(q), self.deposits_laid)
         found = self.context.screen.clearances(q, laid)
         hit = found.distance < self.context.settings.clearance
         if self.wire is not None:

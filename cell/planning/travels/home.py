@@ -113,19 +113,19 @@ class _Home:
         if target not in (*bead.target_failures, *bead.edge_failures, *self.travel_failures):
             self.travel_failures[target] = failure
 
-    def _home_itself(self, home: Floats | None, stage: int, target: int) -> Failure | None:
+    def _home_itself(self, home: Floats | None, deposits_laid: int, target: int) -> Failure | None:
         """What the arm is too near to at home, if anything, with the table as at a target."""
         if home is None:
             return None
         axes = self.context.placed.axes(home[None], np.array([target]))
-        found = self.context.checker.clearances(axes, np.array([stage]))
+        found = self.context.checker.clearances(axes, np.array([deposits_laid]))
         if found.distance[0] >= self.context.settings.clearance:
             return None
         return self.context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
 
     def _way(self, end: Stretch | None, start: Stretch | None) -> TravelWay | Failure:
-        stage = self.context.begun if end is None else int(self.context.laid[end.stop - 1])
-        return travel(self.context, end, start, stage)
+        deposits_laid = self.context.begun if end is None else int(self.context.laid[end.stop - 1])
+        return travel(self.context, end, start, deposits_laid)
 
     def _otherwise(self, k: int) -> tuple[TravelWay | None, TravelWay | None] | None:
         """Ways to and from the first or last bead, begun or ended elsewhere; None where that does not help."""

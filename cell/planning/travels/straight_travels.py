@@ -1,6 +1,6 @@
 """Straight travels between many beads, looked at together: one look at all of them costs less than one at each.
 
-    ways = straight_travels(context, [BeadGap(end, start, stage)])     # None: it takes ``travel``
+    ways = straight_travels(context, [BeadGap(end, start, deposits_laid)])     # None: it takes ``travel``
 
 Each is the way that ``travel`` tries first: out along the normal as far as the case asks for, straight across, and in
 again. It counts where all of it is free with room, as there. Metres, radians.
@@ -39,12 +39,12 @@ class BeadGap:
     Attributes:
         end: what is welded last.
         start: what is welded next.
-        stage: deposits laid by then.
+        deposits_laid: deposits laid by then.
     """
 
     end: Stretch
     start: Stretch
-    stage: int
+    deposits_laid: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +55,13 @@ class _Route:
         gap: its number.
         q: all of it, (m, j), rad.
         across: its rows from the end of the way out to the beginning of the way in.
-        stage: deposits laid by then.
+        deposits_laid: deposits laid by then.
     """
 
     gap: int
     q: Floats
     across: slice
-    stage: int
+    deposits_laid: int
 
 
 def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelWay | None]:
@@ -76,9 +76,11 @@ def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelWa
         it is not free with room at the first try.
     """
     settings, routes = context.settings, _routes(context, gaps)
-    found = _kept(context.checker, context, [(r.q, r.stage) for r in routes], 2 * settings.clearance, settings.kept)
+    found = _kept(
+        context.checker, context, [(r.q, r.deposits_laid) for r in routes], 2 * settings.clearance, settings.kept
+    )
     free = [(route, way) for route, way in zip(routes, found, strict=True) if way is not None]
-    known = [(way.q, way.at_least, way.kept, route.stage) for route, way in free]
+    known = [(way.q, way.at_least, way.kept, route.deposits_laid) for route, way in free]
     rounded = free_travels(context.checker, context, known, settings.kept)
     free = [one for one, is_free in zip(free, rounded, strict=True) if is_free]
     ways: list[TravelWay | None] = [None] * len(gaps)
@@ -99,7 +101,7 @@ def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
         middle = sampled(np.stack([leave.q[-1], arrive.q[-1]]), context.settings.steps.travel_angle)
         across = slice(len(leave.q) - 1, len(leave.q) - 1 + len(middle))
         q = np.concatenate([leave.q, middle[1:], arrive.q[::-1][1:]])
-        routes.append(_Route(k, q, across, gap.stage))
+        routes.append(_Route(k, q, across, gap.deposits_laid))
     return routes
 
 
@@ -114,7 +116,7 @@ def _kept(
     if not ways:
         return []
     of = np.repeat(np.arange(len(ways)), [len(q) for q, _ in ways])
-    q, laid = np.concatenate([q for q, _ in ways]), np.array([stage for _, stage in ways])[of]
+    q, laid = np.concatenate([q for q, _ in ways]), np.array([deposits_laid for _, deposits_laid in ways])[of]
     out: list[TravelWay | None] = [None] * len(ways)
     left = np.ones(len(ways), dtype=bool)
     proofs = proofs_of(checker)
@@ -150,7 +152,7 @@ def _looked_at(
     if not ways:
         return []
     of = np.repeat(np.arange(len(ways)), [len(q) for q, _ in ways])
-    q, laid = np.concatenate([q for q, _ in ways]), np.array([stage for _, stage in ways])[of]
+    q, laid = np.concatenate([q for q, _ in ways]), np.array([deposits_laid for _, deposits_laid in ways])[of]
     found = checker.clearances(q, laid)
     good = np.ones(len(ways), dtype=bool)
     good[of[found.distance < room]] = False
@@ -168,7 +170,7 @@ def _wire_clear(context: Context, routes: Sequence[_Route]) -> list[bool]:
     if wire is None:
         return [True] * len(routes)
     out = [False] * len(routes)
-    found = _kept(wire, context, [(r.q[r.across], r.stage) for r in routes], WIRE_ROOM, 0.0)
+    found = _kept(wire, context, [(r.q[r.across], r.deposits_laid) for r in routes], WIRE_ROOM, 0.0)
     free, known = [], []
     for n, (route, way) in enumerate(zip(routes, found, strict=True)):
         if way is None:
@@ -176,7 +178,7 @@ def _wire_clear(context: Context, routes: Sequence[_Route]) -> list[bool]:
         low, kept = np.full(len(route.q), np.inf), np.full(len(route.q), -np.inf)
         low[route.across], kept[route.across] = way.low, way.kept
         free.append(n)
-        known.append((route.q, replace(Clearances.none(len(low)), distance=low), kept, route.stage))
+        known.append((route.q, replace(Clearances.none(len(low)), distance=low), kept, route.deposits_laid))
     for n, is_free in zip(free, free_travels(wire, context, known, 0.0), strict=True):
         out[n] = is_free
     return out

@@ -1,6 +1,6 @@
 """From the end of one bead to the start of the next: out along the normal, across, in again; or from home and back.
 
-    way = travel(context, end, start, stage)   # None for either: the arm's home
+    way = travel(context, end, start, deposits_laid)   # None for either: the arm's home
     q, clearances = way                      # or a Failure: why there is no way
 
 Retracting and approaching are straight lines of the TCP. Across, all joints move together; where that is not free it is
@@ -70,21 +70,21 @@ class TravelWay(NamedTuple):
         return Clearances(self.low, self.clearances.pair, self.clearances.position)
 
 
-def travel(context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> TravelWay | Failure:
+def travel(context: Context, end: Stretch | None, start: Stretch | None, deposits_laid: int) -> TravelWay | Failure:
     """From the end of one bead to the start of the next: out along the normal, across, in again.
 
     Args:
         context: what the search needs.
         end: what was welded last; None where the arm comes from its home.
         start: what is welded next; None where it goes home.
-        stage: deposits laid by then.
+        deposits_laid: deposits laid by then.
 
     Returns:
         Samples (m, j) and their clearances; or why there is no way. It ends where
         ``start`` begins, or whole turns of joints from there by which :func:`turned` can turn all of it; from home it
         always ends where it begins.
     """
-    return _Travel(context, end, start, stage).search()
+    return _Travel(context, end, start, deposits_laid).search()
 
 
 def turned(start: Stretch, way: TravelWay) -> Stretch:
@@ -95,10 +95,10 @@ def turned(start: Stretch, way: TravelWay) -> Stretch:
     return replace(start, q_targets=start.q_targets + turn, q=start.q + turn)
 
 
-def can_leave(context: Context, end: Stretch, stage: int) -> bool:
+def can_leave(context: Context, end: Stretch, deposits_laid: int) -> bool:
     """Whether the torch can be drawn back from the end of a bead as far as the case asks for."""
     (leg,) = ways_out(context, [(end, -1)], context.settings.retract)
-    return leg.failure is None and isinstance(_collision(context, leg.q, stage), Clearances)
+    return leg.failure is None and isinstance(_collision(context, leg.q, deposits_laid), Clearances)
 
 
 def straight_retract(context: Context, way: TravelWay, stretch: Stretch, at: int) -> float:
@@ -128,8 +128,8 @@ def straight_retracts(context: Context, ends: Sequence[tuple[TravelWay, Stretch,
 class _Travel:
     """The search of one travel."""
 
-    def __init__(self, context: Context, end: Stretch | None, start: Stretch | None, stage: int) -> None:
-        self.context, self.end, self.start, self.stage = context, end, start, stage
+    def __init__(self, context: Context, end: Stretch | None, start: Stretch | None, deposits_laid: int) -> None:
+        self.context, self.end, self.start, self.deposits_laid = context, end, start, deposits_laid
         self.failure: Failure | None = None
         self.wire = context.wire
 
@@ -198,7 +198,7 @@ class _Travel:
         """Those ways out of a bead that are free themselves; where none is, as much of them as is."""
         free: list[Floats] = []
         for leg in legs:
-            found = leg.failure or _collision(self.context, leg.q, self.stage)
+            found = leg.failure or _collision(self.context, leg.q, self.deposits_laid)
             if isinstance(found, Failure):
                 if not free:
                     self.failure = _with(found, shut_in=doing)
@@ -208,13 +208,13 @@ class _Travel:
             return free
         leg = max(legs, key=lambda leg: len(leg.q))
         for length in self._free_lengths(leg):
-            if not isinstance(_collision(self.context, leg.q[:length], self.stage), Failure):
+            if not isinstance(_collision(self.context, leg.q[:length], self.deposits_laid), Failure):
                 free.append(leg.q[:length])
         return free
 
     def _free_lengths(self, leg: Leg) -> list[int]:
         """Rows to go along a way out that is not free as a whole, the most first."""
-        found = self.context.checker.clearances(leg.q, np.full(len(leg.q), self.stage))
+        found = self.context.checker.clearances(leg.q, np.full(len(leg.q), self.deposits_laid))
         near = np.flatnonzero(found.distance < self.context.settings.clearance)
         most = int(near[0]) if len(near) else len(leg.q)
         lengths = {round(share * most) for share in SHORTER}
@@ -224,11 +224,11 @@ class _Travel:
         """The whole travel, if it is free: out, by the corners across, and in."""
         middle = sampled(across, self.context.settings.steps.travel_angle)
         q = np.concatenate([leave, middle[1:], arrive[::-1][1:]])
-        found = _collision(self.context, q, self.stage)
+        found = _collision(self.context, q, self.deposits_laid)
         if isinstance(found, Failure):
             self.failure = found
             return None
-        cut = travel_corners(self.context, q, found, self.stage) or self._dragged(middle, q, len(leave) - 1)
+        cut = travel_corners(self.context, q, found, self.deposits_laid) or self._dragged(middle, q, len(leave) - 1)
         if cut is not None:
             self.failure = cut
             return None
@@ -238,14 +238,14 @@ class _Travel:
         """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
         if self.wire is None:
             return None
-        laid = np.full(len(q), self.stage)
+        laid = np.full(len(q), self.deposits_laid)
         found = self.wire.clearances(q, laid)
         if found.distance.min() <= 0:
             hit = self.context.describe(found, int(np.argmin(found.distance)), ON_TRAVEL)
         else:
             step, nearest = unproven_steps(self.wire, self.context.radius, q, laid, found)
             if not len(step):
-                return wire_corners(self.wire, self.context, whole, (first, found), self.stage)
+                return wire_corners(self.wire, self.context, whole, (first, found), self.deposits_laid)
             hit = self.context.describe(nearest, 0, ON_TRAVEL)
         return replace(hit, limit=0.0)
 
@@ -256,7 +256,7 @@ class _Travel:
         space = _space(context, starts[0], goals[0])
         trees = Trees(starts, goals, self._hints(starts[0], goals[0]))
         for turn, step in enumerate(SEARCH_STEPS):
-            edges = FreeMoves(context, self.stage, float(step), self.wire)
+            edges = FreeMoves(context, self.deposits_laid, float(step), self.wire)
             found = connect(space, trees, edges, context.settings.travel_attempts, SEED + turn)
             if found.way is None:
                 shut_in = "leaving" if found.sizes[0] <= found.sizes[1] else "arriving"
@@ -302,9 +302,9 @@ def _room(way: TravelWay) -> float:
     return float(way.clearances.distance.min())
 
 
-def _collision(context: Context, q: Floats, stage: int) -> Clearances | Failure:
+def _collision(context: Context, q: Floats, deposits_laid: int) -> Clearances | Failure:
     """Clearances of samples that are free, between them as well; or what they collide with."""
-    laid = np.full(len(q), stage)
+    laid = np.full(len(q), deposits_laid)
     found = context.checker.clearances(q, laid)
     if found.distance.min() < context.settings.clearance:
         return context.describe(found, int(np.argmin(found.distance)), ON_TRAVEL)

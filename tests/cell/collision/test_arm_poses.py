@@ -29,12 +29,12 @@ def test_poses_are_mujocos(make_case):
 def test_clearances_are_the_same_either_way(make_case, monkeypatch):
     scene = prepare(load_case(make_case())).scene
     q = np.random.default_rng(4).uniform(scene.chain.lower, scene.chain.upper, (200, 6))
-    stage = np.arange(200) % 3
-    plain = Checker(scene, (0.4, -1.0), 0.05).clearances(q, stage)
+    deposits_laid = np.arange(200) % 3
+    plain = Checker(scene, (0.4, -1.0), 0.05).clearances(q, deposits_laid)
     monkeypatch.setattr(collision, "MANY_GEOMS", 0)
     quick = Checker(scene, (0.4, -1.0), 0.05)
-    quick.clearances(q[::-1], stage)  # puts the arm elsewhere, which must not matter
-    found = quick.clearances(q, stage)
+    quick.clearances(q[::-1], deposits_laid)  # puts the arm elsewhere, which must not matter
+    found = quick.clearances(q, deposits_laid)
     assert np.isfinite(plain.distance).any()
     assert np.allclose(plain.distance, found.distance, atol=1e-9)
 

@@ -204,12 +204,12 @@ def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypat
     job, first = result.job, int(np.flatnonzero(result.job.targets.sub_volume_index == 1)[0])
     q = result.motion.q[(result.motion.target == first) & (result.motion.arc == 0)]
     checker = Checker(job.scene, result.table, 0.05)
-    stage = int(job.laid[first - 1])
-    found = checker.clearances(q, np.full(len(q), stage))
+    deposits_laid = int(job.laid[first - 1])
+    found = checker.clearances(q, np.full(len(q), deposits_laid))
     zone = np.deg2rad(30.0)
     rows, _ = travel_path(q)
     places = np.linspace(rows.s[0], rows.s[-1], 3000)
-    closely = checker.clearances(blended(rows.q, rows.s, zone, places), np.full(3000, stage)).distance.min()
+    closely = checker.clearances(blended(rows.q, rows.s, zone, places), np.full(3000, deposits_laid)).distance.min()
     assert closely < found.distance.min() - 1e-3
     for least, turn, free in (
         (found.distance.min() - 1e-4, zone, False),
@@ -218,13 +218,13 @@ def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypat
     ):
         settings = replace(settings_of(job), clearance=float(least))
         context = Context.of(job, result.table, settings)
-        failure = travel_corners(context, q, found, stage, zone=turn)
+        failure = travel_corners(context, q, found, deposits_laid, zone=turn)
         assert (failure is None) is free
         if failure is not None:
             assert (failure.kind, failure.rounded) == (Kind.COLLISION, True)
             assert closely * 1e3 - 1e-3 <= failure.measure < found.distance.min() * 1e3
         # a stop at every corner leaves nothing to be rounded
-        assert travel_corners(context, q, found, stage, range(1, len(q) - 1)) is None
+        assert travel_corners(context, q, found, deposits_laid, range(1, len(q) - 1)) is None
 
 
 class OfAPoint:
@@ -241,18 +241,20 @@ class OfAPoint:
     def bend_bound(self, radius, turn):
         return np.zeros(len(turn))
 
-    def clearances(self, q, stage):
+    def clearances(self, q, deposits_laid):
         found = Clearances.none(len(q))
         found.distance[:] = np.linalg.norm(q - self.centre, ord=self.norm, axis=1) - self.radius
         found.pair[:], found.position[:] = 0, 0.0
         return found
 
 
-def on_the_widest(point, path, stage):
+def on_the_widest(point, path, deposits_laid):
     """Steps on which the path that is rounded most is not proved free by itself, and what is nearest on them."""
     steps = len(path.s) - 1
     free = np.ones(steps, dtype=bool), np.full(steps, -np.inf)
-    return _cut_on(point, np.ones(2), path, KnownRows(stage, point.clearances(path.q, stage), 0.0, *free))
+    return _cut_on(
+        point, np.ones(2), path, KnownRows(deposits_laid, point.clearances(path.q, deposits_laid), 0.0, *free)
+    )
 
 
 BOWED = {  # the joints at the rows, lengths between them, zone, obstacle, step, norm
@@ -313,14 +315,14 @@ def test_a_rounded_path_that_bows_into_something_beside_its_chord_is_not_proved_
     *rows, lengths, zone, centre, bows, norm = BOWED[bowed]
     q, s = np.array(rows, dtype=float).T, np.concatenate([[0.0], np.cumsum(lengths)])
     path, point = Rows(q, s, zone), OfAPoint(centre, 0.001, norm)
-    stage = np.zeros(len(q), dtype=np.int64)
+    deposits_laid = np.zeros(len(q), dtype=np.int64)
     along = np.concatenate([a + (b - a) * np.linspace(0, 1, 400)[:, None] for a, b in pairwise(q)])
     assert point.clearances(along, None).distance.min() > 0
     run = blended(q, s, path.zone, np.linspace(s[bows], s[bows + 1], 4001))
     assert point.clearances(run, None).distance.min() < 0
-    step, _ = on_the_widest(point, path, stage)
+    step, _ = on_the_widest(point, path, deposits_laid)
     assert bows in step
-    step, nearest = cut_corners(point, np.ones(2), path, stage, point.clearances(q, stage), 0.0)
+    step, nearest = cut_corners(point, np.ones(2), path, deposits_laid, point.clearances(q, deposits_laid), 0.0)
     assert nearest.distance[step == bows] < 0
 
 
@@ -340,12 +342,16 @@ def test_part_of_a_step_is_not_proved_free_by_its_chord(
 ) -> None:
     """By ways along the axes: at its lowest a path across is off its chord by all that its bend allows."""
     q, s = small * np.stack([x * np.arange(3), y], axis=1), np.arange(3.0)
-    path, point, stage = Rows(q, s, zone), OfAPoint(small * np.array(place), 1e-3 * small, 1), np.zeros(3, dtype=int)
+    path, point, deposits_laid = (
+        Rows(q, s, zone),
+        OfAPoint(small * np.array(place), 1e-3 * small, 1),
+        np.zeros(3, dtype=int),
+    )
     along = np.concatenate([a + (b - a) * np.linspace(0, 1, 4000)[:, None] for a, b in pairwise(q)])
     assert point.clearances(along, None).distance.min() > 0
     run = blended(q, s, zone, np.linspace(step, step + 1, 4001))
     assert point.clearances(run, None).distance.min() < 0
-    assert step in on_the_widest(point, path, stage)[0]
+    assert step in on_the_widest(point, path, deposits_laid)[0]
 
 
 class Rod:
@@ -356,7 +362,7 @@ class Rod:
     def __init__(self, at: tuple[float, float], radius: float) -> None:
         self.at, self.radius = np.array(at), radius
 
-    def clearances(self, q: np.ndarray, stage: np.ndarray, /) -> Clearances:
+    def clearances(self, q: np.ndarray, deposits_laid: np.ndarray, /) -> Clearances:
         found = Clearances.none(len(q))
         found.distance[:] = np.linalg.norm(q - self.at, axis=1) - self.radius
         found.pair[:] = (0, 1)

@@ -31,12 +31,12 @@ def near_the_part(job, count, rng):
     return np.concatenate([q[rng.permutation(len(q))[:count]], rng.uniform(chain.lower, chain.upper, (20, 6))])
 
 
-def one_by_one(scene, q, stage, reach):
+def one_by_one(scene, q, deposits_laid, reach):
     """The least distance of anything of the arm from anything that is not, (m,), m; infinite beyond reach."""
     model, data = scene.model, mujoco.MjData(scene.model)
     data.qpos[scene.table_qpos] = TABLE
     type_, affinity = scene.contact_bits
-    there = (scene.deposit_of_geom < stage) & scene.contact_bits.any(axis=0)
+    there = (scene.deposit_of_geom < deposits_laid) & scene.contact_bits.any(axis=0)
     arm, other = np.flatnonzero(there & scene.arm_geom), np.flatnonzero(there & ~scene.arm_geom)
     base = model.body(scene.case.robot.base).id
     pairs = [
@@ -67,9 +67,9 @@ def test_nothing_within_reach_is_missed(tmp_path, few, reach):
     names = [scene.model.body(b).name for b in range(scene.model.nbody)]
     assert any(name.startswith("pieces_") for name in names) == (few == 3)
     q = near_the_part(job, 150, np.random.default_rng(5))
-    for stage in (1, scene.n_deposits):
-        found = Checker(scene, TABLE, reach).clearances(q, np.full(len(q), stage))
-        true = one_by_one(scene, q, stage, reach)
+    for deposits_laid in (1, scene.n_deposits):
+        found = Checker(scene, TABLE, reach).clearances(q, np.full(len(q), deposits_laid))
+        true = one_by_one(scene, q, deposits_laid, reach)
         seen = np.isfinite(true)
         assert (true[seen] > SAME).sum() > 5
         assert (true[seen] < -SAME).sum() > 10

@@ -57,15 +57,15 @@ def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_pat
     scene = prepare(load_case(little_case(tmp_path))).scene
     rng = np.random.default_rng(3)
     q = rng.uniform(scene.chain.lower, scene.chain.upper, (60, scene.chain.n))
-    stage = rng.integers(0, scene.n_deposits + 1, 60)
+    deposits_laid = rng.integers(0, scene.n_deposits + 1, 60)
 
     def made() -> Checker:
         return Checker(scene, (0.3, 1.0), 0.05)
 
     both = made(), made()  # at once, so that neither has the other's copy
-    order = np.argsort(-both[0].clearances(q, stage).distance)  # a copy is left with little looked for
-    q, stage = q[order], stage[order]
-    fresh = both[1].clearances(q, stage)  # in the order of all that follows: how far is looked out hangs on it
+    order = np.argsort(-both[0].clearances(q, deposits_laid).distance)  # a copy is left with little looked for
+    q, deposits_laid = q[order], deposits_laid[order]
+    fresh = both[1].clearances(q, deposits_laid)  # in the order of all that follows: how far is looked out hangs on it
     assert (fresh.distance < 0).any()
     assert fresh.distance[0] > 0
     del both
@@ -73,21 +73,21 @@ def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_pat
     wires = [wire_checker(made()) for _ in range(2)]
     tables = [TableChecker(scene, 0.05) for _ in range(2)]
     for group in groups:
-        group.clearances(q, stage)
+        group.clearances(q, deposits_laid)
     for wire in wires:
         assert wire is not None
-        wire.clearances(q, stage)
+        wire.clearances(q, deposits_laid)
     for table in tables:
         table.clearances(rng.uniform(-1, 1, (9, 2)), np.zeros(9, dtype=np.int64))
-    wired = wires[0].clearances(q, stage)
+    wired = wires[0].clearances(q, deposits_laid)
     del groups, group, wires, wire, tables, table
     # all copies that were used, at once
     for checker in [made() for _ in range(MOST_SPARE + 1)]:
-        found = checker.clearances(q, stage)
+        found = checker.clearances(q, deposits_laid)
         assert np.array_equal(found.distance, fresh.distance)
         assert np.array_equal(found.pair, fresh.pair)
     for wire in [wire_checker(made()) for _ in range(MOST_SPARE + 1)]:
-        assert np.array_equal(wire.clearances(q, stage).distance, wired.distance)
+        assert np.array_equal(wire.clearances(q, deposits_laid).distance, wired.distance)
 
 
 def test_two_that_share_a_copy_each_look_as_far_as_they_are_to(tmp_path) -> None:
@@ -96,31 +96,31 @@ def test_two_that_share_a_copy_each_look_as_far_as_they_are_to(tmp_path) -> None
     away = Checker(scene, table, 0.05).clearances(q, np.zeros(300, dtype=np.int64)).distance
     # some within reach first, then one beyond it: after that one the whole reach is what was looked out to last
     q = q[np.argsort(away)][np.sort(away) > 1e-3]
-    reach, stage = min(float(np.sort(away)[-2:].mean()), 0.049), np.zeros(len(q), dtype=np.int64)
+    reach, deposits_laid = min(float(np.sort(away)[-2:].mean()), 0.049), np.zeros(len(q), dtype=np.int64)
     far = Checker(scene, table, reach)
     near = Checker(scene, table, 1e-4, beside=far)
-    alone = far.clearances(q, stage).distance
+    alone = far.clearances(q, deposits_laid).distance
     assert np.isfinite(alone[0])
     assert not np.isfinite(alone[-1])
-    near.clearances(q, stage)
-    assert np.array_equal(far.clearances(q, stage).distance, alone)
+    near.clearances(q, deposits_laid)
+    assert np.array_equal(far.clearances(q, deposits_laid).distance, alone)
 
 
 def test_a_copy_is_nobody_elses_as_long_as_one_of_those_that_share_it_is_there(tmp_path) -> None:
     scene, table = prepare(load_case(little_case(tmp_path))).scene, (0.3, 1.0)
     q = np.random.default_rng(5).uniform(scene.chain.lower, scene.chain.upper, (40, scene.chain.n))
-    stage = np.full(len(q), scene.n_deposits)
+    deposits_laid = np.full(len(q), scene.n_deposits)
     checker = Checker(scene, table, 0.05)
     wire, (still, _) = wire_checker(checker), pair_groups(checker)
     assert wire_checker(checker) is wire
     assert pair_groups(checker)[0] is still
-    found = still.clearances(q, stage)
+    found = still.clearances(q, deposits_laid)
     del checker, _
     gc.collect()
     others = [Checker(scene, (0.9, 0.2), 0.05) for _ in range(MOST_SPARE + 1)]
     for other in others:
-        other.clearances(q, stage)
-    again = still.clearances(q, stage)
+        other.clearances(q, deposits_laid)
+    again = still.clearances(q, deposits_laid)
     assert np.array_equal(again.distance, found.distance)
     assert np.array_equal(again.pair, found.pair)
 

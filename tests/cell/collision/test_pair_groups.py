@@ -36,9 +36,9 @@ def test_the_least_of_both_groups_is_that_of_all_pairs(scenes):
     for checker in checkers(scenes, rng):
         scene = checker.scene
         q = rng.uniform(scene.chain.lower, scene.chain.upper, (150, scene.chain.n))
-        stage = rng.integers(0, scene.n_deposits + 1, len(q))
-        whole = checker.clearances(q, stage)
-        each = np.array([group.clearances(q, stage).distance for group in groups(checker)])
+        deposits_laid = rng.integers(0, scene.n_deposits + 1, len(q))
+        whole = checker.clearances(q, deposits_laid)
+        each = np.array([group.clearances(q, deposits_laid).distance for group in groups(checker)])
         least, free = each.min(axis=0), whole.distance > 0
         np.testing.assert_allclose(least[free], whole.distance[free], atol=1e-7)
         # depths are iterated for, from where the last look left off
@@ -53,9 +53,9 @@ def test_what_is_against_itself_is_none_of_the_other_group(scenes):
     for checker in checkers(scenes, rng):
         scene = checker.scene
         q = rng.uniform(scene.chain.lower, scene.chain.upper, (60, scene.chain.n))
-        stage = np.full(len(q), scene.n_deposits)
+        deposits_laid = np.full(len(q), scene.n_deposits)
         for group in groups(checker):
-            seen = group.clearances(q, stage)
+            seen = group.clearances(q, deposits_laid)
             free = np.isfinite(seen.distance) & (seen.distance > 0)  # named pairs that touch are met by both
             assert (scene.arm_geom[seen.pair[free]].all(axis=1) == group.itself).all()
 
@@ -65,15 +65,15 @@ def test_all_pairs_within_a_distance_are_those_that_it_is_the_least_of(scenes):
     for checker in checkers(scenes, rng):
         scene = checker.scene
         q = rng.uniform(scene.chain.lower, scene.chain.upper, (60, scene.chain.n))
-        stage = rng.integers(0, scene.n_deposits + 1, len(q))
-        near, least = checker.pairs_within(q, stage, REACH), checker.clearances(q, stage)
+        deposits_laid = rng.integers(0, scene.n_deposits + 1, len(q))
+        near, least = checker.pairs_within(q, deposits_laid, REACH), checker.clearances(q, deposits_laid)
         nearest = near.nearest(len(q))
         free = ~(least.distance < 0)
         np.testing.assert_allclose(nearest.distance[free], least.distance[free], atol=1e-7)
         assert (near.distance <= REACH + 1e-9).all()
         assert (np.diff(near.row) >= 0).all()
         # further out there are more, and those that there were
-        more = checker.pairs_within(q, stage, 2 * REACH)
+        more = checker.pairs_within(q, deposits_laid, 2 * REACH)
         assert len(more.row) > len(near.row)
 
 
@@ -89,9 +89,9 @@ def test_the_least_is_what_dense_samples_have(scenes, many):
         for start in q[(seen > 0.01) & (seen < REACH)][:3]:
             # it is near in the middle of a step
             way = start + np.array([-3.0, -1.0, 1.0, 3.0])[:, None] * rng.normal(size=chain.n) * 0.03
-            stage = np.zeros(len(way), dtype=np.int64)
-            found = checker.clearances(way, stage)
-            _, nearest = least_on_the_way(checker, radius, way, stage, found, many=many)
+            deposits_laid = np.zeros(len(way), dtype=np.int64)
+            found = checker.clearances(way, deposits_laid)
+            _, nearest = least_on_the_way(checker, radius, way, deposits_laid, found, many=many)
             t = np.linspace(0, 1, 15)[:, None]
             dense = np.concatenate([a + t * (b - a) for a, b in itertools.pairwise(way)])
             true = checker.clearances(dense, np.zeros(len(dense), dtype=np.int64)).distance.min()
@@ -118,10 +118,10 @@ def test_how_far_is_looked_in_each_does_not_change_what_is_found_there(scenes):
     for checker in checkers(scenes, rng):
         scene = checker.scene
         q = rng.uniform(scene.chain.lower, scene.chain.upper, (40, scene.chain.n))
-        stage, far = rng.integers(0, scene.n_deposits + 1, len(q)), rng.choice([0.01, 0.05, 0.3], len(q))
-        found = checker.pairs_within(q, stage, far)
+        deposits_laid, far = rng.integers(0, scene.n_deposits + 1, len(q)), rng.choice([0.01, 0.05, 0.3], len(q))
+        found = checker.pairs_within(q, deposits_laid, far)
         for i in range(len(q)):
-            alone = checker.pairs_within(q[i : i + 1], stage[i : i + 1], float(far[i]))
+            alone = checker.pairs_within(q[i : i + 1], deposits_laid[i : i + 1], float(far[i]))
             mine = found.row == i
             assert sorted(map(tuple, found.geom[mine].tolist())) == sorted(map(tuple, alone.geom.tolist()))
             np.testing.assert_allclose(np.sort(found.distance[mine]), np.sort(alone.distance), atol=1e-9)

@@ -37,7 +37,7 @@ class Point:
     def bend_bound(self, radius, turn):
         return np.zeros(len(turn))
 
-    def clearances(self, q, stage):
+    def clearances(self, q, deposits_laid):
         self.looks += len(q)
         found = Clearances.none(len(q))
         found.distance[:] = np.linalg.norm(q[:, None] - self.posts, axis=2).min(axis=1) - self.radius
@@ -79,12 +79,12 @@ def amid(path, rng):
     return best[1], best[2]
 
 
-def known(path, point, least, kept=None, stage=None):
+def known(path, point, least, kept=None, deposits_laid=None):
     m = len(path.s)
-    stage = np.zeros(m, dtype=np.int64) if stage is None else stage
-    found = point.clearances(path.q, stage)
+    deposits_laid = np.zeros(m, dtype=np.int64) if deposits_laid is None else deposits_laid
+    found = point.clearances(path.q, deposits_laid)
     kept = np.full(m - 1, -np.inf) if kept is None else kept
-    return KnownRows(stage, found, least, np.ones(m - 1, dtype=bool), kept)
+    return KnownRows(deposits_laid, found, least, np.ones(m - 1, dtype=bool), kept)
 
 
 def test_no_rounding_is_further_off_the_rows_than_the_full_one_is_said_to_be():
@@ -146,9 +146,9 @@ def test_a_path_that_turns_back_the_way_it_came_is_proved_by_its_own_rows():
     assert Corners.of(path).off(np.ones(2), s[50:51])[0] > 0.04
     assert every_rounding_kept(point, np.ones(2), path, here).all()
     # not where the rows' own clearance is another one: more is laid where the step is than was when they were seen
-    stage = np.where(np.arange(101) >= 50, 1, 0)
-    stage[53:] = 0
-    left = ~every_rounding_kept(point, np.ones(2), path, known(path, point, 0.01, kept, stage))
+    deposits_laid = np.where(np.arange(101) >= 50, 1, 0)
+    deposits_laid[53:] = 0
+    left = ~every_rounding_kept(point, np.ones(2), path, known(path, point, 0.01, kept, deposits_laid))
     assert left[49:53].any()
 
 
@@ -164,8 +164,8 @@ def test_what_stands_between_the_legs_of_a_hairpin_is_met_by_a_rounding_of_its_t
     near = [point.clearances(sheet_of(path, k).reshape(-1, 2), None).distance.min() < 1e-3 for k in range(101)]
     assert not proved[near].any()
     assert np.flatnonzero(near).tolist() == [48, 49, 50, 51, 52]  # about the step from one leg to the other
-    stage = np.zeros(102, dtype=np.int64)
-    step, _ = cut_corners(point, np.ones(2), path, stage, point.clearances(q, stage), 1e-3, kept=kept)
+    deposits_laid = np.zeros(102, dtype=np.int64)
+    step, _ = cut_corners(point, np.ones(2), path, deposits_laid, point.clearances(q, deposits_laid), 1e-3, kept=kept)
     assert step.tolist() == [48, 49, 50, 51, 52]
 
 
@@ -233,9 +233,9 @@ def test_the_groups_of_a_checkers_pairs_see_together_what_it_sees(scene):
     checker = Checker(scene, (0.0, 0.0), 0.05)
     groups = groups_of(checker)
     assert [type(group) for group in groups] == [PairGroup, PairGroup]
-    q, stage = rng.uniform(chain.lower, chain.upper, (80, 6)), rng.integers(0, scene.n_deposits + 1, 80)
-    least = np.minimum(*(group.clearances(q, stage).distance for group in groups))
-    found = checker.clearances(q, stage).distance
+    q, deposits_laid = rng.uniform(chain.lower, chain.upper, (80, 6)), rng.integers(0, scene.n_deposits + 1, 80)
+    least = np.minimum(*(group.clearances(q, deposits_laid).distance for group in groups))
+    found = checker.clearances(q, deposits_laid).distance
     assert np.minimum(least, checker.reach) == pytest.approx(np.minimum(found, checker.reach), abs=1e-6)
     assert (found < 0.05).sum() > 10
     # what stands still does not come towards the arm: half of what two parts of the arm may do
@@ -258,8 +258,10 @@ def test_a_post_anywhere_among_the_roundings_of_a_corner_is_met():
         own = [point.on_step(a, b) for a, b in pairwise(path.q)]
         if min(own) < 1e-3:
             continue
-        stage = np.zeros(len(path.s), dtype=np.int64)
-        step, nearest = cut_corners(point, np.ones(2), path, stage, point.clearances(path.q, stage), NEARLY_ALL)
+        deposits_laid = np.zeros(len(path.s), dtype=np.int64)
+        step, nearest = cut_corners(
+            point, np.ones(2), path, deposits_laid, point.clearances(path.q, deposits_laid), NEARLY_ALL
+        )
         met += 1
         assert k in step
         assert nearest.distance[step == k].max() < NEARLY_ALL
@@ -268,8 +270,8 @@ def test_a_post_anywhere_among_the_roundings_of_a_corner_is_met():
         beside = Point(amidst + rng.normal(size=2) * 0.05, 1e-4)
         if min(beside.clearances(every, None).distance.min(), *own) > 2e-3:
             free += 1
-            found = beside.clearances(path.q, stage)
-            assert not len(cut_corners(beside, np.ones(2), path, stage, found, 1e-3)[0])
+            found = beside.clearances(path.q, deposits_laid)
+            assert not len(cut_corners(beside, np.ones(2), path, deposits_laid, found, 1e-3)[0])
     assert met > 15
     assert free > 5
 

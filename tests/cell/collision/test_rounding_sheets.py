@@ -178,11 +178,13 @@ def round_a_corner(job, rng):
 def known_rows(checker, path, laid):
     """What is known of rows, of which a millimetre less is to be kept than they keep."""
     m = len(path.s)
-    stage, none = np.full(m, laid), np.zeros(m, dtype=np.int64)
-    keep = clearance_along(checker, radii(checker.scene), MotionSamples(path.q, stage, none, np.arange(m)), 1e-3)
+    deposits_laid, none = np.full(m, laid), np.zeros(m, dtype=np.int64)
+    keep = clearance_along(
+        checker, radii(checker.scene), MotionSamples(path.q, deposits_laid, none, np.arange(m)), 1e-3
+    )
     least = max(keep.kept[:-1].min() - 3e-4, 0.0)
     low = Clearances(keep.low, keep.seen.pair, keep.seen.position)
-    return KnownRows(stage, low, least, keep.kept[:-1] > least, keep.kept[:-1])
+    return KnownRows(deposits_laid, low, least, keep.kept[:-1] > least, keep.kept[:-1])
 
 
 def truth(checker, path, k, laid, n=15, shares=(0.02, 1.0)):
@@ -238,7 +240,7 @@ def test_of_several_paths_what_comes_near_is_found_as_of_each_by_itself(boss):
     several = [(path, replace(known, least=1e-4, which=known.kept > 1e-4)) for path, known in known_of]
     for (path, known), (step, nearest) in zip(several, cut_corners_of(checker, radius, several), strict=True):
         unknown = np.full(len(known.kept), -np.inf)
-        alone, _ = cut_corners(checker, radius, path, known.stage, known.found, 1e-4, known.which, unknown)
+        alone, _ = cut_corners(checker, radius, path, known.deposits_laid, known.found, 1e-4, known.which, unknown)
         true = np.array([truth(checker, path, k, laid, 10) for k in range(len(known.kept))])
         assert np.isin(np.flatnonzero(known.which & (true < 0)), step).all()
         assert step.tolist() == alone.tolist()
@@ -254,13 +256,15 @@ def test_more_is_laid_on_some_steps_than_on_others(boss):
     checker, laid, radius = Checker(boss.scene, tuple(UP), 0.05), boss.scene.n_deposits, radii(boss.scene)
     path = round_a_corner(boss, rng)
     known = known_rows(checker, path, laid)
-    steps, stage = np.flatnonzero(known.which), known.stage.copy()
+    steps, deposits_laid = np.flatnonzero(known.which), known.deposits_laid.copy()
     near = [k for k in steps.tolist() if truth(checker, path, k, laid, 10) < known.least]
-    stage[: near[len(near) // 2]] = 0
-    some = replace(known, stage=stage)
+    deposits_laid[: near[len(near) // 2]] = 0
+    some = replace(known, deposits_laid=deposits_laid)
     ok = sheets_kept(PlaneProofs(checker), radius, [RoundedSteps(path, some, steps)])[0]
-    before = sheets_kept(PlaneProofs(checker), radius, [RoundedSteps(path, replace(known, stage=0 * stage), steps)])[0]
-    later = np.isin(steps, near) & (np.maximum(stage[steps], stage[steps + 1]) == laid)
+    before = sheets_kept(
+        PlaneProofs(checker), radius, [RoundedSteps(path, replace(known, deposits_laid=0 * deposits_laid), steps)]
+    )[0]
+    later = np.isin(steps, near) & (np.maximum(deposits_laid[steps], deposits_laid[steps + 1]) == laid)
     assert later.any()
     assert not ok[later].any()
     assert before[later].any()
@@ -294,9 +298,11 @@ def test_few_looks_prove_what_turns_far_on_the_spot(scenes):
         q[:, 3] += np.deg2rad(30) * np.sin(np.linspace(0, np.pi, 81))
         q[:, 5] += np.deg2rad(30) * np.cos(np.linspace(0, np.pi, 81))
         path = BlendedPath(q, np.arange(81) * 0.05e-3, 1e-3)
-        stage, none = np.zeros(81, dtype=np.int64), np.zeros(81, dtype=np.int64)
-        kept = clearance_along(checker, radii(scene), MotionSamples(q, stage, none, np.arange(81)), 0.005).kept[:-1]
-        known = KnownRows(stage, Clearances.none(81), 0.005, kept >= 0.005, kept)
+        deposits_laid, none = np.zeros(81, dtype=np.int64), np.zeros(81, dtype=np.int64)
+        kept = clearance_along(checker, radii(scene), MotionSamples(q, deposits_laid, none, np.arange(81)), 0.005).kept[
+            :-1
+        ]
+        known = KnownRows(deposits_laid, Clearances.none(81), 0.005, kept >= 0.005, kept)
         steps = np.flatnonzero(known.which)
         before = checker.asked.count
         ok = sheets_kept(PlaneProofs(checker), radii(scene), [RoundedSteps(path, known, steps)])[0]

@@ -32,11 +32,11 @@ def test_where_a_wire_is_not_looked_at_nothing_of_the_part_is_within_reach(tmp_p
     Ts[:, :3, 3] = (there - base[:3, 3]) @ base[:3, :3]
     q, ok = job.solver.next_to(Ts, rng.uniform(chain.lower, chain.upper, (400, chain.n)))
     q = np.concatenate([q[ok], rng.uniform(chain.lower, chain.upper, (100, chain.n))])
-    stage = rng.integers(0, scene.n_deposits + 1, len(q))
-    wanted, count = every.clearances(q, stage), every.asked.count
+    deposits_laid = rng.integers(0, scene.n_deposits + 1, len(q))
+    wanted, count = every.clearances(q, deposits_laid), every.asked.count
     for one in (wire, pickle.loads(pickle.dumps(wire))):
         before = one.asked.count
-        found = one.clearances(q, stage)
+        found = one.clearances(q, deposits_laid)
         assert (np.isfinite(found.distance) == np.isfinite(wanted.distance)).all()
         near = np.isfinite(wanted.distance)
         np.testing.assert_allclose(found.distance[near], wanted.distance[near], atol=1e-6)

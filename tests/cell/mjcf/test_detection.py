@@ -102,10 +102,10 @@ def test_random_cells_of_all_kinds_are_as_clear_as_a_second_engine_says(tmp_path
         other = engine.SecondEngine(scene, case, part)
         table = rng.uniform(*scene.table_range.T)
         q = rng.uniform(scene.chain.lower, scene.chain.upper, (15, scene.chain.n))
-        stage = rng.integers(0, scene.n_deposits + 1, len(q))
-        found = Checker(scene, tuple(table), 0.05).clearances(q, stage)
+        deposits_laid = rng.integers(0, scene.n_deposits + 1, len(q))
+        found = Checker(scene, tuple(table), 0.05).clearances(q, deposits_laid)
         for k in range(len(q)):
-            true, _ = other.nearest(q[k], table, stage[k], 0.05)
+            true, _ = other.nearest(q[k], table, deposits_laid[k], 0.05)
             if true < -DEEP:
                 assert found.distance[k] < 0
                 hits += 1

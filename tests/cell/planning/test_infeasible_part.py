@@ -52,9 +52,9 @@ def asked(monkeypatch, job: Job) -> tuple[Result, int]:
     """A verdict, and how many configurations collision detection was asked about."""
     count, really = [0], Checker.clearances
 
-    def counted(self, q, stage, *met):
+    def counted(self, q, deposits_laid, *met):
         count[0] += len(q)
-        return really(self, q, stage, *met)
+        return really(self, q, deposits_laid, *met)
 
     with monkeypatch.context() as patch:
         patch.setattr(Checker, "clearances", counted)

@@ -96,8 +96,8 @@ class Slit:
     def __getattr__(self, name):
         return getattr(self.real, name)
 
-    def clearances(self, q, stage, met=None):
-        found = self.real.clearances(q, stage, met)
+    def clearances(self, q, deposits_laid, met=None):
+        found = self.real.clearances(q, deposits_laid, met)
         T = self.setup.solver.chain.forward(q)
         p, reference = T[:, :3, 3], self.setup.placed.reference
         roll = roll_of(frames(p, -T[:, :3, 2], reference), T)

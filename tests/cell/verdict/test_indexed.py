@@ -151,20 +151,20 @@ def test_the_command_builds_with_a_table_that_indexes(tmp_path: Path, capsys: py
 class ShutAtHome(TurnSearch):
     """Home is in the way of every turn, and so is all that is nearer to the part."""
 
-    def search(self, q, a, b, stage):
+    def search(self, q, a, b, deposits_laid):
         home = self.scene.home
         if (q == home).all() or (q[1:] != home[1:]).any():
             return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
-        return super().search(q, a, b, stage)
+        return super().search(q, a, b, deposits_laid)
 
 
 class AtHomeAlone(TurnSearch):
     """Every place but home is in the way of every turn."""
 
-    def search(self, q, a, b, stage):
+    def search(self, q, a, b, deposits_laid):
         if (q != self.scene.home).any():
             return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
-        return super().search(q, a, b, stage)
+        return super().search(q, a, b, deposits_laid)
 
 
 def test_the_arm_stands_nearer_than_at_home_where_that_is_clear_of_the_turn(

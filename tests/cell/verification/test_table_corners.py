@@ -58,10 +58,10 @@ def met(job: Job, zone: float) -> list[Any]:
     tables, s = rows()
     q = np.concatenate([np.zeros((len(tables), job.scene.chain.n)), tables], axis=1)
     way = SampledMotion(np.arange(len(q)), q, np.tile(np.eye(4), (len(q), 1, 1)), np.tile(np.eye(4), (len(q), 1, 1)))
-    stage = np.zeros(len(q), dtype=np.int64)
-    assert table_collisions(job, way, stage) == []
+    deposits_laid = np.zeros(len(q), dtype=np.int64)
+    assert table_collisions(job, way, deposits_laid) == []
     read = SimpleNamespace(motion=None, row=np.arange(len(q)) + 1, blended=(BlendedRows(0, len(q) - 1, s, zone),))
-    return table_blend_collisions(job, list(sampled_runs(job, read, way, way)), way, stage)
+    return table_blend_collisions(job, list(sampled_runs(job, read, way, way)), way, deposits_laid)
 
 
 def test_what_a_rounded_corner_of_the_table_meets_is_found(job: Job) -> None:

@@ -1,7 +1,7 @@
 """A second collision engine (coal) on what MuJoCo looks at: distances of pairs, and of a scene's arm from everything.
 
     distance = signed_distance(shape_of(model, g), pose(data, g), shape_of(model, h), pose(data, h))
-    other = SecondEngine(scene, case, part);  other.nearest(q, table, stage)
+    other = SecondEngine(scene, case, part);  other.nearest(q, table, deposits_laid)
 
 The shapes are those of the models as they were given: nothing of ``cell.mjcf.detection`` is used. Metres.
 """
@@ -85,7 +85,7 @@ class SecondEngine:
         self.data, self.scene, self.pairs = mujoco.MjData(self.model), scene, pairs_of(scene)
         self.shapes = {g: shape_of(self.model, g) for g in np.unique(self.pairs).tolist()}
 
-    def nearest(self, q, table, stage, reach):
+    def nearest(self, q, table, deposits_laid, reach):
         """The nearest pair in one configuration: distance, m, infinite beyond the reach; and the pair."""
         model, data = self.model, self.data
         data.qpos[self.scene.arm_qpos], data.qpos[self.scene.table_qpos] = q, table
@@ -93,7 +93,7 @@ class SecondEngine:
         a, b = self.pairs.T
         apart = np.linalg.norm(data.geom_xpos[a] - data.geom_xpos[b], axis=1)
         plane = (model.geom_type[self.pairs] == GEOM.mjGEOM_PLANE).any(axis=1)
-        laid = (self.scene.deposit_of_geom[self.pairs] < stage).all(axis=1)
+        laid = (self.scene.deposit_of_geom[self.pairs] < deposits_laid).all(axis=1)
         near = laid & (plane | (apart - model.geom_rbound[a] - model.geom_rbound[b] <= reach))
         best, pair = np.inf, (-1, -1)
         for g, h in self.pairs[near].tolist():

@@ -39,10 +39,10 @@ def test_a_plate_between_two_free_samples_is_found(make_case):
         scene = scene_of(make_case(f"plates{len(fixtures)}", fixtures=fixtures))
         checker = Checker(scene, (0.0, 0.0), 0.05)
         q = scene.home + np.deg2rad([[-10.0], [10.0]]) * np.eye(6)[0]
-        stage = np.zeros(2, dtype=np.int64)
-        found = checker.clearances(q, stage)
+        deposits_laid = np.zeros(2, dtype=np.int64)
+        found = checker.clearances(q, deposits_laid)
         assert found.distance.min() > 0.02  # both ends see nothing near
-        step, nearest = unproven_steps(checker, radii(scene), q, stage, found)
+        step, nearest = unproven_steps(checker, radii(scene), q, deposits_laid, found)
         assert (len(step) == 0) is free
         if not free:
             assert "plate" in [scene.geom_name(int(g)) for g in nearest.pair[0]]
@@ -62,5 +62,5 @@ def test_standing_still_is_free_where_the_sample_is(make_case):
     scene = scene_of(make_case())
     checker = Checker(scene, (0.0, 0.0), 0.05)
     q = np.repeat(scene.home[None], 3, axis=0)
-    stage = np.zeros(3, dtype=np.int64)
-    assert len(unproven_steps(checker, radii(scene), q, stage, checker.clearances(q, stage))[0]) == 0
+    deposits_laid = np.zeros(3, dtype=np.int64)
+    assert len(unproven_steps(checker, radii(scene), q, deposits_laid, checker.clearances(q, deposits_laid))[0]) == 0

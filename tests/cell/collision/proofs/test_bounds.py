@@ -42,7 +42,7 @@ class Posts:
     def distance(self, q):
         return np.linalg.norm(q[:, None] - self.posts, axis=2).min(axis=1) - self.thick
 
-    def clearances(self, q, stage):
+    def clearances(self, q, deposits_laid):
         self.looked_at += len(q)
         return Clearances(self.distance(q), np.zeros((len(q), 2), dtype=np.int64), np.zeros((len(q), 3)))
 
@@ -275,13 +275,13 @@ def test_a_rounding_is_passed_by_what_the_rows_keep_only_where_it_keeps_it_too(l
         q = np.cumsum(rng.normal(size=(9, 2)) * 0.3, axis=0)
         s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
         zone = float(rng.uniform(0.02, 0.3))
-        stage, run = stage_of(q), blended(q, s, zone, np.linspace(0, s[-1], 1000))
+        deposits_laid, run = stage_of(q), blended(q, s, zone, np.linspace(0, s[-1], 1000))
         checker = Posts(run[rng.integers(1000, size=1)] + rng.normal(size=(1, 2)) * 0.3 * least, 1e-4)
         # what the rows' own way keeps, exactly
         own = [from_step(checker.posts, a, b).min() - checker.thick for a, b in pairwise(q)]
-        seen = checker.clearances(q, stage)
+        seen = checker.clearances(q, deposits_laid)
         steps, _ = cut_corners(
-            checker, np.ones(2), BlendedPath(q, s, zone), stage, seen, least, kept=np.array(own) - 1e-3
+            checker, np.ones(2), BlendedPath(q, s, zone), deposits_laid, seen, least, kept=np.array(own) - 1e-3
         )
         for k in range(8):
             run = blended(q, s, zone, np.linspace(s[k], s[k + 1], 300))
@@ -308,7 +308,7 @@ def test_corners_of_travels_that_stop_for_a_dwell_are_looked_at_again(monkeypatc
 
     asked = []
 
-    def told(setup, q, found, stage, stops):
+    def told(setup, q, found, deposits_laid, stops):
         asked.append(stops)
         return Failure(Kind.COLLISION)
 

@@ -208,13 +208,13 @@ def test_a_clearance_is_kept_along_where_no_step_is_named(scenes, least):
         checker = Checker(scene, tuple(rng.uniform(*scene.table_range.T)), REACH)
         for size in (0.003, 0.03):
             q, apart = motions(checker, rng, size)
-            stage = rng.integers(0, scene.n_deposits + 1, 3)[apart]
+            deposits_laid = rng.integers(0, scene.n_deposits + 1, 3)[apart]
             # of a part that is too near one step at least is named
             part = 100 * apart + np.arange(len(q)) // (5 if size < 0.01 else STEPS)
             step = np.flatnonzero(np.diff(apart) == 0)
-            found = clearance_along(checker, radii(scene), MotionSamples(q, stage, apart, part), least)
+            found = clearance_along(checker, radii(scene), MotionSamples(q, deposits_laid, apart, part), least)
             every = dense(q, step, rng)
-            near = checker.clearances(every.reshape(-1, q.shape[1]), np.repeat(stage[step], 9)).distance
+            near = checker.clearances(every.reshape(-1, q.shape[1]), np.repeat(deposits_laid[step], 9)).distance
             true = np.minimum(near, REACH).reshape(len(step), -1).min(axis=1)
             bad = np.unique(part[step[true < least - 1e-7] + 1])
             assert np.isin(bad, part[found.open + 1]).all()
@@ -223,7 +223,7 @@ def test_a_clearance_is_kept_along_where_no_step_is_named(scenes, least):
             closed += int(clear.sum())
             assert (found.kept[step[clear]] >= least).all()
             assert (np.minimum(found.kept[step], REACH) <= true + 1e-7).all()
-            low = np.minimum(checker.clearances(q, stage).distance, REACH)
+            low = np.minimum(checker.clearances(q, deposits_laid).distance, REACH)
             assert (np.minimum(found.low, REACH) <= low + 1e-6).all()
             assert (found.nearest.distance < least + 0.05).all()
             assert (found.nearest.pair >= 0).all()
@@ -326,7 +326,7 @@ class Posts:
     def travel_bound(self, radius, a, b):
         return np.linalg.norm(b - a, axis=1)
 
-    def clearances(self, q, stage):
+    def clearances(self, q, deposits_laid):
         apart = np.linalg.norm(q[:, None] - self.posts, axis=2).min(axis=1)
         return Clearances(apart, np.zeros((len(q), 2), dtype=np.int64), np.zeros((len(q), 3)))
 

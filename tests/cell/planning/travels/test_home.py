@@ -163,14 +163,14 @@ def test_a_bead_begins_or_ends_elsewhere_where_home_is_else_not_reached(
     job: Job = job_of(three_layers(folder, f"else_{shut}", **FREE))
     asked = []
 
-    def refusing(setup: Any, end: Any, start: Any, stage: int) -> Any:
+    def refusing(setup: Any, end: Any, start: Any, deposits_laid: int) -> Any:
         """No way for the configuration that was asked for first."""
         if (end is None) if shut == "out" else (start is None):
             q = start.q_targets[0] if shut == "out" else end.q_targets[-1]
             asked.append(q)
             if len(asked) == 1:
                 return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
-        return travel(setup, end, start, stage)
+        return travel(setup, end, start, deposits_laid)
 
     monkeypatch.setattr(home_module, "travel", refusing)
     result = check_fixed(job, 90, 180)
@@ -200,12 +200,12 @@ def test_an_only_bead_that_is_begun_or_ended_elsewhere_gets_both_ways_anew(
     job = only_bead(job_of(boss_case(folder, f"only_{shut}", **FREE)))
     asked = []
 
-    def refusing(setup: Any, end: Any, start: Any, stage: int) -> Any:
+    def refusing(setup: Any, end: Any, start: Any, deposits_laid: int) -> Any:
         if (end is None) if shut == "out" else (start is None):
             asked.append(start.q_targets[0] if shut == "out" else end.q_targets[-1])
             if len(asked) == 1:
                 return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
-        return travel(setup, end, start, stage)
+        return travel(setup, end, start, deposits_laid)
 
     monkeypatch.setattr(home_module, "travel", refusing)
     result = check_fixed(job, 90, 180)

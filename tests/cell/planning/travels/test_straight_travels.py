@@ -38,19 +38,19 @@ def gaps_of(context, stretches: list[Stretch]) -> list[BeadGap]:
     return [BeadGap(a, b, int(context.laid[a.stop - 1])) for a, b in pairs]
 
 
-def kept(context, q, stage: int, seed: int) -> float:
+def kept(context, q, deposits_laid: int, seed: int) -> float:
     """The least clearance at samples and at random places between them, m."""
     t = np.random.default_rng(seed).random((len(q) - 1, 1))
     every = np.concatenate([q, q[:-1] + t * np.diff(q, axis=0)])
-    return float(context.checker.clearances(every, np.full(len(every), stage)).distance.min())
+    return float(context.checker.clearances(every, np.full(len(every), deposits_laid)).distance.min())
 
 
-def assert_holds(checker, way, stage: int) -> None:
+def assert_holds(checker, way, deposits_laid: int) -> None:
     """What is said to be kept at samples and between them is kept."""
     t = np.linspace(0, 1, 8)
     for k, (a, b) in enumerate(pairwise(way.q)):
         every = a + t[:, None] * (b - a)
-        true = checker.clearances(every, np.full(len(every), stage)).distance
+        true = checker.clearances(every, np.full(len(every), deposits_laid)).distance
         true = np.where(np.isfinite(true), true, np.inf)
         assert true.min() >= way.kept[k] - 1e-6
         assert true[0] >= way.low[k] - 1e-6
@@ -67,7 +67,7 @@ def test_they_are_what_each_is_by_itself(boss):
     for k, (gap, way) in enumerate(zip(gaps, ways, strict=True)):
         if way is None:
             continue
-        alone = travel(context, gap.end, gap.start, gap.stage)
+        alone = travel(context, gap.end, gap.start, gap.deposits_laid)
         assert isinstance(alone, tuple)
         assert np.array_equal(way[0], alone[0])
         seen = np.isfinite(way.clearances.distance)
@@ -75,8 +75,8 @@ def test_they_are_what_each_is_by_itself(boss):
         assert (way.clearances.distance[seen] >= alone.clearances.distance[seen] - 1e-6).all()
         assert (way.low <= np.minimum(alone.clearances.distance, context.checker.reach) + 1e-9).all()
         assert np.array_equal(way[0][[0, -1]], [gap.end.q_targets[-1], gap.start.q_targets[0]])
-        assert kept(context, way[0], gap.stage, k) >= context.settings.clearance
-        assert_holds(context.checker, way, gap.stage)
+        assert kept(context, way[0], gap.deposits_laid, k) >= context.settings.clearance
+        assert_holds(context.checker, way, gap.deposits_laid)
     assert looks > 3
 
 
@@ -108,9 +108,9 @@ def test_a_way_with_room_at_its_samples_is_taken_only_if_it_is_free_between_them
     ways = [(np.stack(way), 2) for way in zip(begin, goal, strict=True)]
     t = np.linspace(0, 1, 60)[:, None]
     taken = missed = 0
-    for (q, stage), found in zip(ways, _kept(context.checker, context, ways, 2 * least, least), strict=True):
+    for (q, deposits_laid), found in zip(ways, _kept(context.checker, context, ways, 2 * least, least), strict=True):
         every = q[0] + t * (q[1] - q[0])
-        true = context.checker.clearances(every, np.full(len(every), stage)).distance
+        true = context.checker.clearances(every, np.full(len(every), deposits_laid)).distance
         if found is None:
             missed += true[[0, -1]].min() >= 2 * least and true.min() < least
             continue
@@ -127,12 +127,12 @@ def test_a_travel_with_little_room_is_left_to_the_search(boss, tmp_path):
     least = context.settings.clearance
     for below in np.arange(0.0, 0.03, 0.0005).tolist():
         _, hindered = setup_of(boss_case(tmp_path, roll="free", fixtures=[post_at(T[:3, 3] + below * T[:3, 2])]))
-        near = min(kept(hindered, q, gap.stage, seed) for seed in range(10))
+        near = min(kept(hindered, q, gap.deposits_laid, seed) for seed in range(10))
         if 1.5 * least < near < 1.8 * least:
             break
     else:
         pytest.fail("no such place")
-    at_samples = hindered.checker.clearances(q, np.full(len(q), gap.stage)).distance.min()
+    at_samples = hindered.checker.clearances(q, np.full(len(q), gap.deposits_laid)).distance.min()
     assert (straight_travels(hindered, [gap]) == [None]) == (at_samples < 2 * least)
 
 
@@ -154,7 +154,7 @@ def test_the_wire_is_drawn_through_nothing(boss):
             across = np.flatnonzero(up & down)
             q = way[0][across[0] : across[-1] + 1]
             every = np.concatenate([q, (q[1:] + q[:-1]) / 2])
-            assert context.wire.clearances(every, np.full(len(every), gap.stage)).distance.min() > 0
+            assert context.wire.clearances(every, np.full(len(every), gap.deposits_laid)).distance.min() > 0
             free += 1
     assert free > 3
     assert refused > 3
