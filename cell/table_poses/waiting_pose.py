@@ -178,7 +178,7 @@ def _ways(before: TurnEnd, after: TurnEnd, place: Floats) -> tuple[TravelWay, Tr
             return None
         if straight_retract(context, way, stretch, -1 if back else 0) < context.settings.retract - STRAIGHT:
             return None
-        if not back and (way[0][-1] != stretch.axes[0]).any():
+        if not back and (way.q[-1] != stretch.axes[0]).any():
             return None
         found.append(way)
     return found[0], found[1]

@@ -317,7 +317,7 @@ def _come_to(job: Job, one: _Built, out: CheckedWay | None, back: CheckedWay | N
     found, ends = one.found, one.found.ends
     assert found.motion is not None
     assert ends is not None
-    rows = [None if way is None else way.way[0] for way in (out, back)]
+    rows = [None if way is None else way.way.q for way in (out, back)]
     least = [found.clearance] if found.clearance is not None else []
     for way, target in ((out, one.group.first), (back, one.group.stop - 1)):
         if way is not None and np.isfinite(way.least):

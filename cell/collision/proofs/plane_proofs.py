@@ -330,13 +330,13 @@ class PlaneProofs:
         np.minimum.at(far, near.row[off], near.distance[off])
         out[within] = far[cells.cell] - travel
         which_pairs = np.flatnonzero(~off)
-        planes = self._shared.between(poses, cells, near, which_pairs)
+        below = pairs_below(self._links, near, which_pairs)
+        planes = self._shared.between(poses, cells, below, near.distance[which_pairs])
         which, at = cells.samples_of(planes.cell)
         over = self._shared.over(poses, planes, which, cells.sample[at])
         if bends is not None:
             least = np.full(len(planes.cell), np.inf)
             np.minimum.at(least, which, over)
-            below = pairs_below(self._links, near, which_pairs)
             held = self._held(poses, cells, (planes, least), below, (wanted, bends))
             np.minimum.at(carried, within[held[1]], held[2] - LESS)
             stay = ~held[0][which]

@@ -1,6 +1,6 @@
 """Planes that stand in the world, or on a link nearer to the base: one for all that a shape has on its other side.
 
-    planes = SharedPlanes(links).between(poses, cells, near, which)
+    planes = SharedPlanes(links).between(poses, cells, pairs, distance)
     SharedPlanes(links).over(poses, planes, which, sample)         # how far shapes are on their side of them
 
 Base frame, metres.
@@ -15,8 +15,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ...arrays import Ints
-from ..near_pairs import NearPairs
-from .carried_planes import pairs_below
+from .carried_planes import PairsBelow
 from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
 from .proof_cells import ProofCells
 
@@ -54,15 +53,15 @@ class SharedPlanes:
         """
         self._links, self._one_plane = links, one_plane
 
-    def between(self, poses: LinkPoses, cells: ProofCells, near: NearPairs, which: Ints) -> Planes:
+    def between(self, poses: LinkPoses, cells: ProofCells, pairs: PairsBelow, distance: Floats) -> Planes:
         """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
-        pairs, links = pairs_below(self._links, near, which), self._links
-        a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal
+        links = self._links
+        a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal.copy()
         frame = links.owner[b]
         on_link = np.flatnonzero(frame >= 0)
         axes = poses.axes_of(frame[on_link], cells.at[cell[on_link]])
         normal[on_link] = seen_from(axes, normal[on_link].T).T
-        order = np.lexsort((near.distance[which], frame, a, cell))
+        order = np.lexsort((distance, frame, a, cell))
         a, b, cell, frame, normal = a[order], b[order], cell[order], frame[order], normal[order]
         new = np.append(True, (np.diff(cell) != 0) | (np.diff(a) != 0) | (np.diff(frame) != 0))[: len(a)]
         leads = np.flatnonzero(new)

@@ -276,7 +276,8 @@ def test_every_pair_lies_on_either_side_of_a_plane(scenes):
         poses = links.poses(q)
         cells = ProofCells(every, np.full(len(q), scene.n_deposits), every, every)
         near = checker.pairs_within(q, cells.laid, REACH)
-        planes = proofs._shared.between(poses, cells, near, np.arange(len(near.row)))
+        pairs = pairs_below(proofs._links, near, np.arange(len(near.row)))
+        planes = proofs._shared.between(poses, cells, pairs, near.distance)
         for row, pair in zip(near.row.tolist(), near.geom.tolist(), strict=True):
             b, a = sorted(pair, key=lambda g: links.owner[g])
             mine = (planes.cell == row) & (planes.geom == a) & (planes.frame == links.owner[b])
