@@ -62,7 +62,8 @@ def check_fixed(
         The verdict.
 
     Raises:
-        InputError: the positioner has no such angles, or a worker was killed.
+        InputError: the positioner has no such angles.
+        WorkerKilledError: a worker was killed.
     """
     begun = processor_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
