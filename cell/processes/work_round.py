@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from .worker import Tick
-from .worker_link import WorkerGone, WorkerLink
+from .worker_link import WorkerLink
 
 LOOK_S = 0.2  # between two looks whether there is news: a wait without an end may not hear Ctrl-C
 
@@ -113,8 +113,6 @@ class WorkRound:
         work = self.work
         try:
             self.found[index] = Context().run(work.function, work.shared, work.items[index], tick)
-        except WorkerGone:
-            raise
         except Exception as error:  # noqa: BLE001 (raised once it is known that no earlier item has one)
             self._failed(index, error)
 
