@@ -10,7 +10,7 @@ the part, those that were not found are searched with all attempts, in order, un
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ..failure import Failure
@@ -20,6 +20,7 @@ from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, travel_failure
+from ..planning.travels.home import EndsOfWay, Ways, ways_between
 from ..planning.travels.travel import TravelWay
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
@@ -47,13 +48,19 @@ class Shared:
         return cls(replace(job, sliced=(), beads=()), context)
 
 
-def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress | None = None) -> PartPlan:
+def plan_in_chunks(
+    shared: Shared,
+    chunks: Sequence[Chunk],
+    progress: Progress | None = None,
+    meanwhile: Callable[[], object] | None = None,
+) -> PartPlan:
     """Plan a part chunk by chunk, side by side where there are workers.
 
     Args:
         shared: the part and what it is planned with.
         chunks: from :class:`cell.part_chunks.chunking.Chunking`.
         progress: told how far it is.
+        meanwhile: what this process does first while workers plan, where the part has several chunks.
 
     Returns:
         The plan; of a part in one chunk, what ``plan_part`` gives.
@@ -71,8 +78,23 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
             BeadRun(chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share)
             for chunk, q in zip(chunks, q_before, strict=True)
         ]
-        plans = workers.run(_planned, shared, runs, count, [len(chunk) for chunk in chunks])
+        plans = workers.run(_planned, shared, runs, count, [len(chunk) for chunk in chunks], meanwhile)
     return join_chunks(shared, plans, workers)
+
+
+def ways_in_chunks(shared: Shared, chunks: Sequence[Chunk]) -> Ways:
+    """What finds ways from home and back: side by side where there are workers and the part has several chunks.
+
+    Args:
+        shared: the part and what it is planned with.
+        chunks: of the part.
+
+    Returns:
+        What ``cell.planning.travels.home.with_home`` takes, for the context that is shared.
+    """
+    if len(chunks) == 1:
+        return ways_between
+    return lambda _, ends: pool_for(chunks).run(_way, shared, ends)
 
 
 def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool | None = None) -> PartPlan:
@@ -91,6 +113,11 @@ def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool |
 
 def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PartPlan:
     return plan_beads(shared.context, run, tick)
+
+
+def _way(shared: Shared, ends: EndsOfWay, _: Tick) -> TravelWay | Failure:
+    (way,) = ways_between(shared.context, [ends])
+    return way
 
 
 def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBead:

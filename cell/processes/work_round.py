@@ -77,8 +77,11 @@ class WorkRound:
         self._ticks = 0
         self._broken: BaseException | None = None  # what the listener ended with, where it did not end well
 
-    def results(self) -> list[Any]:
+    def results(self, meanwhile: Callable[[], object]) -> list[Any]:
         """All results; or the error of the first item that has one: of the others only those before it matter then.
+
+        Args:
+            meanwhile: what is done here first, while workers begin.
 
         Raises:
             WorkerGone: a worker is no longer there; what the others are at is not waited for.
@@ -86,6 +89,7 @@ class WorkRound:
         """
         self.listener = threading.Thread(target=self._listen, name="listens to workers", daemon=True)
         self.listener.start()
+        meanwhile()
         outside = copy_context()
 
         def tick() -> None:

@@ -60,6 +60,7 @@ class WorkerPool:
         items: Sequence[I],
         tick: Tick | None = None,
         sizes: Sequence[float] | None = None,
+        meanwhile: Callable[[], object] | None = None,
     ) -> list[R]:
         """Call a function for every item.
 
@@ -70,6 +71,7 @@ class WorkerPool:
             tick: called for every step of any of them.
             sizes: how long each takes, to any scale, where that is known: what takes longest is handed out first, of
                 items that take as long the last. Otherwise they are handed out in their order.
+            meanwhile: what this process does before it takes an item itself; it raises nothing.
 
         Returns:
             The results, in the order of the items.
@@ -78,9 +80,10 @@ class WorkerPool:
             Exception: what the function raised for the first of the items for which it raised anything.
             WorkerKilledError: a worker was killed; none is left then.
         """
-        tick = tick or _nothing
+        tick, meanwhile = tick or _nothing, meanwhile or _nothing
         count = min(self.jobs, len(items))
         if count <= 1:
+            meanwhile()
             return [function(shared, item, tick) for item in items]
         self.get_ready(shared, count)
         order = range(len(items)) if sizes is None else sorted(range(len(items)), key=lambda k: (-sizes[k], -k))
@@ -92,7 +95,7 @@ class WorkerPool:
         begun, since = time.process_time(), self.begun or 0.0
         one = WorkRound(Work(function, shared, items, order), self._workers, send, tick)
         try:
-            found = one.results()
+            found = one.results(meanwhile)
         except WorkerGone as gone:
             error = gone.worker.why_gone()
             self.close(at_once=True)

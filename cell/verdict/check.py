@@ -25,13 +25,13 @@ from ..failure import Contact, Failure, Kind
 from ..job.job import Job
 from ..job.overhang_check import unsupported_targets
 from ..motion.motion import Motion
-from ..part_chunks.chunked_plan import Shared, plan_in_chunks
+from ..part_chunks.chunked_plan import Shared, plan_in_chunks, ways_in_chunks
 from ..part_chunks.chunked_run import PartRun, run_in_chunks
 from ..part_chunks.chunking import USUAL, Chunking
 from ..part_chunks.least_values import LeastValue, least_margin, least_sigma, nearest_sample, samples_of
 from ..planning.assemble import RunBeads
 from ..planning.blocking_layers import with_lockouts
-from ..planning.context import Context
+from ..planning.context import Context, Span
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeTravels, SpanEnds, with_home
 from ..planning.travels.travel import STRAIGHT, straight_retracts
@@ -145,13 +145,16 @@ def check_span(
     if blocked is not None:
         return SpanVerdict(tuple(failed(blocked, i) for i in range(span.first, span.stop)))
     chunks, shared = chunking.chunks(job.targets, span), Shared.of(job, context)
-    plan = plan_in_chunks(shared, chunks, progress)
-    plan, home = with_home(context, with_lockouts(job, context, plan))
-    rows = _rows(job, plan, gravity)
+    plan = plan_in_chunks(shared, chunks, progress, lambda: job.wires_in_metal)
+    plan, home = with_home(context, with_lockouts(job, context, plan), ways_in_chunks(shared, chunks))
+    aside = _failures_aside(job, gravity, span)
+    rows: dict[int, TargetVerdict] = {}
     run: PartRun | None = None
-    if all(row.reason is None for row in rows.values()):
-        run = run_in_chunks(shared, chunks, plan, home, progress)
+    if plan.whole and not aside:
+        run = run_in_chunks(shared, chunks, plan, home, progress, lambda: rows.update(_rows(plan, aside)))
         rows = _with(rows, run.failures) if run.failures else rows
+    else:
+        rows = _rows(plan, aside)
     part, stretches = _as_far_as_run(plan, home), plan.stretches
     return SpanVerdict(
         rows=tuple(rows[i] for i in range(span.first, span.stop)),
@@ -208,8 +211,19 @@ def failed(failure: Failure, i: int, q: Floats | None = None) -> TargetVerdict:
     return TargetVerdict(failure.at(replace(failure.place, target=i)), None, q)
 
 
-def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]:
-    """The verdicts on the targets of a plan, by their numbers."""
+def _failures_aside(job: Job, gravity: Floats, span: Span) -> dict[int, Failure]:
+    """What is wrong with targets of a span however they are planned, by their numbers."""
+    found = {**job.wires_in_metal, **unsupported_targets(job)}
+    steepest = job.case.checks.gravity_max_deg
+    if steepest is not None:
+        for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
+            angle_deg = round(float(np.rad2deg(gravity[i])), 3)
+            found[i] = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
+    return {i: failure for i, failure in found.items() if span.first <= i < span.stop}
+
+
+def _rows(plan: PartPlan, aside: dict[int, Failure]) -> dict[int, TargetVerdict]:
+    """The verdicts on the targets of a plan, by their numbers; what is wrong aside counts where nothing else is."""
     rows: dict[int, TargetVerdict] = {}
     for bead in plan.beads:
         for stretch in bead.stretches:
@@ -220,16 +234,7 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
     rows.update((i, TargetVerdict(None, None, looked_at=False)) for bead in plan.beads for i in bead.open)
     # at home the arm may be in the way whether the bead at its end was looked at or not
     rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.travel_failures.items())
-    steepest = job.case.checks.gravity_max_deg
-    if steepest is not None:
-        for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
-            if i in rows and rows[i].reason is None:
-                angle_deg = round(float(np.rad2deg(gravity[i])), 3)
-                failure = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
-                rows[i] = failed(failure, i, rows[i].q)
-    for i, failure in (*unsupported_targets(job).items(), *job.wires_in_metal.items()):
-        if i in rows and rows[i].reason is None:
-            rows[i] = failed(failure, i, rows[i].q)
+    rows.update((i, failed(failure, i, rows[i].q)) for i, failure in aside.items() if rows[i].reason is None)
     return rows
 
 

@@ -9,6 +9,7 @@ from the last, other beginnings and ends of it are tried. Metres, radians.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,12 +54,28 @@ class SpanEnds:
     ways: HomeTravels
 
 
-def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeTravels | None]:
+EndsOfWay = tuple[Stretch | None, Stretch | None]  # what is welded last, None at home; what is welded next, likewise
+Ways = Callable[[Context, Sequence[EndsOfWay]], Sequence[TravelWay | Failure]]
+
+
+def ways_between(context: Context, ends: Sequence[EndsOfWay]) -> list[TravelWay | Failure]:
+    """The ways between home and beads, or why there is none.
+
+    Args:
+        context: what the beads were planned with.
+        ends: of each way.
+    """
+    laid = [context.begun if end is None else int(context.laid[end.stop - 1]) for end, _ in ends]
+    return [travel(context, end, start, k) for (end, start), k in zip(ends, laid, strict=True)]
+
+
+def with_home(context: Context, plan: PartPlan, ways: Ways = ways_between) -> tuple[PartPlan, HomeTravels | None]:
     """Plan the ways from home and back.
 
     Args:
         context: what the plan was made with.
         plan: of the part.
+        ways: finds both, as :func:`ways_between` does, of a plan that is whole.
 
     Returns:
         The plan, with targets that no such way leads to, or from, in its travel_failures; and the ways, None where
@@ -66,18 +83,17 @@ def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeTravels |
     """
     if context.span.start is None and context.span.end is None:
         return plan, None
-    whole = not plan.travel_failures and all(bead.whole for bead in plan.beads)
-    if not whole:
+    if not plan.whole:
         few = max(context.settings.travel_attempts // REDUCED, 1)
         context = replace(context, settings=replace(context.settings, travel_attempts=few))
-    return _Home(context, plan, whole).planned()
+    return _Home(context, plan, ways if plan.whole else ways_between).planned()
 
 
 class _Home:
     """The search of both ways."""
 
-    def __init__(self, context: Context, plan: PartPlan, whole: bool) -> None:
-        self.context, self.plan, self.whole = context, plan, whole
+    def __init__(self, context: Context, plan: PartPlan, ways: Ways) -> None:
+        self.context, self.plan, self.whole, self.ways = context, plan, plan.whole, ways
         self.beads, self.travels = list(plan.beads), list(plan.travels)
         self.travel_failures = dict(plan.travel_failures)
 
@@ -89,8 +105,13 @@ class _Home:
             self._home_itself(start, self.context.begun, first.first),
             self._home_itself(end, laid, last.stop - 1),
         ]
-        out = failed_at_home[0] or (self._way(None, first.stretches[0]) if first.whole and start is not None else None)
-        back = failed_at_home[1] or (self._way(last.stretches[0], None) if last.whole and end is not None else None)
+        asked: dict[int, EndsOfWay] = {}
+        if not failed_at_home[0] and first.whole and start is not None:
+            asked[0] = None, first.stretches[0]
+        if not failed_at_home[1] and last.whole and end is not None:
+            asked[1] = last.stretches[0], None
+        found = dict(zip(asked, self.ways(self.context, list(asked.values())), strict=True))
+        out, back = failed_at_home[0] or found.get(0), failed_at_home[1] or found.get(1)
         if self.whole and isinstance(out, Failure) and not failed_at_home[0]:
             joined = self._otherwise(0)
             out = out if joined is None else joined[0]
@@ -125,8 +146,8 @@ class _Home:
         return self.context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
 
     def _way(self, end: Stretch | None, start: Stretch | None) -> TravelWay | Failure:
-        deposits_laid = self.context.begun if end is None else int(self.context.laid[end.stop - 1])
-        return travel(self.context, end, start, deposits_laid)
+        (way,) = ways_between(self.context, [(end, start)])
+        return way
 
     def _otherwise(self, k: int) -> tuple[TravelWay | None, TravelWay | None] | None:
         """Ways to and from the first or last bead, begun or ended elsewhere; None where that does not help."""
