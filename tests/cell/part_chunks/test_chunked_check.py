@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -76,9 +76,17 @@ class Posted(WorkerPool):
         """Nobody has to."""
 
     def run(
-        self, function: Any, shared: Any, items: Any, tick: Tick | None = None, sizes: Sequence[float] | None = None
+        self,
+        function: Any,
+        shared: Any,
+        items: Any,
+        tick: Tick | None = None,
+        sizes: Sequence[float] | None = None,
+        meanwhile: Callable[[], object] | None = None,
     ) -> list[Any]:
         there = pickle.loads(pickle.dumps(shared))
+        if meanwhile is not None:
+            meanwhile()
         found = {k: function(there, pickle.loads(pickle.dumps(items[k])), tick or int) for k in range(len(items))[::-1]}
         return [pickle.loads(pickle.dumps(found[k])) for k in range(len(items))]
 

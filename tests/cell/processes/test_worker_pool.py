@@ -184,6 +184,20 @@ def test_no_worker_waits_for_an_item_that_is_done_here(two: WorkerPool) -> None:
     assert found.count(os.getpid()) <= 2  # one took two seconds, in which all others were done
 
 
+@pytest.mark.slow
+def test_what_is_done_meanwhile_is_done_here_and_once(two: WorkerPool) -> None:
+    for mine, items in ((two, [1, 2]), (two, [1]), (WorkerPool(1), [1, 2])):
+        done: list[tuple[int, threading.Thread]] = []
+        found = mine.run(
+            powered, 2.0, items, meanwhile=lambda done=done: done.append((os.getpid(), threading.current_thread()))
+        )
+        assert [value for _, value in found] == [2.0**item for item in items]
+        assert done == [(os.getpid(), threading.main_thread())]
+    # workers do not wait for it
+    pids = two.run(stands_still, 0.0, [0.0] * 4, meanwhile=lambda: time.sleep(1.0))
+    assert os.getpid() not in pids
+
+
 def waits_here(shared: int, item: float, _: Tick) -> int:
     """Takes two seconds in the process that shares the work out."""
     time.sleep(2.0 if os.getpid() == shared else item / 10)
