@@ -20,7 +20,7 @@ from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, travel_failure
-from ..planning.travels.home import EndsOfWay, Ways, ways_between
+from ..planning.travels.home import FoundWays, found_ways
 from ..planning.travels.travel import TravelWay
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
@@ -48,12 +48,25 @@ class Shared:
         return cls(replace(job, sliced=(), beads=()), context)
 
 
+@dataclass(frozen=True, eq=False)
+class ChunkedPlan:
+    """The plan of a part.
+
+    Attributes:
+        plan: the plan.
+        ways: from home and back, where they are known by then.
+    """
+
+    plan: PartPlan
+    ways: FoundWays | None = None
+
+
 def plan_in_chunks(
     shared: Shared,
     chunks: Sequence[Chunk],
     progress: Progress | None = None,
     meanwhile: Callable[[], object] | None = None,
-) -> PartPlan:
+) -> ChunkedPlan:
     """Plan a part chunk by chunk, side by side where there are workers.
 
     Args:
@@ -63,11 +76,11 @@ def plan_in_chunks(
         meanwhile: what this process does first while workers plan, where the part has several chunks.
 
     Returns:
-        The plan; of a part in one chunk, what ``plan_part`` gives.
+        The plan; of a part in one chunk, what ``plan_part`` gives, and no ways.
     """
     context = shared.context
     if len(chunks) == 1:
-        return plan_part(context, shared.job.targets.path, progress)
+        return ChunkedPlan(plan_part(context, shared.job.targets.path, progress))
     workers = pool_for(chunks)
     workers.get_ready(shared, len(chunks), copies=False)
     known, q_before = beginnings(context, chunks)
@@ -82,22 +95,7 @@ def plan_in_chunks(
     return join_chunks(shared, plans, workers)
 
 
-def ways_in_chunks(shared: Shared, chunks: Sequence[Chunk]) -> Ways:
-    """What finds ways from home and back: side by side where there are workers and the part has several chunks.
-
-    Args:
-        shared: the part and what it is planned with.
-        chunks: of the part.
-
-    Returns:
-        What ``cell.planning.travels.home.with_home`` takes, for the context that is shared.
-    """
-    if len(chunks) == 1:
-        return ways_between
-    return lambda _, ends: pool_for(chunks).run(_way, shared, ends)
-
-
-def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool | None = None) -> PartPlan:
+def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool | None = None) -> ChunkedPlan:
     """Make plans of chunks the plan of the part.
 
     Args:
@@ -113,11 +111,6 @@ def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool |
 
 def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PartPlan:
     return plan_beads(shared.context, run, tick)
-
-
-def _way(shared: Shared, ends: EndsOfWay, _: Tick) -> TravelWay | Failure:
-    (way,) = ways_between(shared.context, [ends])
-    return way
 
 
 def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBead:
@@ -143,11 +136,20 @@ class _Joining:
             self.beads += plan.beads
             self.travel_failures.update(plan.travel_failures)
 
-    def plan(self) -> PartPlan:
+    def plan(self) -> ChunkedPlan:
         """The plan of the part."""
+        ways: list[FoundWays] = []
+        span, first, last = self.context.span, self.beads[0], self.beads[-1]
+
+        def find_ways() -> None:
+            """While workers lead from chunk to chunk, which seldom changes the part's last bead."""
+            if not self.travel_failures and all(bead.whole for bead in self.beads):
+                ways.append(found_ways(self.context, first, last))
+
         befores = {k: self._before(k) for k in self.joins}
         ends = [(befores[k], self.beads[k]) for k in self.joins]
-        found = self.workers.run(_joined, self.shared, ends)
+        goes_home = span.start is not None or span.end is not None
+        found = self.workers.run(_joined, self.shared, ends, meanwhile=find_ways if goes_home else None)
         reduced = reduced_budget(self.context)
         for k, joint in zip(self.joins, found, strict=True):
             # one that led on from another end is found once more
@@ -155,7 +157,8 @@ class _Joining:
         if all(bead.whole for bead in self.beads):
             self._search_on()
         travels = tuple(self.travels[bead.first] for bead in self.beads if bead.first in self.travels)
-        return PartPlan(tuple(self.beads), travels, dict(sorted(self.travel_failures.items())))
+        plan = PartPlan(tuple(self.beads), travels, dict(sorted(self.travel_failures.items())))
+        return ChunkedPlan(plan, ways[0] if ways else None)
 
     def _search_on(self) -> None:
         """Search travels that were not found with all attempts, as long as the part may be whole."""

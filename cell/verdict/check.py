@@ -25,7 +25,7 @@ from ..failure import Contact, Failure, Kind
 from ..job.job import Job
 from ..job.overhang_check import unsupported_targets
 from ..motion.motion import Motion
-from ..part_chunks.chunked_plan import Shared, plan_in_chunks, ways_in_chunks
+from ..part_chunks.chunked_plan import Shared, plan_in_chunks
 from ..part_chunks.chunked_run import PartRun, run_in_chunks
 from ..part_chunks.chunking import USUAL, Chunking
 from ..part_chunks.least_values import LeastValue, least_margin, least_sigma, nearest_sample, samples_of
@@ -145,8 +145,8 @@ def check_span(
     if blocked is not None:
         return SpanVerdict(tuple(failed(blocked, i) for i in range(span.first, span.stop)))
     chunks, shared = chunking.chunks(job.targets, span), Shared.of(job, context)
-    plan = plan_in_chunks(shared, chunks, progress, lambda: job.wires_in_metal)
-    plan, home = with_home(context, with_lockouts(job, context, plan), ways_in_chunks(shared, chunks))
+    planned = plan_in_chunks(shared, chunks, progress, lambda: job.wires_in_metal)
+    plan, home = with_home(context, with_lockouts(job, context, planned.plan), planned.ways)
     aside = _failures_aside(job, gravity, span)
     rows: dict[int, TargetVerdict] = {}
     run: PartRun | None = None

@@ -9,7 +9,6 @@ from the last, other beginnings and ends of it are tried. Metres, radians.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,28 +53,68 @@ class SpanEnds:
     ways: HomeTravels
 
 
-EndsOfWay = tuple[Stretch | None, Stretch | None]  # what is welded last, None at home; what is welded next, likewise
-Ways = Callable[[Context, Sequence[EndsOfWay]], Sequence[TravelWay | Failure]]
+@dataclass(frozen=True, eq=False)
+class FoundWays:
+    """What the search of both ways has found, for beads as they were planned.
+
+    Attributes:
+        first: the bead that the one leads to.
+        last: the bead that the other comes from.
+        at_home: what the arm is too near to at home, before and after, if anything.
+        out: the way from home, or why there is none; None where none is asked for.
+        back: the way back, likewise.
+    """
+
+    first: BeadPlan
+    last: BeadPlan
+    at_home: tuple[Failure | None, Failure | None]
+    out: TravelWay | Failure | None
+    back: TravelWay | Failure | None
 
 
-def ways_between(context: Context, ends: Sequence[EndsOfWay]) -> list[TravelWay | Failure]:
-    """The ways between home and beads, or why there is none.
+def found_ways(context: Context, first: BeadPlan, last: BeadPlan) -> FoundWays:
+    """Search the ways from home to a bead and from a bead back.
 
     Args:
         context: what the beads were planned with.
-        ends: of each way.
+        first: the first of its span.
+        last: the last.
     """
-    laid = [context.begun if end is None else int(context.laid[end.stop - 1]) for end, _ in ends]
-    return [travel(context, end, start, k) for (end, start), k in zip(ends, laid, strict=True)]
+    start, end = context.span.start, context.span.end
+    laid = int(context.laid[last.stop - 1])
+    at_home = _home_itself(context, start, context.begun, first.first), _home_itself(context, end, laid, last.stop - 1)
+    out: TravelWay | Failure | None = at_home[0]
+    back: TravelWay | Failure | None = at_home[1]
+    if out is None and first.whole and start is not None:
+        out = _way(context, None, first.stretches[0])
+    if back is None and last.whole and end is not None:
+        back = _way(context, last.stretches[0], None)
+    return FoundWays(first, last, at_home, out, back)
 
 
-def with_home(context: Context, plan: PartPlan, ways: Ways = ways_between) -> tuple[PartPlan, HomeTravels | None]:
+def _home_itself(context: Context, home: Floats | None, deposits_laid: int, target: int) -> Failure | None:
+    """What the arm is too near to at home, if anything, with the table as at a target."""
+    if home is None:
+        return None
+    axes = context.placed.axes(home[None], np.array([target]))
+    found = context.checker.clearances(axes, np.array([deposits_laid]))
+    if found.distance[0] >= context.settings.clearance:
+        return None
+    return context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
+
+
+def _way(context: Context, end: Stretch | None, start: Stretch | None) -> TravelWay | Failure:
+    deposits_laid = context.begun if end is None else int(context.laid[end.stop - 1])
+    return travel(context, end, start, deposits_laid)
+
+
+def with_home(context: Context, plan: PartPlan, known: FoundWays | None = None) -> tuple[PartPlan, HomeTravels | None]:
     """Plan the ways from home and back.
 
     Args:
         context: what the plan was made with.
         plan: of the part.
-        ways: finds both, as :func:`ways_between` does, of a plan that is whole.
+        known: what has been found already; counts where the plan is whole and both beads are still the same.
 
     Returns:
         The plan, with targets that no such way leads to, or from, in its travel_failures; and the ways, None where
@@ -83,35 +122,26 @@ def with_home(context: Context, plan: PartPlan, ways: Ways = ways_between) -> tu
     """
     if context.span.start is None and context.span.end is None:
         return plan, None
+    first, last = plan.beads[0], plan.beads[-1]
     if not plan.whole:
         few = max(context.settings.travel_attempts // REDUCED, 1)
         context = replace(context, settings=replace(context.settings, travel_attempts=few))
-    return _Home(context, plan, ways if plan.whole else ways_between).planned()
+    elif known is not None and known.first is first and known.last is last:
+        return _Home(context, plan, known).planned()
+    return _Home(context, plan, found_ways(context, first, last)).planned()
 
 
 class _Home:
     """The search of both ways."""
 
-    def __init__(self, context: Context, plan: PartPlan, ways: Ways) -> None:
-        self.context, self.plan, self.whole, self.ways = context, plan, plan.whole, ways
+    def __init__(self, context: Context, plan: PartPlan, found: FoundWays) -> None:
+        self.context, self.plan, self.whole, self.found = context, plan, plan.whole, found
         self.beads, self.travels = list(plan.beads), list(plan.travels)
         self.travel_failures = dict(plan.travel_failures)
 
     def planned(self) -> tuple[PartPlan, HomeTravels | None]:
         first, last = self.beads[0], self.beads[-1]
-        start, end = self.context.span.start, self.context.span.end
-        laid = int(self.context.laid[last.stop - 1])
-        failed_at_home = [
-            self._home_itself(start, self.context.begun, first.first),
-            self._home_itself(end, laid, last.stop - 1),
-        ]
-        asked: dict[int, EndsOfWay] = {}
-        if not failed_at_home[0] and first.whole and start is not None:
-            asked[0] = None, first.stretches[0]
-        if not failed_at_home[1] and last.whole and end is not None:
-            asked[1] = last.stretches[0], None
-        found = dict(zip(asked, self.ways(self.context, list(asked.values())), strict=True))
-        out, back = failed_at_home[0] or found.get(0), failed_at_home[1] or found.get(1)
+        failed_at_home, out, back = self.found.at_home, self.found.out, self.found.back
         if self.whole and isinstance(out, Failure) and not failed_at_home[0]:
             joined = self._otherwise(0)
             out = out if joined is None else joined[0]
@@ -134,20 +164,6 @@ class _Home:
         bead = self.beads[0] if target < self.beads[0].stop else self.beads[-1]
         if target not in (*bead.target_failures, *bead.edge_failures, *self.travel_failures):
             self.travel_failures[target] = failure
-
-    def _home_itself(self, home: Floats | None, deposits_laid: int, target: int) -> Failure | None:
-        """What the arm is too near to at home, if anything, with the table as at a target."""
-        if home is None:
-            return None
-        axes = self.context.placed.axes(home[None], np.array([target]))
-        found = self.context.checker.clearances(axes, np.array([deposits_laid]))
-        if found.distance[0] >= self.context.settings.clearance:
-            return None
-        return self.context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
-
-    def _way(self, end: Stretch | None, start: Stretch | None) -> TravelWay | Failure:
-        (way,) = ways_between(self.context, [(end, start)])
-        return way
 
     def _otherwise(self, k: int) -> tuple[TravelWay | None, TravelWay | None] | None:
         """Ways to and from the first or last bead, begun or ended elsewhere; None where that does not help."""
@@ -181,12 +197,12 @@ class _Home:
         into: TravelWay | None = None
         on: TravelWay | None = None
         if before is not None or span.start is not None:
-            found = self._way(before, start)
+            found = _way(self.context, before, start)
             if isinstance(found, Failure):
                 return None
             into, start = found, turned(start, found)
         if after is not None or span.end is not None:
-            found = self._way(start, after)
+            found = _way(self.context, start, after)
             if isinstance(found, Failure) or (after is not None and (found[0][-1] != after.axes[0]).any()):
                 return None  # a way on that ends whole turns from the next bead would turn all that comes after it
             on = found
