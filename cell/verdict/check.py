@@ -149,12 +149,18 @@ def check_span(
     plan, home = with_home(context, with_lockouts(job, context, planned.plan), planned.ways)
     aside = _failures_aside(job, gravity, span)
     rows: dict[int, TargetVerdict] = {}
+    warnings: list[Warning] = []
+
+    def judge() -> None:
+        rows.update(_rows(plan, aside))
+        warnings.extend(_short_retracts(context, plan, home))
+
     run: PartRun | None = None
     if plan.whole and not aside:
-        run = run_in_chunks(shared, chunks, plan, home, progress, lambda: rows.update(_rows(plan, aside)))
-        rows = _with(rows, run.failures) if run.failures else rows
+        run = run_in_chunks(shared, chunks, plan, home, progress, judge)
+        rows.update((i, failed(failure, i, rows[i].q)) for i, failure in run.failures.items() if i in rows)
     else:
-        rows = _rows(plan, aside)
+        judge()
     part, stretches = _as_far_as_run(plan, home), plan.stretches
     return SpanVerdict(
         rows=tuple(rows[i] for i in range(span.first, span.stop)),
@@ -162,7 +168,7 @@ def check_span(
         clearance=nearest_sample(context, samples_of(context, part)) if run is None else run.clearance,
         singularity=least_margin(context, stretches) if run is None else run.singularity,
         sigma=least_sigma(context, stretches) if run is None else run.sigma,
-        warnings=tuple(_short_retracts(context, plan, home)),
+        warnings=tuple(warnings),
         ends=None if run is None or run.failures or home is None else SpanEnds(stretches[0], stretches[-1], home),
     )
 
@@ -236,11 +242,6 @@ def _rows(plan: PartPlan, aside: dict[int, Failure]) -> dict[int, TargetVerdict]
     rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.travel_failures.items())
     rows.update((i, failed(failure, i, rows[i].q)) for i, failure in aside.items() if rows[i].reason is None)
     return rows
-
-
-def _with(rows: dict[int, TargetVerdict], failures: dict[int, Failure]) -> dict[int, TargetVerdict]:
-    """Rows of which some turn out not to be feasible when they are run in time."""
-    return {i: failed(failures[i], i, row.q) if i in failures else row for i, row in rows.items()}
 
 
 def _as_far_as_run(plan: PartPlan, home: HomeTravels | None) -> RunBeads:
