@@ -3,10 +3,10 @@
 A lighter search than :mod:`ik.bead_path`, for closed forms: whole turns of a joint are left out of the nodes and
 worked out of the way that is found, so that a target has one node for each roll and branch::
 
-    nodes = standings(chain, raw)                      # (j, t, g, r) lowest angles inside the limits
+    nodes = lowest_angles(chain, raw)                      # (j, t, g, r) lowest angles inside the limits
     edges = prices(chain, nodes, rolls, bounds, shifts, circular=True)     # (t - 1, g, s, r)
     way = cheapest(cost, edges, shifts)                # group and (t,) samples, or None
-    q = unwound(chain, nodes_on_way, q_before)         # (t, j), or None where the turns of a joint run out
+    q = with_whole_turns(chain, nodes_on_way, q_before)         # (t, j), or None where the turns of a joint run out
 
 What this does not find may still exist: a way that has to change its turns is left to the full search. Radians,
 seconds.
@@ -53,7 +53,7 @@ def several_turns(chain: Chain) -> Bools:
     return np.asarray(chain.upper - chain.lower + 2 * SLACK >= TURN)
 
 
-def standings(chain: Chain, raw: Floats) -> tuple[Floats, Bools, Floats]:
+def lowest_angles(chain: Chain, raw: Floats) -> tuple[Floats, Bools, Floats]:
     """Every joint at its lowest angle inside the limits.
 
     Args:
@@ -87,7 +87,7 @@ def prices(chain: Chain, q: Floats, rolls: Floats, bounds: Bounds, shifts: Ints,
 
     Args:
         chain: the arm.
-        q: from :func:`standings`, (j, t, g, r).
+        q: from :func:`lowest_angles`, (j, t, g, r).
         rolls: of each target's samples, (t, r), rad.
         bounds: what edges have to keep.
         shifts: by how many samples the roll may change, (s,).
@@ -177,7 +177,7 @@ def steadiest(cost: Floats, edges: Floats, shift_price: float) -> tuple[int, Int
     return g, np.full(len(cost), r)
 
 
-def unwound(chain: Chain, q: Floats, q_before: Floats | None) -> Floats | None:
+def with_whole_turns(chain: Chain, q: Floats, q_before: Floats | None) -> Floats | None:
     """A way with its joints' whole turns.
 
     Args:

@@ -35,7 +35,7 @@ def excess(chain: Chain, q: Floats) -> Floats:
     return np.maximum(np.abs(wrap(q - middle)) - half, 0.0)
 
 
-def standings(chain: Chain, slack: float = SLACK) -> NDArray[np.int64]:
+def turn_combinations(chain: Chain, slack: float = SLACK) -> NDArray[np.int64]:
     """Whole turns above its lowest that each joint can stand at, in every combination.
 
     Args:
@@ -60,10 +60,10 @@ def with_turns(chain: Chain, q: Floats, slack: float = SLACK, *, packed: bool = 
         packed: leave out what no row needs: each row's standings come first, and k is the most that any row has.
 
     Returns:
-        (..., k, n) rad; k is the number of :func:`standings` (1 for most arms). Standings outside the limits are
+        (..., k, n) rad; k is the number of :func:`turn_combinations` (1 for most arms). Those outside the limits are
         NaN.
     """
-    turns = standings(chain, slack)
+    turns = turn_combinations(chain, slack)
     rows = q.reshape(-1, chain.n)
     lowest = rows + TURN * np.ceil((chain.lower - slack - rows) / TURN)
     inside = _inside(chain, np.ascontiguousarray(lowest.T), turns, slack)

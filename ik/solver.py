@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from . import closed_form, dls, spherical_wrist
 from .chain import Chain, Floats
-from .joint_turns import SLACK, excess, standings, with_turns
+from .joint_turns import SLACK, excess, turn_combinations, with_turns
 from .roll import RollWindow, wrap
 
 SOLVERS = ("auto", "closed_form", "dls")
@@ -108,7 +108,7 @@ class Solver:
         their limits, some angles in two turns, so that a way can go on through any of them.
         """
         half = (self.chain.upper - self.chain.lower) / 2
-        if len(standings(self.chain)) <= MOST_STANDINGS:
+        if len(turn_combinations(self.chain)) <= MOST_STANDINGS:
             return self.chain
         middle = (self.chain.upper + self.chain.lower) / 2
         half = np.where(half >= 2 * np.pi - SLACK, np.minimum(half, WINDOW), half)

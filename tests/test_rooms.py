@@ -231,6 +231,23 @@ def test_a_class_name_means_one_thing() -> None:
     assert {name: paths for name, paths in found.items() if len(paths) > 1} == {}
 
 
+# functions of one name in several modules, and why they are one thing
+SAME_FUNCTIONS = {
+    "run": "of a command: cell/cli/main.py calls it by the name of the command",
+    "solve": "of a way to solve the inverse kinematics, closed form or damped least squares",
+}
+
+
+def test_a_function_name_means_one_thing() -> None:
+    found = defaultdict(list)
+    for package in ("cell", "slicing", "ik"):
+        for path in modules(package):
+            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+                    found[node.name].append(str(path.relative_to(ROOT)))
+    assert {name for name, paths in found.items() if len(paths) > 1} == set(SAME_FUNCTIONS)
+
+
 @pytest.mark.parametrize("package", ["cell", "slicing", "ik"])
 def test_what_a_package_exports_is_there(package: str) -> None:
     module = __import__(package)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..atomic_files import STDOUT, write_bytes, write_csv, write_text
 from ..errors import InputError
-from .case_options import load, parse_roll, refuse_outputs
+from .case_options import load, refuse_outputs, roll_argument
 from .console import put_json, say
 from .exit_codes import FEASIBLE, INFEASIBLE
 from .progress_bar import Bars
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     refuse_outputs(args, case, "json", "out", "csv", "picture", "html")
     rolls = list(dict.fromkeys(args.rolls or ()))
     if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one
-        case = with_changes(case, roll=parse_roll(rolls.pop()))
+        case = with_changes(case, roll=roll_argument(rolls.pop()))
         case = with_changes(case, sweep=case.sweep.model_copy(update={"roll": []}))
     poses = grid(case, args.e1, args.e2, rolls=rolls, placements=args.positioner or (), height=args.height)
     if args.jobs is not None and args.jobs < 1:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints, counted
+from ..arrays import Ints, repeat_with_index
 from ..timing.blending import kept_zone, mirrored
 from .clearances import Clearances, SeesClearances
 from .proofs.motion_bounds import joint_travel_bound
@@ -234,5 +234,5 @@ def _in_blocks(count: Ints) -> Iterator[Ints]:
 
 def _ragged(first: Ints, stop: Ints) -> tuple[Ints, Ints]:
     """All numbers from each first one up to its stop, and whose they are."""
-    of, place = counted(stop - first)
+    of, place = repeat_with_index(stop - first)
     return of, first[of] + place

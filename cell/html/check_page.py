@@ -66,12 +66,12 @@ def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
         "settings": words.settings(),
         "table_hidden": "hidden" if good else "",
         "x_name": "Time" if result.motion is not None else "Target",
-        "data": packed(result),
+        "data": page_data(result),
     }
     return page("report.html", script_of(SCRIPTS), fill)
 
 
-def packed(result: Result, budget: PageBudget = BUDGET) -> str:
+def page_data(result: Result, budget: PageBudget = BUDGET) -> str:
     """The page's numbers, as ``cell.html.pack`` writes them."""
     pack = Pack()
     job, t = result.job, result.job.targets

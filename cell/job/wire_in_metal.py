@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 from slicing import PartShape, Targets, hull_planes
 
-from ..arrays import Ints, counted
+from ..arrays import Ints, repeat_with_index
 from ..case.sections import Case
 from ..failure import Contact, Failure, Kind
 from ..scene.scene import Scene
@@ -372,7 +372,7 @@ def _along(t: Targets, which: NDArray[np.bool_]) -> tuple[Ints, Floats, Floats]:
     step = np.linalg.norm(np.diff(t.position, axis=0), axis=1)
     count = np.where(np.diff(t.path) == 0, np.maximum(np.ceil(step / STEP_MM), 1), 1).astype(np.int64)
     count = np.append(count, 1) * which
-    row, place = counted(count)
+    row, place = repeat_with_index(count)
     f = place / count[row]
     after = np.minimum(row + 1, n - 1)
     mix = f[:, None]

@@ -22,10 +22,10 @@ from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, reduc
 from ..planning.travels.travel import TravelWay
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
-from ..progress import Progress, counted
+from ..progress import Progress, counted_progress
 from .chunk_starts import beginnings
-from .chunking import Chunk, pool_for
-from .joins import JoinedBead, joint_of, same_end, unwound
+from .chunking import Chunk, pool_for_chunks
+from .joins import JoinedBead, joint_of, same_end, turned_to_chunk_before
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +60,11 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     context = shared.context
     if len(chunks) == 1:
         return plan_part(context, shared.job.targets.path, progress)
-    workers = pool_for(chunks)
+    workers = pool_for_chunks(chunks)
     workers.get_ready(shared, len(chunks), copies=False)
     known, q_before = beginnings(context, chunks)
     workers.get_ready(shared, len(chunks))  # before a bar is shown, which has a thread of its own
-    with counted(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
+    with counted_progress(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
         share = 1 / len(chunks)
         runs = [
             BeadRun(chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share)
@@ -107,7 +107,7 @@ class _Joining:
         self.joins: list[int] = []  # the first bead of each chunk after the first that is to be led to
         for plan in plans:
             if plan.stretches and any(bead.stretches for bead in self.beads):
-                plan = unwound(self.context, self._before(len(self.beads)), plan)
+                plan = turned_to_chunk_before(self.context, self._before(len(self.beads)), plan)
             begins = next((k for k, bead in enumerate(plan.beads) if bead.stretches), None)
             if begins is not None and plan.beads[begins].whole and any(bead.stretches for bead in self.beads):
                 self.joins.append(len(self.beads) + begins)

@@ -22,9 +22,9 @@ from ..planning.densify import densified
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeTravels
 from ..processes.worker import Tick
-from ..progress import Progress, counted
+from ..progress import Progress, counted_progress
 from .chunked_plan import Shared
-from .chunking import Chunk, pool_for
+from .chunking import Chunk, pool_for_chunks
 from .least_values import LeastValue, least_clearance, least_margin, least_of, least_sigma, nearest_sample, samples_of
 
 
@@ -78,9 +78,9 @@ def run_in_chunks(
     job, context = shared.job, shared.context
     runs = _runs(chunks, plan, home)
     known = _nearest_known(runs)
-    with counted(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
+    with counted_progress(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
         sizes = [sum(len(stretch.q) for stretch in run.stretches) for run in runs]
-        found = pool_for(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes)
+        found = pool_for_chunks(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes)
     from_home = home is not None and (home.out is not None or home.back is not None)
     motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
     failures: dict[int, Failure] = {}

@@ -79,7 +79,7 @@ class Chunking:
 USUAL = Chunking()
 
 
-def pool_for(chunks: Sequence[Chunk]) -> WorkerPool:
+def pool_for_chunks(chunks: Sequence[Chunk]) -> WorkerPool:
     """Who works on chunks: processes that begin with nothing only where there is enough to do for them.
 
     Args:

@@ -1,6 +1,6 @@
 """From the end of one chunk to the beginning of the next.
 
-    plan = unwound(context, last, plan)             # the next chunk, in the turns that joints have come to
+    plan = turned_to_chunk_before(context, last, plan)  # the next chunk, in the turns that joints have come to
     joint = joint_of(context, last, bead)
     joint.bead, joint.way
 
@@ -39,7 +39,7 @@ class JoinedBead:
     way: TravelWay | Failure
 
 
-def unwound(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
+def turned_to_chunk_before(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
     """A chunk turned by the whole turns that the arm's joints are off its beginning, where the limits allow it.
 
     Args:

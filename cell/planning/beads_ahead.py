@@ -23,7 +23,7 @@ from ik.chain import Floats
 from ik.roll import apply_roll
 
 from .bead_search import BeadPlan, BeadSearch
-from .configurations import evaluate
+from .configurations import nodes_at_rolls
 from .context import Context
 from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
 from .station_search import BESIDE, Ends, StationNodes, StationSearch, held_rolls_price
@@ -222,7 +222,7 @@ class BeadsAhead:
         if not context.window.is_fixed or search.shut:
             return None
         # of one roll alone the nodes are few
-        nodes = evaluate(context.solver, bead.placed, context.window, context.settings.roll_step, context.limits)
+        nodes = nodes_at_rolls(context.solver, bead.placed, context.window, context.settings.roll_step, context.limits)
         return BeadSearch(bead, nodes).way(q_before)
 
     def _checked(

@@ -19,7 +19,7 @@ import numpy as np
 from ..arrays import Ints
 from ..failure import Failure, Kind, LaidLayer
 from .bead_search import BeadPlan, BeadSearch
-from .configurations import evaluate
+from .configurations import nodes_at_rolls
 from .context import Context
 from .edge_check import SearchedBead
 from .infeasible_part import full_work
@@ -137,7 +137,7 @@ def _stand_free(context: Context, targets: Sequence[int]) -> bool:
     """Whether some targets each have a configuration that is free, at the sampled rolls."""
     window, step = context.window, context.settings.roll_step
     for i in targets:
-        nodes = evaluate(context.solver, context.placed.rows([i]), window, step, context.limits)
+        nodes = nodes_at_rolls(context.solver, context.placed.rows([i]), window, step, context.limits)
         if BeadSearch(SearchedBead.apart(context, np.array([i])), nodes).lost_alone():
             return False
     return True

@@ -1,6 +1,6 @@
 """Everything a target could be done with: each roll, each configuration, and what is wrong with it.
 
-    nodes = evaluate(solver, placed, window, roll_step, limits)
+    nodes = nodes_at_rolls(solver, placed, window, roll_step, limits)
     nodes.q, nodes.cost              # (n, r, g, k, 6), (n, r, g, k); infinite cost = not allowed
     nodes.why_not(i)                 # the failure of a target without an allowed node
     reasons(solver, Ts, window, step)  # of many such targets, in a fraction of the time
@@ -168,7 +168,7 @@ def reasons(solver: Solver, Ts: Floats, window: RollWindow, roll_step: float) ->
     return found
 
 
-def evaluate(
+def nodes_at_rolls(
     solver: Solver,
     placed: Placed,
     window: RollWindow,

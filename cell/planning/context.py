@@ -27,7 +27,7 @@ from ..collision.table import with_table_axes
 from ..collision.wire import wire_checker
 from ..failure import AT_TARGET, CollisionPlace, Contact, Failure, Kind, Place
 from ..job.job import Job, speeds
-from ..scene.placement import Placed, place, place_moving
+from ..scene.placement import Placed, place_on_moving_table, place_targets
 from ..scene.scene import Scene
 from ..scene.table_kinematics import TableKinematics
 from ..units import METRES_PER_MM
@@ -192,7 +192,7 @@ class Context:
         checker, screen = _checkers(scene, table, settings)
         return cls(
             solver=job.solver,
-            placed=place(job.targets, scene.T_base_part(*table)),
+            placed=place_targets(job.targets, scene.T_base_part(*table)),
             deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,
@@ -224,7 +224,7 @@ class Context:
         checker, screen = _checkers(with_table_axes(job.scene), first, settings)
         return cls(
             solver=job.solver,
-            placed=place_moving(job.targets, TableKinematics.of(job.scene), tables),
+            placed=place_on_moving_table(job.targets, TableKinematics.of(job.scene), tables),
             deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,

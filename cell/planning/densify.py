@@ -26,7 +26,7 @@ from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
 from ..failure import Failure, Kind, Place, Where
 from ..rigid import frames, great_circle
 from .context import CLOSE, BeadTolerance, Context
-from .edge_check import Stretch, between
+from .edge_check import Stretch, collision_place
 from .edge_tracking import off_bead
 
 # of a stretch, all that its rows have but for their clearances
@@ -231,7 +231,9 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> tuple[Stret
     for i in np.flatnonzero(found.seen.distance < context.settings.clearance).tolist():
         blame(int(stretch.edge[rows[i]]), context.describe(found.seen, i))
     for n, at in enumerate(rows[found.open].tolist()):
-        blame(int(stretch.edge[at]), context.describe(found.nearest, n, seen=between(found.nearest, n, context)))
+        blame(
+            int(stretch.edge[at]), context.describe(found.nearest, n, seen=collision_place(found.nearest, n, context))
+        )
     clearances, low, kept = stretch.clearances.rows(np.arange(len(new))), stretch.low.copy(), stretch.kept.copy()
     clearances.nearer(rows, found.seen)
     low[rows], kept[rows] = np.maximum(low[rows], found.low), np.maximum(kept[rows], found.kept)

@@ -197,7 +197,7 @@ class CheckedEdges:
         )
 
 
-def between(nearest: Clearances, k: int, context: Context) -> CollisionPlace:
+def collision_place(nearest: Clearances, k: int, context: Context) -> CollisionPlace:
     """Where what was seen nearest keeps the clearance, that it is kept between samples is not proved."""
     return (
         CollisionPlace.BETWEEN_SAMPLES
@@ -243,7 +243,7 @@ def check_edges(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> Che
             worst = int(mine[np.argmin(clear.distance[mine])])
             causes.append(context.describe(clear, worst, ON_BEAD))
         elif e in unsafe:
-            causes.append(context.describe(nearest, unsafe[e], ON_BEAD, between(nearest, unsafe[e], context)))
+            causes.append(context.describe(nearest, unsafe[e], ON_BEAD, collision_place(nearest, unsafe[e], context)))
         else:
             causes.append(None)
     return CheckedEdges(bead.first, start, roll, q, track, clear, found.low[of], found.kept[of], causes)

@@ -27,7 +27,7 @@ from ik.reachability_proof import certify
 from ..arrays import Ints
 from .bead_search import BeadPlan, BeadSearch, TargetFailure
 from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhere
-from .configurations import evaluate
+from .configurations import nodes_at_rolls
 from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead
 from .station_search import HIT, Ends, StationSearch
@@ -196,7 +196,9 @@ def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFai
     out: dict[int, TargetFailure] = {}
     for k in range(0, len(bad), BLOCK):
         some = bad[k : k + BLOCK]
-        nodes = evaluate(solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits)
+        nodes = nodes_at_rolls(
+            solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
+        )
         for n, i in enumerate(some.tolist()):
             failure, attempt = nodes.why_not(n)
             out[i] = TargetFailure(replace(failure, proved=True), attempt)
@@ -237,7 +239,7 @@ def _without_nodes(context: Context, some: Ints) -> dict[int, TargetFailure]:
     """Targets without a node that is free, with why."""
     if not len(some):
         return {}
-    nodes = evaluate(
+    nodes = nodes_at_rolls(
         context.solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
     )
     found = BeadSearch(SearchedBead.apart(context, some), nodes).lost_alone()

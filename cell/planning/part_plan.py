@@ -22,16 +22,16 @@ from ik.roll import wrap
 
 from ..arrays import Ints
 from ..failure import Failure, Place, Where
-from ..progress import Progress, counted
+from ..progress import Progress, counted_progress
 from .bead_search import MOST_SEARCHES, BeadPlan, BeadSearch
 from .beads_ahead import BeadsAhead
 from .collision_free_rolls import Stretches, collision_free_rolls, stabbing
-from .configurations import evaluate
+from .configurations import nodes_at_rolls
 from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead, Stretch
 from .infeasible_part import InfeasiblePartJudge
 from .station_search import ELSEWHERE, Ends, StationSearch
-from .travels.travel import TravelWay, can_leave, travel, turned
+from .travels.travel import TravelWay, can_leave, travel, turned_to_travel_end
 
 FINEST_ROUNDS = 60  # searches of such a bead until it is given up
 BEGINNINGS = 4  # of a bead that no travel leads to
@@ -71,7 +71,7 @@ def plan_part(context: Context, path: Ints, progress: Progress | None = None) ->
     """
     span = context.span
     firsts = [i for i in np.flatnonzero(np.diff(path, prepend=-1)).tolist() if span.first <= i < span.stop]
-    with counted(progress, "beads", len(firsts)) as count:
+    with counted_progress(progress, "beads", len(firsts)) as count:
         return plan_beads(context, BeadRun(tuple(firsts), span.stop, span.start), count)
 
 
@@ -219,7 +219,7 @@ def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan
         start = tried.stretches[0]
         way = travel(context, last, start, deposits_laid)
         if not isinstance(way, Failure):
-            return replace(tried, stretches=(turned(start, way),)), way
+            return replace(tried, stretches=(turned_to_travel_end(start, way),)), way
         failed = failed or way
         avoid.append(start.q_targets[0])
         if len(avoid) == BEGINNINGS or _cannot_leave(way):
@@ -323,7 +323,7 @@ def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | Non
 def _in_full(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | None = None) -> BeadPlan:
     """Search a bead at all rolls of every target."""
     context, also = bead.context, None if free is None else free.also
-    nodes = evaluate(context.solver, bead.placed, context.window, roll_step, context.limits, also)
+    nodes = nodes_at_rolls(context.solver, bead.placed, context.window, roll_step, context.limits, also)
     for at, q in [*((0, q) for q in ends.begin_off), *((-1, q) for q in ends.end_off)]:
         # whole turns are the travel's own to try
         off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)

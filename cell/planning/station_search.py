@@ -198,7 +198,7 @@ class StationSearch:
         way = self._cheapest(q, roll, cost)
         if way is None:
             return None
-        q_way = banded.unwound(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
+        q_way = banded.with_whole_turns(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
         return None if q_way is None else (group, roll[every, way[1]], q_way)
 
     @property
@@ -404,7 +404,7 @@ def _standing_at(context: Context, Ts: Floats, rolls: Floats, group: int | None 
         raw = closed_form.solve(solver.form, rolled)
     else:
         raw = closed_form.solve_branch(solver.form, rolled, group)[:, :, None]
-    q, inside, room = banded.standings(solver.chain, raw)
+    q, inside, room = banded.lowest_angles(solver.chain, raw)
     margin = np.swapaxes(margins(solver.chain, solver.geometry, raw), 1, 2)
     least = context.limits.values(True)
     allowed = inside & (margin >= least).all(axis=-1)

@@ -34,7 +34,7 @@ from ..errors import InputError
 from ..job.job import Job, prepare
 from ..job.table_groups import table_groups
 from ..plain import plain
-from ..progress import Progress, counted
+from ..progress import Progress, counted_progress
 from ..scene.compose import compose
 from ..table_poses.hopeless_poses import Screened, screen_all
 from ..table_poses.suited_poses import alone
@@ -278,7 +278,7 @@ def sweep(
             LOG.warning("%s: %d damaged line(s) were left out; their poses are computed again", log, book.damaged)
         todo = [pose for pose in dict.fromkeys(asked) if pose not in book.done]
         work = SweepPlan(mark, case, tuple(todo))
-        with counted(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
+        with counted_progress(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
             try:
                 with closing(_outcomes(work, jobs, executor)) as rows:
                     for row in rows:

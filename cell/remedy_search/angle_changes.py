@@ -19,7 +19,7 @@ from ..case.read import with_changes
 from ..case.sections import Case
 from ..job.job import Job
 from ..scene.placement import Placed
-from .change import ANGLE_SCALE, ROLL_SCALE, Angles, Change, rounded
+from .change import ANGLE_SCALE, ROLL_SCALE, Angles, Change, rounded_for_case
 
 PAIR_STEP, PAIR_REACH = 15.0, 90.0  # deg, of both table angles together
 
@@ -43,7 +43,7 @@ class TableAngle(Change):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The angle, deg."""
-        return rounded(angles[0 if self.axis == "E1" else 1])
+        return rounded_for_case(angles[0 if self.axis == "E1" else 1])
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""
@@ -70,7 +70,7 @@ class TablePose(Change):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """Both angles, deg."""
-        return dict(zip(("E1_deg", "E2_deg"), map(rounded, angles), strict=True))
+        return dict(zip(("E1_deg", "E2_deg"), map(rounded_for_case, angles), strict=True))
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""
@@ -103,8 +103,8 @@ class _Roll(Change):
         if isinstance(case.roll, str):
             return case.roll
         if case.roll.fixed_deg is not None:
-            return {"fixed_deg": rounded(case.roll.fixed_deg)}
-        return {"range_deg": [rounded(v) for v in case.roll.range_deg or ()]}
+            return {"fixed_deg": rounded_for_case(case.roll.fixed_deg)}
+        return {"range_deg": [rounded_for_case(v) for v in case.roll.range_deg or ()]}
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""

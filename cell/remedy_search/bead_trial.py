@@ -14,7 +14,7 @@ import numpy as np
 
 from ..collision.table import table_alone
 from ..job.job import Job
-from ..planning.configurations import evaluate
+from ..planning.configurations import nodes_at_rolls
 from ..planning.context import FINER_ROLLS, Context
 from ..planning.part_plan import plan_bead
 from ..scene.scene import table_angles
@@ -46,7 +46,9 @@ def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], 
 def _stands_free(context: Context, i: int) -> bool:
     """Whether any configuration of a target is free, at three times the rolls that a bead is first searched with."""
     placed = context.placed.rows([i])
-    nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step / FINER_ROLLS, context.limits)
+    nodes = nodes_at_rolls(
+        context.solver, placed, context.window, context.settings.roll_step / FINER_ROLLS, context.limits
+    )
     at = np.argwhere(np.isfinite(nodes.cost))
     at = at[np.argsort(nodes.cost[tuple(at.T)], kind="stable")]
     for first in range(0, len(at), TRIED_TOGETHER):

@@ -23,7 +23,7 @@ from ..rigid import frames
 from ..scene.compose import compose
 from ..scene.placement import Placed
 from ..units import METRES_PER_MM
-from .change import LENGTH_SCALE, ROLL_SCALE, SHARE_SCALE, Angles, Change, rounded
+from .change import LENGTH_SCALE, ROLL_SCALE, SHARE_SCALE, Angles, Change, rounded_for_case
 from .seam_changes import KEY, reseamed, seam_in_words, seams_value, with_seam
 
 
@@ -91,7 +91,7 @@ class PositionerShift(_Shift):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The place, mm."""
-        return [rounded(v) for v in case.positioner.position_mm]
+        return [rounded_for_case(v) for v in case.positioner.position_mm]
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class PartShift(_Shift):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The place, mm."""
-        return [rounded(v) for v in case.part.position_mm]
+        return [rounded_for_case(v) for v in case.part.position_mm]
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class SupportHeight(_Length):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The height, mm."""
-        return None if case.support is None else rounded(case.support.height_mm)
+        return None if case.support is None else rounded_for_case(case.support.height_mm)
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ class StickOut(_Length):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The wire's free length, mm."""
-        return rounded(stick_out(case))
+        return rounded_for_case(stick_out(case))
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class DepositionSpeed(Change):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The speed, mm/s."""
-        return rounded(case.process.deposition_speed_mm_s)
+        return rounded_for_case(case.process.deposition_speed_mm_s)
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""
@@ -206,7 +206,7 @@ class Blend(Change):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The distance, mm."""
-        return rounded(case.process.blend_mm)
+        return rounded_for_case(case.process.blend_mm)
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""

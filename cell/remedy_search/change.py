@@ -103,6 +103,6 @@ class Change(ABC):
         """How far the key was searched in words; most: the greatest size in any direction."""
 
 
-def rounded(value: float) -> float:
+def rounded_for_case(value: float) -> float:
     """A value as a case file is given it."""
     return round(value, 3) + 0.0

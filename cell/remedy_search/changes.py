@@ -28,7 +28,7 @@ from ..case.table_section import Table
 from ..errors import InputError
 from ..job.job import Job
 from ..mjcf.torch import ALLOWED
-from ..scene.placement import place
+from ..scene.placement import place_targets
 from ..scene.scene import table_angles
 from .angle_changes import PAIRS, RollFree, RollRange, RollShift, TableAngle, TablePose
 from .cell_changes import (
@@ -102,7 +102,7 @@ class ChangeBase:
         """
         job, targets = self.job, self.job.targets
         T = change.moved(job, self._T_base_part(*self.angles(change, size)), size)
-        placed = place(replace(targets, position=targets.position[index], normal=targets.normal[index]), T)
+        placed = place_targets(replace(targets, position=targets.position[index], normal=targets.normal[index]), T)
         return change.seen(placed, size), placed.normal
 
     def _T_base_part(self, e1: float, e2: float) -> Floats:

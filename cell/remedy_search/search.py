@@ -24,7 +24,7 @@ from ..case.read import with_changes
 from ..case.sections import Checks
 from ..failure import Where
 from ..job.job import Job
-from ..progress import Progress, counted
+from ..progress import Progress, counted_progress
 from ..verdict.check import check_fixed
 from ..verdict.result import Result
 from .angle_changes import RollFree, RollRange
@@ -32,7 +32,7 @@ from .bead_trial import first_failure
 from .change import Change
 from .changes import ChangeBase, seam_changes, single_changes, table_pose_change
 from .remedy import Remedy
-from .screening import Screening, between
+from .screening import Screening, size_between
 from .seam_changes import counterparts, seam_places
 from .table_modes import nothing_moving, other_mode
 from .target_groups import Group, groups
@@ -74,7 +74,7 @@ def remedies(
     whole = np.sort(np.concatenate([group.targets for group in found]))
     # of targets that are samples of more, each would be a group by itself
     parts = found[:MOST_GROUPS] if len(found) > 1 and not result.not_looked_at else []
-    with counted(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as count:
+    with counted_progress(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as count:
         search = _RemedySearch(result, parts, count, time.process_time() + seconds)
         reasons = {group.reason for group in found}
         reason = found[0].reason if len(found) == 1 or (result.not_looked_at and len(reasons) == 1) else None
@@ -278,7 +278,7 @@ class _RemedySearch:
         if change.numbered:
             return holds
         while holds - fails > change.resolution * 1.001 and time.process_time() < self.deadline:
-            middle = between(change, fails, holds)
+            middle = size_between(change, fails, holds)
             if self._promises(change, middle, wanted, entire, tried_first):
                 holds = middle
             else:

@@ -19,7 +19,7 @@ from slicing import metal_document, typed
 from ..job.part_input import found_document
 from ..json_text import StreamedItems
 from ..motion.deposition_speed import speed_document
-from ..rigid import inverse, pose
+from ..programs.cell_frames import T_flange_tcp
 from ..units import MARGIN_UNITS, METRES_PER_MM
 from ..verdict.result import Result
 from ..verdict.table_use import table_use
@@ -28,17 +28,6 @@ if TYPE_CHECKING:
     from ..job.job import Job
     from ..remedy_search.search import Remedy
     from ..verdict.all_reasons import Excluded
-
-
-def tcp_in_flange(result: Result) -> Floats:
-    """Pose of the TCP in the flange frame, (4, 4), m."""
-    import mujoco
-
-    scene = result.job.scene
-    data = mujoco.MjData(scene.model)
-    mujoco.mj_kinematics(scene.model, data)
-    T = [pose(data.site_xpos[s], data.site_xmat[s]) for s in (scene.sites["flange"], scene.sites["tcp"])]
-    return inverse(T[0]) @ T[1]
 
 
 def report_document(
@@ -67,7 +56,7 @@ def streamed_report(
 ) -> dict[str, Any]:
     """The same with its rows as `cell.json_text.StreamedItems`: a row is made when it is written."""
     job, t = result.job, result.job.targets
-    T = tcp_in_flange(result)
+    T = T_flange_tcp(job.scene)
     return {
         "schema": "rbam-report/1",
         "case": job.case.title,

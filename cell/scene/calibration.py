@@ -56,7 +56,7 @@ class _Chain:
         return out
 
 
-def frame_of(xyzabc: tuple[float, ...]) -> Floats:
+def frame_from_mm_deg(xyzabc: tuple[float, ...]) -> Floats:
     """A controller's frame, X Y Z in mm and A B C in degrees, as (4, 4), m."""
     a, b, c = np.deg2rad(xyzabc[3:])
     ca, sa, cb, sb, cc, sc = np.cos(a), np.sin(a), np.cos(b), np.sin(b), np.cos(c), np.sin(c)
@@ -150,9 +150,9 @@ def _about(axis: Floats) -> Floats:
 
 
 def _measured(told: Calibration, drawn: _Chain) -> _Chain:
-    first = frame_of(told.root_mm_deg) @ frame_of(told.axis_1_mm_deg)
-    second = () if told.axis_2_mm_deg is None else (frame_of(told.axis_2_mm_deg),)
-    flange = drawn.flange if told.flange_mm_deg is None else frame_of(told.flange_mm_deg)
+    first = frame_from_mm_deg(told.root_mm_deg) @ frame_from_mm_deg(told.axis_1_mm_deg)
+    second = () if told.axis_2_mm_deg is None else (frame_from_mm_deg(told.axis_2_mm_deg),)
+    flange = drawn.flange if told.flange_mm_deg is None else frame_from_mm_deg(told.flange_mm_deg)
     return _Chain((first, *second), flange)
 
 

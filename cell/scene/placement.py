@@ -2,7 +2,7 @@
 
 The one place where millimetres become metres::
 
-    placed = place(targets, T_base_part)          # slicing.targets.targets.Targets -> Placed
+    placed = place_targets(targets, T_base_part)          # slicing.targets.targets.Targets -> Placed
     placed.Ts_base_target                         # (n, 4, 4), roll 0
 
 A target's frame has z along the wire (into the part: minus the deposition direction) and, at roll 0, x along the
@@ -109,7 +109,7 @@ class Placed:
         return Ts if self.moving is None else inverse(self.moving.kinematics.poses(tables)) @ Ts
 
 
-def place(targets: Targets, T_base_part: Floats) -> Placed:
+def place_targets(targets: Targets, T_base_part: Floats) -> Placed:
     """Bring targets into the base frame.
 
     Args:
@@ -131,7 +131,7 @@ def place(targets: Targets, T_base_part: Floats) -> Placed:
     )
 
 
-def place_moving(targets: Targets, kinematics: TableKinematics, tables: Floats) -> Placed:
+def place_on_moving_table(targets: Targets, kinematics: TableKinematics, tables: Floats) -> Placed:
     """Bring targets into the base frame, each at table angles of its own.
 
     Args:
@@ -145,7 +145,7 @@ def place_moving(targets: Targets, kinematics: TableKinematics, tables: Floats) 
     Raises:
         InputError: a target is not finite or has no normal.
     """
-    bead = place(targets, np.eye(4))
+    bead = place_targets(targets, np.eye(4))
     Ts = kinematics.poses(tables)
     R = kinematics.T_base_part[:3, :3]
     return Placed(

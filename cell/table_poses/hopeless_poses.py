@@ -30,9 +30,9 @@ from ..collision.checker import Checker
 from ..collision.table import tables_alone
 from ..farthest_points import farthest_points
 from ..job.job import Job
-from ..planning.configurations import Nodes, evaluate, reasons
+from ..planning.configurations import Nodes, nodes_at_rolls, reasons
 from ..planning.context import FINER_ROLLS, LEAST_REACH, settings_of
-from ..scene.placement import Placed, place
+from ..scene.placement import Placed, place_targets
 from ..scene.scene import table_angles
 
 SPREAD = 32  # targets whose collisions are looked at
@@ -91,8 +91,8 @@ def screen_all(job: Job, poses: Sequence[tuple[float, float]], laid: int | None 
     hits = tables_alone(job.scene, tables, laid).distance < 0.0
     found: list[Screened | None] = [Screened(n, n, {"collision": n}) if hit else None for hit in hits]
     left = np.flatnonzero(~hits).tolist()
-    placed = [place(job.targets, T_base_part) for T_base_part in job.scene.Ts_base_site("part", tables[left])]
-    some = spread(job.targets.position, job.targets.normal) if left else np.zeros(0, dtype=np.int64)
+    placed = [place_targets(job.targets, T_base_part) for T_base_part in job.scene.Ts_base_site("part", tables[left])]
+    some = targets_far_apart(job.targets.position, job.targets.normal) if left else np.zeros(0, dtype=np.int64)
     for k, one, out in zip(left, placed, _proved_out(job, placed), strict=True):
         dead, looked_at = _steep(job, one) | out, n
         if not dead:
@@ -109,7 +109,7 @@ def roll_steps(job: Job) -> tuple[float, ...]:
     return (step,) if job.window.is_fixed else (step, step / FINER_ROLLS)
 
 
-def spread(position: Floats, normal: Floats, count: int = SPREAD) -> Ints:
+def targets_far_apart(position: Floats, normal: Floats, count: int = SPREAD) -> Ints:
     """Targets far from one another: each the one farthest from those before.
 
     Args:
@@ -146,7 +146,7 @@ def _proved_out(job: Job, placed: Sequence[Placed]) -> list[dict[int, str]]:
 
 def _nodes(job: Job, placed: Placed, targets: Ints, roll_step: float) -> Nodes:
     some = placed.rows(targets)
-    return evaluate(job.solver, some, job.window, roll_step, job.singularity_limits)
+    return nodes_at_rolls(job.solver, some, job.window, roll_step, job.singularity_limits)
 
 
 def _blocked(job: Job, placed: Placed, targets: Ints, checker: Checker) -> dict[int, str]:

@@ -24,11 +24,11 @@ from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH
 from ..job.job import Job
 from ..job.table_groups import TableGroup
-from ..planning.configurations import evaluate
+from ..planning.configurations import nodes_at_rolls
 from ..planning.context import settings_of
-from ..scene.placement import place
+from ..scene.placement import place_targets
 from ..scene.scene import Scene
-from .hopeless_poses import screen, spread
+from .hopeless_poses import screen, targets_far_apart
 from .table_turn import Angles
 
 GRID_DEG = 5.0
@@ -103,7 +103,7 @@ def pose_grid(scene: Scene) -> Floats:
     return np.column_stack([axis.ravel() for axis in grid])
 
 
-def part_of(job: Job, group: TableGroup) -> Job:
+def with_targets_of(job: Job, group: TableGroup) -> Job:
     """The job with a group's targets alone; deposits are numbered as ever."""
     t, mine = job.targets, slice(group.first, group.stop)
     names = ("sub_volume_index", "layer", "path", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
@@ -130,7 +130,7 @@ def upright_poses(job: Job, group: TableGroup) -> tuple[Floats, Ints]:
 
 def alone(job: Job, group: TableGroup) -> Job:
     """The job with a group's targets alone, and nothing of other sub-volumes there."""
-    own = part_of(job, group)
+    own = with_targets_of(job, group)
     number = np.concatenate(job.deposits)
     names = np.repeat(np.array(job.targets.sub_volume), job.layers)
     others = number[names != group.sub_volume]
@@ -174,16 +174,16 @@ def upright_band(job: Job, group: TableGroup, pose: Angles) -> int:
 
 def serves(job: Job, group: TableGroup, pose: Angles) -> bool:
     """Whether nothing speaks against a pose for a group, with what is built before it there."""
-    own = part_of(job, group)
+    own = with_targets_of(job, group)
     E1_deg, E2_deg = np.rad2deg(pose).tolist()
     return screen(own, E1_deg, E2_deg, int(own.laid.max())) is None
 
 
 def _room(job: Job, pose: Angles) -> float:
     """The least clearance of a few targets far from one another, each in the best of its cheap configurations, m."""
-    some = spread(job.targets.position, job.targets.normal, ROOM_TARGETS)
-    placed = place(job.targets, job.scene.T_base_part(*pose)).rows(some)
-    nodes = evaluate(job.solver, placed, job.window, settings_of(job).roll_step, job.singularity_limits)
+    some = targets_far_apart(job.targets.position, job.targets.normal, ROOM_TARGETS)
+    placed = place_targets(job.targets, job.scene.T_base_part(*pose)).rows(some)
+    nodes = nodes_at_rolls(job.solver, placed, job.window, settings_of(job).roll_step, job.singularity_limits)
     checker = Checker(job.scene, pose, CLEARANCE_REACH)
     least = CLEARANCE_REACH
     for k, i in enumerate(some.tolist()):

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import counted
+from ..arrays import repeat_with_index
 from .blending import TRAVEL_ZONE, kept_zone, mirrored
 from .greatest_speeds import FLAT_SLOPE, GridBounds, greatest_squares
 
@@ -377,7 +377,7 @@ def _grid(s: Floats, zone: float, corners: Floats, fine: NDArray[np.bool_]) -> F
     if count.sum() > MOST_STEPS:
         grid = np.append(np.concatenate([a + _graded(b - a, zone) for a, b in pairwise(s.tolist())]), s[-1])
     else:
-        piece, k = counted(count)
+        piece, k = repeat_with_index(count)
         grid = np.append(s[piece] + np.diff(s)[piece] * k / count[piece], s[-1])
     halves = 0.5 ** np.arange(1, REST_STEPS + 1)
     # where the rounding of a corner begins and ends, the acceleration jumps

@@ -26,7 +26,7 @@ from ..job.job import Job
 from ..job.table_winding import freedom_of, upright_of
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
-from ..planning.configurations import evaluate
+from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
 from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
@@ -156,7 +156,7 @@ def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _
 
 def _lost(context: Context, some: Ints) -> int:
     """How many targets have no configuration that is free by itself."""
-    nodes = evaluate(
+    nodes = nodes_at_rolls(
         context.solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
     )
     lost = 0

@@ -23,8 +23,8 @@ from ..job.job import Job
 from ..job.table_groups import TableGroup
 from ..planning.context import Context, Span
 from ..processes.worker import Tick
-from ..progress import Progress, counted
-from ..table_poses.parallel_poses import pool_for
+from ..progress import Progress, counted_progress
+from ..table_poses.parallel_poses import pool_for_poses
 from ..table_poses.suited_poses import serves
 from ..table_poses.table_turn import Angles
 from .check import SpanVerdict, check_span, off_upright
@@ -77,7 +77,7 @@ class GroupVerdicts:
     @property
     def jobs(self) -> int:
         """Processes among which trials are shared out."""
-        return pool_for(self._job).jobs
+        return pool_for_poses(self._job).jobs
 
     def first_alone(self, trials: Iterable[Trial]) -> Iterator[Sequence[Trial]]:
         """Trials of which one is wanted: the first by itself, then as many at once as there are workers, looked at.
@@ -123,8 +123,10 @@ class GroupVerdicts:
             return
         new = [trial for trial in dict.fromkeys(trials) if trial not in self._known]
         if len(new) > 1:
-            with counted(self._progress, "table poses ahead", len(new)) as count:
-                self._known.update(zip(new, pool_for(self._job).run(_worked_out, self._job, new, count), strict=True))
+            with counted_progress(self._progress, "table poses ahead", len(new)) as count:
+                self._known.update(
+                    zip(new, pool_for_poses(self._job).run(_worked_out, self._job, new, count), strict=True)
+                )
 
 
 def _worked_out(job: Job, trial: Trial, tick: Tick) -> SpanVerdict | InputError | None:

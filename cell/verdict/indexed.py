@@ -31,7 +31,7 @@ from ..planning.assemble import with_ways
 from ..planning.context import Context
 from ..planning.travels.home import HomeTravels
 from ..processes.worker_pool import processor_time
-from ..progress import Progress, counted, phase
+from ..progress import Progress, counted_progress, phase
 from ..scene.placement import Placed
 from ..scene.scene import table_angles
 from ..table_poses.indexed_motion import joined_motion
@@ -118,7 +118,7 @@ class _Build:
 
     def result(self) -> Result:
         """Build all groups and put what was found together."""
-        with counted(self.progress, "table poses", len(self.groups)) as count:
+        with counted_progress(self.progress, "table poses", len(self.groups)) as count:
             for group in self.groups:
                 self.built.append(self._best_of(group))
                 count()

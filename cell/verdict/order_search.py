@@ -16,7 +16,7 @@ from ..job.table_section_check import BODY
 from ..processes.worker import Tick
 from ..table_poses.layer_order import shortest_order
 from ..table_poses.layer_precedence import locked_layers
-from ..table_poses.parallel_poses import pool_for
+from ..table_poses.parallel_poses import pool_for_poses
 from ..table_poses.suited_poses import SuitedPose, suited_poses, upright_poses
 from ..table_poses.table_turn import nearest_turn, turn_time
 from .result import Result
@@ -40,7 +40,7 @@ class OrderSearch:
         """Find poses, and the layers that lock others out at them."""
         self.job = job
         groups = {group.sub_volume: group for group in table_groups(job)}
-        found = pool_for(job).run(_suited, job, list(groups.values()))
+        found = pool_for_poses(job).run(_suited, job, list(groups.values()))
         self.suited = dict(zip(groups, found, strict=True))
         lost = any(not suited for suited in self.suited.values())
         for name, group in groups.items():

@@ -155,7 +155,7 @@ def still(result: Result, target: int) -> Frame:
     return Frame(q, table, target, float(target), pair=pair, marks=bad, arrow=bad)
 
 
-def middle(result: Result) -> int:
+def target_to_show(result: Result) -> int:
     """The target halfway through the motion, or the first infeasible one, best with an attempt."""
     if result.motion is not None:
         return int(result.motion.target[np.searchsorted(result.motion.t_s, result.motion.t_s[-1] / 2)])

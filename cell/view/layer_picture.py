@@ -124,10 +124,10 @@ def body_of(part: PartInput) -> Mesh | None:
     """
     if part.body_mesh is not None or part.profile is None:
         return part.body_mesh
-    from slicing import turned
+    from slicing import solid_of_revolution
 
     body = part.round_body or part.bodies[0]
-    return turned(body.axis_xy_mm, part.profile)
+    return solid_of_revolution(body.axis_xy_mm, part.profile)
 
 
 @dataclass(frozen=True, eq=False)

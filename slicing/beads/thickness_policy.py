@@ -27,7 +27,7 @@ from ..mesh.solid import Bools, Floats
 from ..parameters import BeadParameters
 from .bead import Bead
 from .exact_points import point_between
-from .fine_thickness import SLACK_MM, FinelySampledBead, Run, ends_of, fine_thickness, interpolate
+from .fine_thickness import SLACK_MM, FinelySampledBead, Run, fine_thickness, interpolate, segment_ends
 from .thickness_merge import MergedStretch, gaining, merged
 
 LEAST_MM = 1e-3  # shorter beads are not laid, shorter places not told of
@@ -147,7 +147,7 @@ def _limit(sliced: SlicedSubVolume, bead: Bead, fine: FinelySampledBead, i: int)
 
     low, high = float(fine.at[i]), float(fine.at[i + 1])
     k = min(int(low), len(bead.points) - 1)
-    between = point_between(sliced, bead.layer, *ends_of(bead, k))
+    between = point_between(sliced, bead.layer, *segment_ends(bead, k))
     gained = bead.gained_mm[[k, (k + 1) % len(bead.points)]]
     p = sliced.parameters
     bad = fine.thickness[i] if not _within(sliced, fine.thickness[i : i + 1])[0] else fine.thickness[i + 1]

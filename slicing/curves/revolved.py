@@ -19,7 +19,7 @@ from ..surfaces.surfaces import Cone, Revolved
 from .conic_arcs import Arcs, sample_conics
 from .loops import SAME_POINT_MM, Curve, curves_by_level
 from .pairing import pair
-from .slabs import Bands, Cells, Segments, cells_of
+from .slabs import Bands, Cells, Segments, cut_at_slabs
 
 SAGITTA_SHARE = 0.05  # of the tolerance: how far chords in place of a profile's arcs may stray
 
@@ -60,7 +60,7 @@ def _cut(
 ) -> list[list[Curve]]:
     """Curves of triangles on a surface, by the levels (m,) of the triangles."""
     bands = Bands.of(surface.chain(SAGITTA_SHARE * tolerance_mm))
-    cells = cells_of(mesh, faces, bands)
+    cells = cut_at_slabs(mesh, faces, bands)
     outside = _outside(cells.segments, surface.axis_point)
     nodes, count = _crossings(cells.segments, outside, surface.axis_point)
     pieces = pair(cells.sides, cells.forward, count, outside)

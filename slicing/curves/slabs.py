@@ -12,7 +12,7 @@ place along the step. A triangle through its plane has a cell in it, whose sides
 above and the two points where its edges pass.
 
     bands = Bands.of(surface.chain(5e-4))
-    cells = cells_of(mesh, faces, bands)
+    cells = cut_at_slabs(mesh, faces, bands)
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ class _Edges:
     first: Ints  # number of each edge's first segment
 
 
-def cells_of(mesh: Mesh, faces: Ints, bands: Bands) -> Cells:
+def cut_at_slabs(mesh: Mesh, faces: Ints, bands: Bands) -> Cells:
     """Cut triangles at the borders of bands.
 
     Args:

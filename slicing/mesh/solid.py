@@ -34,8 +34,8 @@ __all__ = [
     "low_part_warnings",
     "mesh_from_arrays",
     "noise_of",
+    "require_few_faces",
     "require_near",
-    "require_size",
 ]
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
@@ -137,7 +137,7 @@ def mesh_from_arrays(
     triangles = np.array(faces, dtype=np.int64).reshape(-1, 3)
     if len(points) == 0 or len(triangles) == 0:
         raise PartError(f"{name}: the mesh is empty; a closed solid is needed")
-    require_size(name, len(triangles))
+    require_few_faces(name, len(triangles))
     if triangles.min() < 0 or triangles.max() >= len(points):
         raise PartError(f"{name}: a face names a vertex outside 0 .. {len(points) - 1}")
     a, b, c = triangles.T
@@ -185,7 +185,7 @@ def _outward(name: str, points: Floats, faces: Ints, warnings: list[str]) -> Int
     return faces
 
 
-def require_size(name: str, faces: int) -> None:
+def require_few_faces(name: str, faces: int) -> None:
     """Refuse more faces than fit."""
     if faces > MOST_FACES:
         raise PartError(f"{name}: {faces:,} faces; at most {MOST_FACES:,} are taken: simplify the mesh first")

@@ -33,7 +33,7 @@ from functools import singledispatch
 
 import numpy as np
 
-from ..layers.body_ends import NO_ENDS, between, over_ends_mm3, without_body
+from ..layers.body_ends import NO_ENDS, over_ends_mm3, part_between_heights, without_body
 from ..layers.layer import Layer, SlicedSubVolume
 from ..layers.outside_body import region_of
 from ..layers.poles import poles
@@ -100,7 +100,7 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
         flux = SolidFlux.of(mesh)
     if ends_count and layers[0].on_body:
         # the first layer ends with the body
-        root = SolidFlux.of(between(mesh, sliced.body_z_mm))
+        root = SolidFlux.of(part_between_heights(mesh, sliced.body_z_mm))
         first, rest_of = _held(sliced.name, root, layers[:1]), _held(sliced.name, flux, layers[1:])
         area, lines = np.append(first[0], rest_of[0]), (*first[1], *rest_of[1])
     else:

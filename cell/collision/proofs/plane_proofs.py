@@ -35,7 +35,7 @@ from .carried_planes import CarriedPlanes, PairsBelow, StepBends, pairs_below
 from .covered_pairs import covered_pairs
 from .link_poses import ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
-from .proof_cells import ProofCells, cells_of
+from .proof_cells import ProofCells, gather_steps
 from .reach_radii import radii
 from .shared_planes import ONE_PLANE, Planes, SharedPlanes
 from .sheet_pieces import SheetPieces
@@ -238,7 +238,7 @@ class PlaneProofs:
                 open_ = np.flatnonzero((mine < least) & ~((bent > most_bend) & (at_ends >= least)))
                 if not len(open_):
                     break
-                cells, of = cells_of(places, step[open_], laid[open_], spacing)
+                cells, of = gather_steps(places, step[open_], laid[open_], spacing)
                 near = group.nearest_pairs(q[cells.at], cells.laid) if covered else None
                 if near is not None:
                     seen.nearer(cells.at, near.nearest(len(cells.at)))

@@ -1,6 +1,6 @@
 """Steps of a motion gathered into cells that lie close together, each to be proved from one sample of it.
 
-    cells, of = cells_of(places, step, laid, spacing)         # places (m, f) m: of some of the arm's shapes at samples
+    cells, of = gather_steps(places, step, laid, spacing)  # places (m, f) m: of some of the arm's shapes at samples
     cells.at                                                  # (c,) the sample of each cell that is looked at
     cells.sample[of], cells.sample[of + 1]                    # both ends of each step
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ...arrays import Ints, counted
+from ...arrays import Ints, repeat_with_index
 
 WIDER = 1 + 1e-9  # of a cell: rounding alone divides none
 
@@ -40,11 +40,11 @@ class ProofCells:
         """All samples of some cells (k,): which of these each is of, and its place among ``sample``, (c,) each."""
         first = np.searchsorted(self.cell, np.arange(len(self.at) + 1))
         count = np.diff(first)[cell]
-        which, place = counted(count)
+        which, place = repeat_with_index(count)
         return which, first[cell][which] + place
 
 
-def cells_of(places: Floats, step: Ints, laid: Ints, spacing: float) -> tuple[ProofCells, Ints]:
+def gather_steps(places: Floats, step: Ints, laid: Ints, spacing: float) -> tuple[ProofCells, Ints]:
     """Gather steps.
 
     Args:

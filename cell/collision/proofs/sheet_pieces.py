@@ -51,7 +51,7 @@ class SheetPieces:
         return SheetPieces(self.corner[index], self.laid[index], self.bend[index], self.turn[:, index])
 
     def cells(self, places: Floats, spacing: float) -> tuple[ProofCells, Ints]:
-        """Gather pieces that lie close together, as ``proof_cells.cells_of``.
+        """Gather pieces that lie close together, as ``proof_cells.gather_steps``.
 
         Returns:
             The cells, and where among their samples the corners of each piece stand, (k, c).

@@ -21,7 +21,7 @@ from ..context import Context
 from ..edge_check import Stretch
 from ..part_plan import BEGINNINGS, REDUCED, PartPlan, searched_again
 from ..station_search import Ends
-from .travel import TravelWay, travel, turned
+from .travel import TravelWay, travel, turned_to_travel_end
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +162,7 @@ class _Home:
             found = self._way(before, start)
             if isinstance(found, Failure):
                 return None
-            into, start = found, turned(start, found)
+            into, start = found, turned_to_travel_end(start, found)
         if after is not None or span.end is not None:
             found = self._way(start, after)
             if isinstance(found, Failure) or (after is not None and (found[0][-1] != after.axes[0]).any()):

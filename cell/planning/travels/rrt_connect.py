@@ -193,7 +193,7 @@ def _grown(tree: _Tree, space: Space, towards: Floats, free: Free) -> tuple[Ints
     return ended, share >= REACHED
 
 
-def shortened(space: Space, way: Floats, free: Free, attempts: int, seed: int) -> Floats:
+def with_shortcuts(space: Space, way: Floats, free: Free, attempts: int, seed: int) -> Floats:
     """The same way with what is not needed cut out: corners first, then between random places on it.
 
     Args:
@@ -244,7 +244,7 @@ def _without_repeats(way: Floats) -> Floats:
     return way[np.concatenate([[True], (np.diff(way, axis=0) != 0).any(axis=1)])]
 
 
-def rounded(way: Floats, free: Free) -> Floats:
+def with_round_corners(way: Floats, free: Free) -> Floats:
     """The same way with its corners rounded by parabolas, as far as they are free.
 
     Args:

@@ -26,10 +26,10 @@ from ...collision.proofs.between_samples import kept_on_steps, unproven_steps
 from ...failure import ON_TRAVEL, Failure, Kind, SearchEffort
 from ..blended_check import travel_corners, wire_corners
 from ..context import Context
-from ..edge_check import Stretch, between
+from ..edge_check import Stretch, collision_place
 from .free_moves import FreeMoves
 from .legs import Leg, ways_out
-from .rrt_connect import Space, Trees, connect, rounded, sampled, shortened
+from .rrt_connect import Space, Trees, connect, sampled, with_round_corners, with_shortcuts
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
 SHORTER = (1.0, 0.6, 0.3)  # of the way out that is free, where the whole is not
@@ -80,14 +80,14 @@ def travel(context: Context, end: Stretch | None, start: Stretch | None, deposit
         deposits_laid: deposits laid by then.
 
     Returns:
-        Samples (m, j) and their clearances; or why there is no way. It ends where
-        ``start`` begins, or whole turns of joints from there by which :func:`turned` can turn all of it; from home it
-        always ends where it begins.
+        Samples (m, j) and their clearances; or why there is no way. It ends where ``start`` begins, or
+        whole turns of joints from there by which :func:`turned_to_travel_end` can turn all of it; from home it always
+        ends where it begins.
     """
     return _Travel(context, end, start, deposits_laid).search()
 
 
-def turned(start: Stretch, way: TravelWay) -> Stretch:
+def turned_to_travel_end(start: Stretch, way: TravelWay) -> Stretch:
     """A stretch as it is run after a travel: turned by the whole turns that the travel ends off its beginning."""
     turn = (way[0][-1] - start.axes[0])[: start.q.shape[1]]
     if not turn.any():
@@ -261,10 +261,10 @@ class _Travel:
             if found.way is None:
                 shut_in = "leaving" if found.sizes[0] <= found.sizes[1] else "arriving"
                 return _with(self._met(edges.met()), attempts=context.settings.travel_attempts, shut_in=shut_in)
-            short = shortened(space, found.way, edges, SHORTCUTS, SEED + turn)
+            short = with_shortcuts(space, found.way, edges, SHORTCUTS, SEED + turn)
             leave = leaves[int(np.argmin(np.abs(starts - short[0]).max(axis=1)))]
             arrive = arrives[int(np.argmin(np.abs(goals - short[-1]).max(axis=1)))]
-            for across in (rounded(short, edges), short, found.way):
+            for across in (with_round_corners(short, edges), short, found.way):
                 way = self._checked(leave, across, arrive)
                 if way is not None:
                     return way
@@ -311,7 +311,7 @@ def _collision(context: Context, q: Floats, deposits_laid: int) -> Clearances | 
     step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)
     if not len(step):
         return found
-    return context.describe(nearest, 0, ON_TRAVEL, between(nearest, 0, context))
+    return context.describe(nearest, 0, ON_TRAVEL, collision_place(nearest, 0, context))
 
 
 def _space(context: Context, start: Floats, goal: Floats) -> Space:

@@ -31,7 +31,7 @@ from ...motion.motion_file import BlendedRows
 from ...timing.time_law import TimeLaw, time_path, time_stops, time_travel
 from ..program import EventKind, MoveKind, Program, SourceLine
 from .corners import BRAKES, DEFAULT_SPEED, asked_distances, rounded_distances
-from .program_path import ProgramPath, path_of
+from .program_path import ProgramPath, interpolate_program
 
 TURN_SPEED = np.deg2rad(200.0)  # of the TCP about itself (KUKA: DEF_VEL_ORI1)
 EXACT_STOP = 1e-5  # m: corners that are rounded over less are stopped in
@@ -83,7 +83,7 @@ def run_program(program: Program, job: Job) -> SimulatedProgram:
     Raises:
         InputError: it cannot be begun; one line.
     """
-    path = path_of(program, job)
+    path = interpolate_program(program, job)
     clock = _Clock(program, job, path)
     clock.all()
     return clock.result()

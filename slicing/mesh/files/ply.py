@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ...arrays import Floats, Ints, PartError
-from ..solid import require_size
+from ..solid import require_few_faces
 from .polygons import Triangles, triangulated
 
 TYPES = {
@@ -71,7 +71,7 @@ def read_ply(file: Path) -> Triangles:
     order, elements = _header(file, head[: end.start()].decode("utf-8", errors="replace"))
     for element in elements:
         if element.name == "face":
-            require_size(str(file), element.rows)
+            require_few_faces(str(file), element.rows)
         room = file.stat().st_size - end.end()
         if element.least_bytes(order == "=") > room + 1:
             raise _bad(file, f"its header counts {element.rows:,} rows of {element.name}, the file has {room:,} bytes")
@@ -279,7 +279,7 @@ def read_off(file: Path) -> Triangles:
     sizes = first[1:] or next(lines, [])
     try:
         n, m = int(sizes[0]), int(sizes[1])
-        require_size(str(file), m)
+        require_few_faces(str(file), m)
         points = [[float(word) for word in next(lines)[:3]] for _ in range(n)]
         rows = [next(lines) for _ in range(m)]
         polygons = [[int(word) for word in row[1 : 1 + int(row[0])]] for row in rows]

@@ -20,7 +20,7 @@ from cell.collision.rounded_paths import BlendedPath
 from cell.collision.rounding_proofs import Corners, KnownRows
 from cell.collision.rounding_sheets import SHARES, RoundedSteps, _Curves, _Rectangles, sheets_kept
 from cell.job.job import prepare
-from cell.scene.placement import place
+from cell.scene.placement import place_targets
 from cell.timing.blending import blended, kept_zone
 from ik.roll import apply_roll
 
@@ -159,7 +159,7 @@ def round_a_corner(job, rng):
     Returns:
         The path, and what is known of its rows; to be kept is what they keep, less a millimetre or two.
     """
-    T = place(job.targets, job.scene.T_base_part(*UP)).Ts_base_target
+    T = place_targets(job.targets, job.scene.T_base_part(*UP)).Ts_base_target
     middle, up = T[:, :3, 3].mean(axis=0), -T[0, :3, 2]
     across = np.linalg.svd(up[None])[2][1:]
     heading, half = rng.uniform(0, 2 * np.pi), rng.uniform(0.3, 0.8)

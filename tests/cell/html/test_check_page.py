@@ -25,7 +25,7 @@ from cell.failure import AT_TARGET, ON_BEAD, Contact, Failure, Kind
 from cell.html import check_page
 from cell.html import series as html_series
 from cell.html import shapes as html_shapes
-from cell.html.check_page import html_report, packed
+from cell.html.check_page import html_report, page_data
 from cell.html.drawn_path import PageBudget
 from cell.html.pack import Pack, unpack
 from cell.html.page_words import in_plain_words, what_went_wrong, worst
@@ -164,9 +164,9 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
 
 
 def test_targets_over_nothing_are_marked(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "hanging" not in unpack(packed(good))["targets"]
+    assert "hanging" not in unpack(page_data(good))["targets"]
     monkeypatch.setattr(check_page, "targets_over_nothing", lambda job: {3: None, 7: None})
-    assert np.flatnonzero(unpack(packed(good))["targets"]["hanging"]).tolist() == [3, 7]
+    assert np.flatnonzero(unpack(page_data(good))["targets"]["hanging"]).tolist() == [3, 7]
 
 
 def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Result, good_page: str) -> None:
@@ -183,7 +183,7 @@ def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Res
     slowed = np.flatnonzero(motion.target[:-1] == 30)
     dt[slowed] *= 2
     slow = replace(good, motion=replace(motion, t_s=np.concatenate([[0], np.cumsum(dt)])))
-    chart = next(c for c in unpack(packed(slow))["path"]["charts"] if c["title"].startswith("TCP"))
+    chart = next(c for c in unpack(page_data(slow))["path"]["charts"] if c["title"].startswith("TCP"))
     np.testing.assert_allclose(chart["lines"][0]["y"][slowed[:-1]], before[slowed[:-1]] / 2, rtol=0.01)
     off = [float(re.search(r"1% for ([0-9.]+) s", note)[1]) for note in (tcp_note(path), chart["note"])]
     kept = before[slowed[:-1]] > wanted * 0.99
@@ -225,9 +225,9 @@ def test_a_collision_is_said_in_words(hit: Result) -> None:
 
 
 def test_gathered_samples_keep_the_peaks_and_every_target(good: Result) -> None:
-    fine = unpack(packed(good))["path"]
+    fine = unpack(page_data(good))["path"]
     assert fine["note"] == ""
-    coarse = unpack(packed(good, PageBudget(samples=300)))["path"]
+    coarse = unpack(page_data(good, PageBudget(samples=300)))["path"]
     assert len(coarse["x"]) < 0.4 * len(fine["x"])
     assert coarse["note"].startswith(f"The charts show {len(coarse['x']):,} steps for the {len(fine['x']):,} samples")
     assert set(coarse["target"][coarse["arc"] == 1]) == set(range(len(good.rows)))
@@ -240,7 +240,7 @@ def test_the_least_clearance_is_drawn_where_it_occurs(good: Result) -> None:
     assert good.clearance is not None
     # nearer than at any sample sent: between two of them
     least = replace(good.clearance, value=0.0061, target=77, what=("torch_nozzle", "faceplate"))
-    path = unpack(packed(replace(good, clearance=least), PageBudget(samples=300)))["path"]
+    path = unpack(page_data(replace(good, clearance=least), PageBudget(samples=300)))["path"]
     shown = lines_of(path, "Least distance")[0]["y"]
     at = int(np.argmin(shown))
     assert shown[at] == pytest.approx(6.1, abs=0.0051)
@@ -260,10 +260,10 @@ def test_of_many_infeasible_targets_the_worst_of_each_reason_are_listed(
         mine = [i for i in listed if rows[i].reason == reason]
         assert len(mine) >= min(len(own), 5)
         assert set(mine) == set(own[: len(mine)])
-    document = unpack(packed(bad, PageBudget(listed=20)))
+    document = unpack(page_data(bad, PageBudget(listed=20)))
     assert document["unlisted"] == bad.infeasible - 20
     assert [r["target"] for r in document["infeasible"]] == listed
-    assert unpack(packed(bad, PageBudget(listed=10_000)))["unlisted"] == 0
+    assert unpack(page_data(bad, PageBudget(listed=10_000)))["unlisted"] == 0
 
 
 def many(good: Result, n: int) -> Result:

@@ -20,7 +20,7 @@ from cell.failure import CollisionPlace, Contact, Failure, Kind, Place, SearchEf
 from cell.motion.deposition_speed import STRETCH, HeldSpeed, note_stretches, over_stretches, too_slow
 from cell.motion.motion_file import read_motion, write_motion
 from cell.planning.collision_free_rolls import collision_free_rolls, stabbing
-from cell.planning.configurations import evaluate
+from cell.planning.configurations import nodes_at_rolls
 from cell.planning.edge_tracking import EdgePoses, along
 from cell.planning.infeasible_part import lost_alone
 from cell.planning.part_plan import plan_bead
@@ -147,7 +147,7 @@ def test_a_target_that_joint_limits_leave_between_the_sampled_rolls_alone_is_not
 
 def stands_at_a_sample(context):
     """Whether target 0 has a configuration at a sampled roll."""
-    nodes = evaluate(
+    nodes = nodes_at_rolls(
         context.solver, context.placed.rows([0]), context.window, context.settings.roll_step, context.limits
     )
     return bool(np.isfinite(nodes.cost).any())

@@ -19,15 +19,15 @@ from cell.cli.main import main
 from cell.cli.progress_bar import Bars
 from cell.errors import InputError
 from cell.job.job import prepare
-from cell.planning.configurations import evaluate, reasons
+from cell.planning.configurations import nodes_at_rolls, reasons
 from cell.planning.context import settings_of
 from cell.pose_sweep.grid import Pose, grid
 from cell.pose_sweep.ranking import sweep_columns, sweep_document
 from cell.pose_sweep.sweep import SweepTask, mark_of, sweep, variant_of
 from cell.remedy_search.bead_trial import first_failure
 from cell.report.sweep_lines import sweep_lines
-from cell.scene.placement import place
-from cell.table_poses.hopeless_poses import screen, screen_all, spread
+from cell.scene.placement import place_targets
+from cell.table_poses.hopeless_poses import screen, screen_all, targets_far_apart
 from cell.verdict.check import check_fixed
 
 POSES = [(90.0, 180.0), (0.0, 0.0), (-120.0, 45.0)]
@@ -93,8 +93,8 @@ def test_reasons_of_many_targets_are_those_of_each(make_case, roll):
     job = prepare(load_case(make_case(roll=roll, checks={"wrist_deg": 70})))
     step, told = settings_of(job).roll_step, set()
     for e1, e2 in [(120, -90), (0, 0), (90, 0)]:
-        placed = place(job.targets, job.scene.T_base_part(*np.deg2rad([e1, e2])))
-        nodes = evaluate(job.solver, placed, job.window, step, job.singularity_limits)
+        placed = place_targets(job.targets, job.scene.T_base_part(*np.deg2rad([e1, e2])))
+        nodes = nodes_at_rolls(job.solver, placed, job.window, step, job.singularity_limits)
         dead = np.flatnonzero(~np.isfinite(nodes.cost).any(axis=(1, 2, 3)))
         found = reasons(job.solver, placed.Ts_base_target[dead], job.window, step)
         assert found == [nodes.why_not(i)[0].reason for i in dead]
@@ -144,10 +144,10 @@ def test_targets_looked_at_first_are_far_apart():
     rng = np.random.default_rng(3)
     points = np.concatenate([rng.normal(0, 0.1, (50, 3)), rng.normal(0, 0.1, (50, 3)) + 100, [[0, 500, 0]]])
     normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
-    some = spread(points, normals, 3)
+    some = targets_far_apart(points, normals, 3)
     assert len(some) == 3
     assert {int(i // 50) for i in some} == {0, 1, 2}
-    assert len(spread(points[:2], normals[:2], 32)) == 2
+    assert len(targets_far_apart(points[:2], normals[:2], 32)) == 2
 
 
 # ---- grids and what else is tried

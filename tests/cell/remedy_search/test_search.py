@@ -16,7 +16,7 @@ from cell.remedy_search.changes import ChangeBase, single_changes, table_pose_ch
 from cell.remedy_search.screening import Screening
 from cell.remedy_search.search import remedies
 from cell.remedy_search.target_groups import groups
-from cell.scene.placement import place
+from cell.scene.placement import place_targets
 from cell.verdict.check import check_fixed
 from ik.roll import apply_roll
 from slicing.targets.targets import Targets
@@ -71,7 +71,7 @@ def test_what_is_screened_is_what_the_changed_case_has(roll, make_case):
         Ts, normal = start.poses(change, size, index)
         window = start.window(change, size)
         job, e1, e2 = start.changed(change, size)
-        placed = place(job.targets, job.scene.T_base_part(*np.deg2rad([e1, e2])))
+        placed = place_targets(job.targets, job.scene.T_base_part(*np.deg2rad([e1, e2])))
         np.testing.assert_allclose(normal, placed.normal[index], atol=1e-12)
         q = start.job.solver.candidates(apply_roll(Ts, np.full(len(Ts), window.low))).raw
         ok = np.isfinite(q[..., 0])
@@ -118,7 +118,7 @@ def test_a_gravity_limit_asks_for_the_least_tilt_that_keeps_it(make_case):
     # by the normals alone: the first whole degree at which all are within 30 degrees of up
     up = start.job.scene.T_world_base()[2, :3]
     for e1 in range(21, 91):
-        normal = place(start.job.targets, start.job.scene.T_base_part(*np.deg2rad([e1, 180]))).normal
+        normal = place_targets(start.job.targets, start.job.scene.T_base_part(*np.deg2rad([e1, 180]))).normal
         if (np.rad2deg(np.arccos(normal @ up)) <= 30).all():
             break
     assert best.change == {"key": "table.E1_deg", "from": 20.0, "to": float(e1)}

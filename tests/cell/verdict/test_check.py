@@ -210,10 +210,10 @@ def test_growing_part_counts_only_what_is_laid(make_case, tmp_path):
 
 def test_the_table_moves_the_targets_as_a_rigid_body(make_case):
     job = prepare(load_case(make_case()))
-    from cell.scene.placement import place
+    from cell.scene.placement import place_targets
 
-    a = place(job.targets, job.scene.T_base_part(0.0, 0.0))
-    b = place(job.targets, job.scene.T_base_part(0.4, -1.1))
+    a = place_targets(job.targets, job.scene.T_base_part(0.0, 0.0))
+    b = place_targets(job.targets, job.scene.T_base_part(0.4, -1.1))
     far = np.linalg.norm(a.position[:, None] - a.position[None], axis=-1)
     assert np.allclose(far, np.linalg.norm(b.position[:, None] - b.position[None], axis=-1), atol=1e-12)
     assert np.allclose(a.normal @ a.normal.T, b.normal @ b.normal.T, atol=1e-12)
@@ -221,10 +221,10 @@ def test_the_table_moves_the_targets_as_a_rigid_body(make_case):
 
 def test_roll_zero_has_x_along_the_parts_axis(make_case):
     job = prepare(load_case(make_case()))
-    from cell.scene.placement import place
+    from cell.scene.placement import place_targets
 
     T_base_part = job.scene.T_base_part(0.3, 0.7)
-    placed = place(job.targets, T_base_part)
+    placed = place_targets(job.targets, T_base_part)
     T = placed.Ts_base_target
     z_part = T_base_part[:3, 2]
     assert np.allclose(T[:, :3, 2], -placed.normal)

@@ -11,7 +11,7 @@ from cell.collision.proofs.convex_shapes import ConvexShape
 from cell.collision.proofs.covered_pairs import covered_pairs
 from cell.collision.proofs.laid_covers import Cover, LaidCovers
 from cell.collision.proofs.plane_proofs import PlaneProofs
-from cell.collision.proofs.proof_cells import cells_of
+from cell.collision.proofs.proof_cells import gather_steps
 from cell.planning.part_plan import plan_part
 
 REACH = 0.1
@@ -134,7 +134,7 @@ def test_pairs_are_as_far_from_what_is_laid_as_they_are_said_to_be_at_least(over
     step = np.arange(len(q) - 1)
     laid = np.full(len(step), scene.n_deposits)
     poses = links.poses(q)
-    cells, _ = cells_of(links.places(poses), step, laid, 0.0)
+    cells, _ = gather_steps(links.places(poses), step, laid, 0.0)
     need = np.full(len(cells.at), REACH)
     near = checker.nearest_pairs(q[cells.at], cells.laid)
     found = covered_pairs(links, poses, cells, near, need)

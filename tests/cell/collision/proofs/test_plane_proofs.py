@@ -13,7 +13,7 @@ from cell.collision.proofs.carried_planes import PairsBelow, StepBends, pairs_be
 from cell.collision.proofs.convex_shapes import convex_shape
 from cell.collision.proofs.motion_clearance import MotionSamples, clearance_along
 from cell.collision.proofs.plane_proofs import PlaneProofs, proofs_of
-from cell.collision.proofs.proof_cells import ProofCells, cells_of
+from cell.collision.proofs.proof_cells import ProofCells, gather_steps
 from cell.collision.proofs.reach_radii import radii
 from cell.collision.table import with_table_axes
 from cell.scene.compose import compose
@@ -151,7 +151,7 @@ def test_over_planes_that_are_carried_along_nothing_is_nearer_than_said(scenes):
             turn = np.abs(q[step + 1] - q[step])
             poses, halfway = links.poses(q), links.poses((q[step] + q[step + 1]) / 2)
             laid = np.full(len(step), scene.n_deposits)
-            cells, of = cells_of(links.places(poses), step, laid, 0.1)
+            cells, of = gather_steps(links.places(poses), step, laid, 0.1)
             near = proofs._groups[0][0].pairs_within(q[cells.at], cells.laid, 0.2)
             below = pairs_below(links, near, np.flatnonzero(near.distance > 0))
             mine = np.flatnonzero(~proofs._endless(below.other))
@@ -295,7 +295,7 @@ def test_steps_of_a_cell_lie_close_together_and_have_the_same_laid():
         # back and forth, as a zigzag: neighbours in place are none in time
         along = np.abs((np.arange(91) * 0.1) % 2.0 - 1.0)
         places = np.stack([along, 0.02 * np.arange(91)], axis=1) + 0.01 * rng.random((91, 2))
-        cells, of = cells_of(places, step, laid, spacing)
+        cells, of = gather_steps(places, step, laid, spacing)
         assert (cells.sample[of] == step).all()
         assert (cells.sample[of + 1] == step + 1).all()
         assert (cells.cell[of] == cells.cell[of + 1]).all()

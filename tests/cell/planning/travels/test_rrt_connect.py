@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cell.planning.travels.rrt_connect import Space, Trees, connect, rounded, sampled, shortened
+from cell.planning.travels.rrt_connect import Space, Trees, connect, sampled, with_round_corners, with_shortcuts
 
 SPACE = Space(np.full(3, -1.0), np.full(3, 1.0), np.array([1.0, 1.0, 0.5]), np.ones(3))
 
@@ -52,11 +52,11 @@ def test_the_same_seed_gives_the_same_way():
 def test_shortcuts_keep_ends_and_freedom_and_only_shorten(seed):
     free = slab(0.3)
     way = connect(SPACE, ends(), free, 6000, seed).way
-    short = shortened(SPACE, way, free, 60, seed)
+    short = with_shortcuts(SPACE, way, free, 60, seed)
     assert np.array_equal(short[[0, -1]], way[[0, -1]])
     assert (free(short[:-1], short[1:]) == 1).all()
     assert SPACE.time(short[:-1], short[1:]).sum() <= SPACE.time(way[:-1], way[1:]).sum() + 1e-12
-    bent = rounded(short, free)
+    bent = with_round_corners(short, free)
     assert np.array_equal(bent[[0, -1]], way[[0, -1]])
     assert (free(bent[:-1], bent[1:]) == 1).all()
 
