@@ -66,7 +66,7 @@ def test_an_error_counts_only_where_its_trial_is_asked_for(tmp_path: Path, monke
             return [function(shared, item, tick) for item in items]
 
     monkeypatch.setattr(group_verdicts, "_verdict", said)
-    monkeypatch.setattr(group_verdicts, "pool_for", lambda job: Two())
+    monkeypatch.setattr(group_verdicts, "pool_for_poses", lambda job: Two())
     verdicts = GroupVerdicts(job)
     verdicts.look_ahead(trials)
     assert seen == trials
