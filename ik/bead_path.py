@@ -129,15 +129,15 @@ def best_runs(
     start = 0
     back: list[Ints] = []
     together = max(TOGETHER // (price[0].size * price.shape[2] * len(shifts)), 1)
-    edges = _PricedEdges.none()
+    edges = _EdgePrices.none()
     for i in range(1, len(q) + 1):
         open_here = np.isfinite(here)
         if i < len(q) and open_here.any():
             if together == 1:
-                edges = _PricedEdges.of(nodes, (here[None], price[i : i + 1]), slice(i - 1, i), limits)
+                edges = _EdgePrices.of(nodes, (here[None], price[i : i + 1]), slice(i - 1, i), limits)
             elif i - 1 >= edges.stop:
                 some = slice(i - 1, min(i - 1 + together, len(q) - 1))
-                edges = _PricedEdges.of(nodes, (price[some], price[some.start + 1 : some.stop + 1]), some, limits)
+                edges = _EdgePrices.of(nodes, (price[some], price[some.start + 1 : some.stop + 1]), some, limits)
             arrived, origin = edges.forward(i - 1, here, blocked.get(i - 1, set()), limits)
             total = arrived + price[i]
             if np.isfinite(total).any():
@@ -166,7 +166,7 @@ class _Limits:
 
 
 @dataclass(frozen=True, eq=False)
-class _PricedEdges:
+class _EdgePrices:
     """What the moves of neighbouring edges of the bead cost: of a few nodes each, many are priced at once.
 
     Attributes:
@@ -184,13 +184,13 @@ class _PricedEdges:
     dear: Floats | None
 
     @classmethod
-    def none(cls) -> _PricedEdges:
+    def none(cls) -> _EdgePrices:
         """Of no edge."""
         no = np.zeros(0, dtype=np.int64)
         return cls(0, 0, (no, no, no), np.zeros(0), None)
 
     @classmethod
-    def of(cls, nodes: Floats, ends: tuple[Floats, Floats], some: slice, limits: _Limits) -> _PricedEdges:
+    def of(cls, nodes: Floats, ends: tuple[Floats, Floats], some: slice, limits: _Limits) -> _EdgePrices:
         """Price some edges.
 
         Args:

@@ -61,7 +61,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, eq=False)
-class _Plane:
+class _WristInPlane:
     """The wrist centre in the arm's plane, for two shoulders on k intervals; angles as middle and half width.
 
     Attributes:
@@ -198,7 +198,7 @@ class RollBounds:
         centres = self.position[:, target] + self._turned(target, centre, v, max(float(np.cos(half)), 0.0))
         return centres, size * float(np.sin(min(half, np.pi / 2))) + PAD_LENGTH + self._off[0]
 
-    def _plane(self, target: Ints, centre: Floats, half: float) -> _Plane:
+    def _plane(self, target: Ints, centre: Floats, half: float) -> _WristInPlane:
         """Where the wrist centre is in the arm's plane, for both shoulders.
 
         *Distance d from A1*: that of the ball's centre +- the ball's radius. *Radius rho in the plane*:
@@ -219,7 +219,7 @@ class RollBounds:
         up, out = u[2] - form.zeta_2.real, np.stack([rho, -rho]) - form.zeta_2.imag
         s = np.hypot(up, out)
         s_low = np.maximum(s - disc, 0.0)
-        return _Plane(
+        return _WristInPlane(
             q1=(np.stack([around - phi, around + phi - np.pi]), half_1 + half_phi),
             towards=(np.arctan2(out, up), sight(s, disc, s_low > POINT) + PAD_ANGLE),
             s=(s_low, s + disc),

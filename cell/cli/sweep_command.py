@@ -29,11 +29,11 @@ def run(args: argparse.Namespace) -> int:
     from ..case.read import with_changes
     from ..pose_sweep.grid import grid
     from ..pose_sweep.ranking import sweep_document
-    from ..pose_sweep.sweep import require_standing, sweep
+    from ..pose_sweep.sweep import require_fixed_table, sweep
     from ..report.sweep_lines import sweep_lines
 
     case = load(args)
-    require_standing(case)
+    require_fixed_table(case)
     refuse_outputs(args, case, "json", "out", "csv", "picture", "html")
     rolls = list(dict.fromkeys(args.rolls or ()))
     if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one

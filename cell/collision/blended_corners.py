@@ -3,9 +3,9 @@
     step, nearest = cut_corners(checker, radius, Path(q, s, zone), deposits_laid, found, least)  # steps not free
 
 A controller may round less than it is told to. Most corners are proved free however much they are rounded
-(``rounding_proofs``, ``rounding_sheets``), and only steps that this leaves are looked at: the path that is rounded
-most, which ``cell.timing.time_law`` times, and all that round less (``rounding_bisection``). A rounded path is made of
-parabolas (``rounded_paths``), of which it is known exactly how far they are off the rows and how far off their own
+(``blend_proofs``, ``blend_sheets``), and only steps that this leaves are looked at: the path that is rounded
+most, which ``cell.timing.time_law`` times, and all that round less (``blend_bisection``). A rounded path is made of
+parabolas (``blended_paths``), of which it is known exactly how far they are off the rows and how far off their own
 chords.
 
 Radians and metres; a path's length may be in either.
@@ -23,14 +23,14 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..timing.blending import blended, kept_zone, mirrored
+from .blend_bisection import colliding_blends
+from .blend_proofs import KnownRows, every_blend_kept
+from .blend_sheets import StepSheets, sheets_kept
+from .blended_paths import NOTHING, BlendedPath, Parabolas, PathBlends, on_rows, pieces
 from .clearances import Clearances, SeesClearances
 from .proofs.between_samples import unproven_steps
 from .proofs.motion_bounds import curvature, joint_travel_bound
 from .proofs.plane_proofs import has_proofs, proofs_of
-from .rounded_paths import NOTHING, BlendedPath, Parabolas, Roundings, on_rows, pieces
-from .rounding_bisection import looked_at
-from .rounding_proofs import KnownRows, every_rounding_kept
-from .rounding_sheets import RoundedSteps, sheets_kept
 
 CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
 FINE_CHORD = 1e-6  # m: likewise where that is too much; less than what is proved beyond a clearance that is asked for
@@ -126,7 +126,7 @@ def cut_corners_of(
     by_sheets = has_proofs(checker)
     left = [_not_by_rows(checker, radius, *one, by_sheets=by_sheets) for one in paths]
     asked = [
-        RoundedSteps(path, rows, np.flatnonzero(open_ & (rows.kept > rows.least)))
+        StepSheets(path, rows, np.flatnonzero(open_ & (rows.kept > rows.least)))
         for (path, rows), open_ in zip(paths, left, strict=True)
     ]
     some = [i for i, one in enumerate(asked) if len(one.steps)]
@@ -147,7 +147,7 @@ def _not_by_rows(
     if len(path.s) < 3:
         return np.zeros(len(path.s) - 1, dtype=bool)
     closely = not by_sheets or not (rows.kept[rows.which] > rows.least).all()
-    return rows.which & ~every_rounding_kept(checker, radius, path, rows, closely=closely)
+    return rows.which & ~every_blend_kept(checker, radius, path, rows, closely=closely)
 
 
 def _cut_where(
@@ -158,7 +158,7 @@ def _cut_where(
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
     step, nearest = _cut_on(checker, radius, path, replace(rows, which=left))
     left[step] = False
-    less = looked_at(checker, radius, path, rows, np.flatnonzero(left))
+    less = colliding_blends(checker, radius, path, rows, np.flatnonzero(left))
     both = np.concatenate([step, less.step])
     order = np.argsort(both, kind="stable")
     first, nearest = np.asarray(both[order]), Clearances.joined([nearest, less.nearest]).rows(order)
@@ -174,7 +174,7 @@ def _look_closely(
 
     Along each as it was found; where that is nearest, rounded over other zones; and along it by the best of these.
     """
-    run, s = Roundings(path.q, path.s - path.s[0]), path.s - path.s[0]
+    run, s = PathBlends(path.q, path.s - path.s[0]), path.s - path.s[0]
     widest = kept_zone(path.zone, s[-1])
     for n, k in enumerate(steps[:CLOSELY].tolist()):
         laid, places = np.full(PLACES, max(deposits_laid[k], deposits_laid[k + 1])), np.linspace(s[k], s[k + 1], PLACES)

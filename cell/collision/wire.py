@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..scene.composition import Piece
+from ..scene.composition import BodyOwner
 from ..scene.contacts import SOLID
 from ..scene.scene import Scene
 from .arm_poses import joint_of_shapes
@@ -118,7 +118,7 @@ def wire_scene(scene: Scene) -> Scene | None:
     wire = scene.wire_geom & scene.contact_bits.any(axis=0)
     if not wire.any():
         return None
-    part = np.isin(scene.piece_of_geom, (Piece.SUPPORT, Piece.PART))
+    part = np.isin(scene.piece_of_geom, (BodyOwner.SUPPORT, BodyOwner.PART))
     bits = np.stack([np.where(wire, SOLID, 0), np.where(part, SOLID, 0)]).astype(scene.contact_bits.dtype)
     bodies = scene.body_contype.copy()
     bodies[model.geom_bodyid[wire]] |= SOLID

@@ -120,7 +120,7 @@ class PageWords:
         of = f"{n} targets" if looked == n else f"the {looked} targets looked at ({n - looked} were not)"
         yield "Reached", f"{looked - self.result.infeasible} of {of}"
         layers = sum(job.layers)
-        beads = int(job.targets.path.max()) + 1
+        beads = int(job.targets.bead.max()) + 1
         parts = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) > 1)}"
         made = f"sliced {escape(job.case.slicing.strategy)}" if job.sliced else "of a toolpath"
         yield "Part", f"{parts}, {layers} layers, {beads} beads, {made}"

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from ..scene.composition import Piece
+from ..scene.composition import BodyOwner
 from ..verdict.result import Result
 from ..view.camera import camera, still, target_to_show
 from ..view.stage_scene import PALE_RED, RED, VISIBLE, StagedScene
@@ -130,7 +130,7 @@ def _role(result: Result, staged: StagedScene, geom: int) -> str:
         return "part"
     if not scene.arm_geom[geom]:
         return "cell"
-    return "tool" if scene.piece_of_geom[geom] == Piece.TOOL else "arm"
+    return "tool" if scene.piece_of_geom[geom] == BodyOwner.TOOL else "arm"
 
 
 def _culprits(result: Result, staged: StagedScene) -> dict[str, list[int]]:

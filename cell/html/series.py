@@ -18,7 +18,7 @@ from ik.singularity import KINDS, margins
 from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.table import with_table_axes
+from ..collision.table_clearances import with_table_axes
 from ..job.table_winding import upright_of
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM

@@ -75,13 +75,13 @@ def in_build_order(targets: Targets, layers: Sequence[int], runs: Sequence[Layer
         mine = targets.sub_volume_index == k
         when[mine] = numbers[targets.layer[mine]]
     index = np.argsort(when, kind="stable")
-    path = targets.path[index]
+    path = targets.bead[index]
     first_of = np.flatnonzero(np.diff(path, prepend=-1))
     beads = path[first_of]
     names = ("sub_volume_index", "layer", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
     moved = replace(
         targets,
-        path=np.repeat(np.arange(len(beads)), np.diff(np.append(first_of, len(path)))),
+        bead=np.repeat(np.arange(len(beads)), np.diff(np.append(first_of, len(path)))),
         closed=targets.closed[beads],
         **{name: getattr(targets, name)[index] for name in names},
     )

@@ -170,7 +170,7 @@ class Job:
 
         The layer being laid does not count, unless a bead of it lies there already.
         """
-        layer, path = self.laid - 1, self.targets.path
+        layer, path = self.laid - 1, self.targets.bead
         first_bead = np.full(self.shape.n_deposits, np.iinfo(np.int64).max)
         np.minimum.at(first_bead, layer, path)
         return layer + (path > first_bead[layer])

@@ -161,8 +161,8 @@ class Metal:
         all between them, whose directions are mixed of theirs. Neighbours are tried with one plane: of those that the
         wire in their middle leads away from the one that it is furthest off.
         """
-        n = len(t.path)
-        after = np.minimum(np.arange(n) + np.append(np.diff(t.path) == 0, False), n - 1)
+        n = len(t.bead)
+        after = np.minimum(np.arange(n) + np.append(np.diff(t.bead) == 0, False), n - 1)
         free = t.thickness_mm + BEAD_SLACK_MM
         in_bead = np.minimum(free, free[after])[:, None]
         from_there, to_there = t.position + in_bead * t.normal, t.position[after] + in_bead * t.normal[after]
@@ -368,9 +368,9 @@ def _along(t: Targets, which: NDArray[np.bool_]) -> tuple[Ints, Floats, Floats]:
     Returns:
         The nearest target, the place and the direction out of each.
     """
-    n = len(t.path)
+    n = len(t.bead)
     step = np.linalg.norm(np.diff(t.position, axis=0), axis=1)
-    count = np.where(np.diff(t.path) == 0, np.maximum(np.ceil(step / STEP_MM), 1), 1).astype(np.int64)
+    count = np.where(np.diff(t.bead) == 0, np.maximum(np.ceil(step / STEP_MM), 1), 1).astype(np.int64)
     count = np.append(count, 1) * which
     row, place = repeat_with_index(count)
     f = place / count[row]

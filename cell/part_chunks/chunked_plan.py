@@ -19,7 +19,7 @@ from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, reduced_budget, travel_failure
-from ..planning.travels.travel import TravelWay
+from ..planning.travels.travel import TravelPath
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
 from ..progress import Progress, counted_progress
@@ -59,7 +59,7 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     """
     context = shared.context
     if len(chunks) == 1:
-        return plan_part(context, shared.job.targets.path, progress)
+        return plan_part(context, shared.job.targets.bead, progress)
     workers = pool_for_chunks(chunks)
     workers.get_ready(shared, len(chunks), copies=False)
     known, q_before = beginnings(context, chunks)
@@ -102,7 +102,7 @@ class _Joining:
     def __init__(self, shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool) -> None:
         self.shared, self.context, self.workers = shared, shared.context, workers
         self.beads: list[BeadPlan] = []
-        self.travels: dict[int, TravelWay] = {}  # by the first target of the bead that they lead to
+        self.travels: dict[int, TravelPath] = {}  # by the first target of the bead that they lead to
         self.travel_failures: dict[int, Failure] = {}
         self.joins: list[int] = []  # the first bead of each chunk after the first that is to be led to
         for plan in plans:
@@ -168,10 +168,10 @@ class _Joining:
             k += 1
 
 
-def _travels_of(plan: PartPlan) -> dict[int, TravelWay]:
+def _travels_of(plan: PartPlan) -> dict[int, TravelPath]:
     """The travels of a plan by the first target of the bead that they lead to."""
     travels = iter(plan.travels)
-    out: dict[int, TravelWay] = {}
+    out: dict[int, TravelPath] = {}
     begun = False
     for bead in plan.beads:
         if begun and bead.whole and bead.first not in plan.travel_failures:

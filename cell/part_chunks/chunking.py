@@ -58,7 +58,7 @@ class Chunking:
             One at least; the last takes over what would be too short for one of its own.
         """
         mine = slice(span.first, span.stop)
-        begins = np.diff(targets.path[mine], prepend=-1) != 0
+        begins = np.diff(targets.bead[mine], prepend=-1) != 0
         layer = np.stack([targets.sub_volume_index[mine], targets.layer[mine]])
         new_layer = (np.diff(layer, axis=1, prepend=-1) != 0).any(axis=0)
         firsts = np.flatnonzero(begins)

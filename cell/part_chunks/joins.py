@@ -23,7 +23,7 @@ from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
 from ..planning.edge_check import Stretch
 from ..planning.part_plan import PartPlan, travel_to
-from ..planning.travels.travel import TravelWay
+from ..planning.travels.travel import TravelPath
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class JoinedBead:
     """
 
     bead: BeadPlan | None
-    way: TravelWay | Failure
+    way: TravelPath | Failure
 
 
 def turned_to_chunk_before(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
@@ -63,7 +63,7 @@ def _turned(plan: PartPlan, turn: Floats) -> PartPlan:
     def stretch(s: Stretch) -> Stretch:
         return replace(s, q_targets=s.q_targets + turn, q=s.q + turn)
 
-    def way(found: TravelWay) -> TravelWay:
+    def way(found: TravelPath) -> TravelPath:
         rows = found.q.copy()
         rows[:, : len(turn)] += turn
         return found._replace(q=rows)

@@ -22,9 +22,9 @@ from ik.roll import wrap
 
 from ..arrays import Ints, distinct
 from ..collision.clearances import Clearances
-from ..failure import Failure, Kind, Place, SearchEffort, Where
+from ..failure import Failure, FailurePlace, Kind, SearchEffort, Where
 from .blocked_rolls import with_blocked_rolls
-from .collision_free_rolls import standing_between
+from .collision_free_rolls import configuration_between
 from .configurations import Nodes, near_cost
 from .edge_check import SearchedBead, Stretch, check_edges
 from .next_target import true_edges, why_none_leads_on
@@ -166,7 +166,7 @@ class BeadSearch:
             self.first, stop, tuple(self._stretch(run) for run in runs), self._edge_failures(runs), target_failures
         )
 
-    def way(self, q_before: Floats | None) -> tuple[Floats, Floats] | None:
+    def first_path(self, q_before: Floats | None) -> tuple[Floats, Floats] | None:
         """The way that :meth:`run` follows first, if it leads through the whole bead.
 
         Args:
@@ -367,7 +367,7 @@ class BeadSearch:
             i = after.start
             known = self._causes.get(i - 1)
             failure = known[-1] if known else self._without_edge(i - 1)
-            failure = failure.at(Place(Where.BEAD, from_target=self.first + i - 1))
+            failure = failure.at(FailurePlace(Where.BEAD, from_target=self.first + i - 1))
             edge_failures[self.first + i] = (
                 replace(failure, effort=SearchEffort(searches=self.rounds)) if self._gave_up else failure
             )
@@ -416,7 +416,7 @@ class BeadSearch:
             between = None
             if roll is not None:
                 T, table = self.placed.Ts_base_target[i], self.placed.tables(np.array([i]))[0]
-                between = standing_between(self.context, self.nodes, T, int(self.deposits_laid[i]), roll, table)
+                between = configuration_between(self.context, self.nodes, T, int(self.deposits_laid[i]), roll, table)
             out[i] = TargetFailure(replace(failure, between=between, proved=proved), attempt)
         return out
 

@@ -28,7 +28,7 @@ from .context import Context
 from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
 from .station_search import BESIDE, Ends, StationNodes, StationSearch, held_rolls_price
 from .travels.straight_travels import BeadGap, straight_travels
-from .travels.travel import TravelWay
+from .travels.travel import TravelPath
 
 TOGETHER = 1500  # targets that are looked ahead
 MISSES = 2  # beads one after the other that are not found so, until nothing more is searched ahead
@@ -49,7 +49,7 @@ class _KnownTravel:
     """A travel that is free."""
 
     gap: BeadGap
-    way: TravelWay
+    way: TravelPath
 
 
 class BeadsAhead:
@@ -104,7 +104,7 @@ class BeadsAhead:
         known = self._travels.get(bead.stop)
         return known is not None and bead.whole and known.gap.end is bead.stretches[0]
 
-    def travel(self, last: Stretch, bead: BeadPlan) -> TravelWay | None:
+    def travel(self, last: Stretch, bead: BeadPlan) -> TravelPath | None:
         """The travel to a bead from what was welded last, if it is known."""
         self._find_travels(last, bead)
         known = self._travels.pop(bead.first, None)
@@ -150,7 +150,7 @@ class BeadsAhead:
         for bead, known in searched:
             self._wasted += len(bead)  # until it is given out
             search = StationSearch(bead, step, Ends(come_from), nodes=known)
-            found = search.way()
+            found = search.cheapest_path()
             way = self._full_way(search, q_before) if found is None else found[1:]
             if way is None:
                 if come_from is q_before:
@@ -180,7 +180,7 @@ class BeadsAhead:
         """
         context = self._context
         step, window = context.settings.roll_step, context.window
-        way = None if window.is_fixed else StationSearch(beads[0], step, Ends(), nodes=nodes[0]).way()
+        way = None if window.is_fixed else StationSearch(beads[0], step, Ends(), nodes=nodes[0]).cheapest_path()
         if way is None:
             return None
         group, roll, _ = way
@@ -223,7 +223,7 @@ class BeadsAhead:
             return None
         # of one roll alone the nodes are few
         nodes = nodes_at_rolls(context.solver, bead.placed, context.window, context.settings.roll_step, context.limits)
-        return BeadSearch(bead, nodes).way(q_before)
+        return BeadSearch(bead, nodes).first_path(q_before)
 
     def _checked(
         self, begun: int, stop: int, ways: list[tuple[int, Floats, Floats]]

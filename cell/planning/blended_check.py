@@ -17,12 +17,12 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
+from ..collision.blend_proofs import KnownRows
 from ..collision.blended_corners import cut_corners, cut_corners_of
+from ..collision.blended_paths import BlendedPath
 from ..collision.checker import Checker
 from ..collision.clearances import Clearances
-from ..collision.rounded_paths import BlendedPath
-from ..collision.rounding_proofs import KnownRows
-from ..failure import ON_TRAVEL, CollisionPlace, Failure, Place, Where
+from ..failure import ON_TRAVEL, CollisionPlace, Failure, FailurePlace, Where
 from ..motion.motion import STANDING
 from ..timing.blending import TRAVEL_ZONE
 from ..units import METRES_PER_MM
@@ -65,7 +65,7 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
         for n in np.argsort(nearest.distance, kind="stable").tolist():
             at = int(bead.edge[step[n]])
             if at + 1 not in failures:
-                place = Place(Where.BEAD, from_target=at)
+                place = FailurePlace(Where.BEAD, from_target=at)
                 failures[at + 1] = context.describe(nearest, n, place, CollisionPlace.ROUNDED)
     return failures
 

@@ -3,7 +3,7 @@
     found = collision_free_rolls(context, targets, step)   # {i: [(low, high), ...]} rad: free stretches of the roll
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
     nowhere = free_nowhere(context, targets, step)  # {i: LeastBadRoll}, of those free at no roll
-    hint = standing_between(context, nodes, T, deposits_laid, roll)   # at a roll that kinematics names, and beside it
+    hint = configuration_between(context, nodes, T, deposits_laid, roll)   # at this roll, or beside it
 
 Rolls far apart are looked at first, then those between them. Between two samples of a branch the arm has only so far to
 go: where it is deeper in a collision than that at both of them, nothing between them is free, and it is not looked at.
@@ -42,7 +42,7 @@ Stretches = list[tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
-class _Looked:
+class _KnownRolls:
     """What is known of targets' branches, sorted by target, branch and roll.
 
     Attributes:
@@ -66,15 +66,15 @@ class _Looked:
     pair: Ints
     position: Floats
 
-    def rows(self, at: Ints | NDArray[np.bool_]) -> _Looked:
+    def rows(self, at: Ints | NDArray[np.bool_]) -> _KnownRolls:
         """Some of them."""
-        return _Looked(*(getattr(self, f.name)[at] for f in fields(self)))
+        return _KnownRolls(*(getattr(self, f.name)[at] for f in fields(self)))
 
-    def sorted_with(self, *others: _Looked) -> _Looked:
+    def sorted_with(self, *others: _KnownRolls) -> _KnownRolls:
         """All of them together."""
         every = [np.concatenate([getattr(x, f.name) for x in (self, *others)]) for f in fields(self)]
         order = np.lexsort((every[2], every[1], every[0]))
-        return _Looked(*(values[order] for values in every))
+        return _KnownRolls(*(values[order] for values in every))
 
     def free_targets(self) -> Ints:
         """Targets that are free at a roll."""
@@ -149,7 +149,7 @@ def _some_together(targets: Iterable[int]) -> list[Ints]:
 
 def _searched(
     context: Context, some: Ints, step: float, also: Mapping[int, float], *, until_free: bool = False
-) -> _Looked:
+) -> _KnownRolls:
     """All that has to be looked at of some targets, or as much of it as tells which of them are free."""
     known = _sampled(context, some, step, until_free=until_free)
     if also:
@@ -167,7 +167,7 @@ def _searched(
     return known
 
 
-def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> _Looked:
+def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> _KnownRolls:
     """Targets, ascending, at the rolls of a step, less those between coarser ones at which the tool is held."""
     rolls = context.window.samples(step)
     if context.window.is_full:
@@ -176,7 +176,7 @@ def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> 
     while (len(rolls) - 1) // (stride * COARSER) >= FEWEST:
         stride *= COARSER
     seen, held = (np.zeros((len(some), len(rolls)), dtype=kind) for kind in (bool, float))
-    looked: list[_Looked] = []
+    looked: list[_KnownRolls] = []
     while stride:
         coarse = np.unique(np.append(np.arange(0, len(rolls), stride), len(rolls) - 1))
         t, k = np.nonzero(~seen[:, coarse] & _open_between(rolls, seen, held)[:, coarse])
@@ -216,7 +216,7 @@ def _spread(rolls: Floats, held: Floats, *, circular: bool) -> Floats:
 
 def _looked_at(
     context: Context, target: Ints, roll: Floats, branch: Ints | None = None, *, until_free: bool = False
-) -> _Looked:
+) -> _KnownRolls:
     """Targets at rolls, (m,): all their branches, or one of each; or as many as it takes to see that it is free."""
     solver = context.solver
     first, same = distinct(target, roll)
@@ -236,11 +236,11 @@ def _looked_at(
     q = found[np.arange(len(found)), np.argmax(good, axis=1)]
     room = np.where(good.any(axis=1), np.nan, -np.inf)
     none = Clearances.none(len(q))
-    looked = _Looked(target, branch, roll, q, room, np.zeros(len(q)), none.pair, none.position)
+    looked = _KnownRolls(target, branch, roll, q, room, np.zeros(len(q)), none.pair, none.position)
     return _with_room(context, looked.sorted_with(), until_free=until_free)
 
 
-def _with_room(context: Context, looked: _Looked, *, until_free: bool) -> _Looked:
+def _with_room(context: Context, looked: _KnownRolls, *, until_free: bool) -> _KnownRolls:
     """The same with the room where it is NaN: of one branch of each roll first, as the tool stands alike in all."""
     room, held = looked.room.copy(), looked.held.copy()
     pair, position = looked.pair.copy(), looked.position.copy()
@@ -265,7 +265,7 @@ def _with_room(context: Context, looked: _Looked, *, until_free: bool) -> _Looke
     return replace(looked, room=room, held=held, pair=pair, position=position)
 
 
-def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:
+def _may_hide(context: Context, known: _KnownRolls) -> NDArray[np.bool_]:
     """Steps between neighbouring rolls that may hide something free, (m - 1,)."""
     a, b = known.room[:-1], known.room[1:]
     out = (np.diff(known.target) == 0) & (np.diff(known.branch) == 0) & (np.diff(known.roll) > FINEST)
@@ -280,7 +280,7 @@ def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:
     return out
 
 
-def _stretches(known: _Looked) -> list[tuple[int, float, float]]:
+def _stretches(known: _KnownRolls) -> list[tuple[int, float, float]]:
     """Targets, lowest and highest rolls of what is free without a gap."""
     free = np.flatnonzero(known.room >= 0)
     if not len(free):
@@ -305,7 +305,7 @@ def stabbing(stretches: Iterable[tuple[float, float]]) -> Floats:
     return np.unique(wrap(np.array([*out, (low + high) / 2])[1:]))
 
 
-def standing_between(
+def configuration_between(
     context: Context, nodes: Nodes, T: Floats, deposits_laid: int, roll: float, table: Floats = STANDS
 ) -> RollBetween | None:
     """Whether the arm can stand at a target at a roll between the samples.

@@ -21,7 +21,7 @@ from ik.singularity import KINDS, SingularityLimits, margins, smallest_singular_
 from ik.solver import Solver
 
 from ..failure import Failure, Kind, SearchEffort
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from ..units import MARGIN_UNITS
 
 NEAR_LIMIT = np.deg2rad(10.0)  # joints closer to a limit than this cost extra
@@ -170,7 +170,7 @@ def reasons(solver: Solver, Ts: Floats, window: RollWindow, roll_step: float) ->
 
 def nodes_at_rolls(
     solver: Solver,
-    placed: Placed,
+    placed: PlacedTargets,
     window: RollWindow,
     roll_step: float,
     limits: SingularityLimits,
@@ -205,7 +205,7 @@ def nodes_at_rolls(
     least = limits.values(solver.geometry is not None)
     allowed = np.isfinite(q[..., 0]) & (margin >= least).all(axis=-1)
     room = np.minimum(q - solver.chain.lower, solver.chain.upper - q).min(axis=-1)
-    cost = np.where(allowed, standing_cost(room, margin, least), np.inf)
+    cost = np.where(allowed, node_cost(room, margin, least), np.inf)
     shape = (n, r, -1, solver.chain.n)
     return Nodes(
         solver=solver,
@@ -230,7 +230,7 @@ def _joined(parts: list[Floats]) -> Floats:
     )
 
 
-def standing_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
+def node_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
     """What a node is worth avoiding: close to a singularity or to a joint limit.
 
     Args:

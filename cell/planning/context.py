@@ -23,11 +23,11 @@ from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.reach_radii import all_radii, radii, tool_radii
-from ..collision.table import with_table_axes
+from ..collision.table_clearances import with_table_axes
 from ..collision.wire import wire_checker
-from ..failure import AT_TARGET, CollisionPlace, Contact, Failure, Kind, Place
+from ..failure import AT_TARGET, CollisionPlace, Contact, Failure, FailurePlace, Kind
 from ..job.job import Job, speeds
-from ..scene.placement import Placed, place_on_moving_table, place_targets
+from ..scene.placement import PlacedTargets, place_on_moving_table, place_targets
 from ..scene.scene import Scene
 from ..scene.table_kinematics import TableKinematics
 from ..units import METRES_PER_MM
@@ -158,7 +158,7 @@ class Context:
     """
 
     solver: Solver
-    placed: Placed
+    placed: PlacedTargets
     deposits_before: Ints
     laid: Ints
     window: RollWindow
@@ -276,7 +276,11 @@ class Context:
         return replace(self, checker=checker, screen=screen)
 
     def describe(
-        self, found: Clearances, k: int, place: Place = AT_TARGET, seen: CollisionPlace = CollisionPlace.AT_SAMPLE
+        self,
+        found: Clearances,
+        k: int,
+        place: FailurePlace = AT_TARGET,
+        seen: CollisionPlace = CollisionPlace.AT_SAMPLE,
     ) -> Failure:
         """A collision as a failure.
 

@@ -23,7 +23,7 @@ from ..arrays import Ints
 from ..collision.clearances import Clearances
 from ..collision.proofs.motion_bounds import joint_travel_bound
 from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
-from ..failure import Failure, Kind, Place, Where
+from ..failure import Failure, FailurePlace, Kind, Where
 from ..rigid import frames, great_circle
 from .context import CLOSE, BeadTolerance, Context
 from .edge_check import Stretch, collision_place
@@ -84,7 +84,7 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
         fraction: of the way, (m,).
 
     Returns:
-        (m, 3), m, and (m, 3), where the beads stand still (see ``Placed.bead``).
+        (m, 3), m, and (m, 3), where the beads stand still (see ``PlacedTargets.bead``).
     """
     p, n = context.placed.bead.position, context.placed.bead.normal
     position = p[edge] + fraction[:, None] * (p[edge + 1] - p[edge])
@@ -122,9 +122,9 @@ def _densified(
     return stretch, of, failures
 
 
-def _on_edge(edge: int) -> Place:
+def _on_edge(edge: int) -> FailurePlace:
     """The way from a target to the next."""
-    return Place(Where.BEAD, from_target=edge)
+    return FailurePlace(Where.BEAD, from_target=edge)
 
 
 def _open(context: Context, stretch: Stretch, asked: Ints, close: BeadTolerance) -> Ints:

@@ -22,7 +22,7 @@ from ..collision.clearances import Clearances
 from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
 from ..failure import ON_BEAD, CollisionPlace, Failure
 from ..motion.deposition_speed import STRETCH
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from .context import Context
 from .edge_tracking import Track, track_edges
 
@@ -47,7 +47,7 @@ class SearchedBead:
 
     context: Context
     first: int
-    placed: Placed
+    placed: PlacedTargets
     deposits_before: Ints
     times: Floats
     slowest: Floats
@@ -103,7 +103,7 @@ class Stretch:
         edge: target that each sample follows, (m,).
         fraction: place between that target and the next, (m,).
         q: samples, (m, j), rad.
-        position: TCP where the bead stands still, (m, 3), m; see ``Placed.bead``.
+        position: TCP where the bead stands still, (m, 3), m; see ``PlacedTargets.bead``.
         table: E1, E2 of the samples, (m, 2), rad; (m, 0) where the table stands.
         clearances: the nearest pairs where it was looked; nothing at other samples.
         low: nothing is nearer at each sample, (m,), m.

@@ -1,6 +1,6 @@
 """The way of the arm through every bead and from bead to bead.
 
-    plan = plan_part(context, path)             # path (n,): bead of each target
+    plan = plan_part(context, bead_of_target)    # (n,), ascending
     plan.beads[0].stretches               # what can be run through; edge_failures and target_failures say what cannot
     plan.travels, plan.travel_failures    # between the beads, and the failures of those that are not found
 
@@ -21,7 +21,7 @@ from ik.chain import Floats
 from ik.roll import wrap
 
 from ..arrays import Ints
-from ..failure import Failure, Place, Where
+from ..failure import Failure, FailurePlace, Where
 from ..progress import Progress, counted_progress
 from .bead_search import MOST_SEARCHES, BeadPlan, BeadSearch
 from .beads_ahead import BeadsAhead
@@ -31,7 +31,7 @@ from .context import FINER_ROLLS, Context
 from .edge_check import SearchedBead, Stretch
 from .infeasible_part import InfeasiblePartJudge
 from .station_search import ELSEWHERE, Ends, StationSearch
-from .travels.travel import TravelWay, can_leave, travel, turned_to_travel_end
+from .travels.travel import TravelPath, can_leave, travel, turned_to_travel_end
 
 FINEST_ROUNDS = 60  # searches of such a bead until it is given up
 BEGINNINGS = 4  # of a bead that no travel leads to
@@ -49,7 +49,7 @@ class PartPlan:
     """
 
     beads: tuple[BeadPlan, ...]
-    travels: tuple[TravelWay, ...]
+    travels: tuple[TravelPath, ...]
     travel_failures: dict[int, Failure]
 
     @property
@@ -58,19 +58,19 @@ class PartPlan:
         return [stretch for bead in self.beads for stretch in bead.stretches]
 
 
-def plan_part(context: Context, path: Ints, progress: Progress | None = None) -> PartPlan:
+def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None = None) -> PartPlan:
     """Plan bead after bead and the travels between them.
 
     Args:
         context: what the search needs.
-        path: bead of each target of the part, (n,), ascending; those of the context's span are planned.
+        bead_of_target: of the whole part, (n,), ascending; those of the context's span are planned.
         progress: told how far it is.
 
     Returns:
         The plan.
     """
     span = context.span
-    firsts = [i for i in np.flatnonzero(np.diff(path, prepend=-1)).tolist() if span.first <= i < span.stop]
+    firsts = [i for i in np.flatnonzero(np.diff(bead_of_target, prepend=-1)).tolist() if span.first <= i < span.stop]
     with counted_progress(progress, "beads", len(firsts)) as count:
         return plan_beads(context, BeadRun(tuple(firsts), span.stop, span.start), count)
 
@@ -121,10 +121,10 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
         The plan of these beads; no travel leads to the first.
     """
     beads: list[BeadPlan] = []
-    travels: list[TravelWay] = []
+    travels: list[TravelPath] = []
     travel_failures: dict[int, Failure] = {}
     last: Stretch | None = None
-    way: TravelWay | Failure
+    way: TravelPath | Failure
     reduced = reduced_budget(context)
     judge, ahead = InfeasiblePartJudge(context, run.firsts[0], run.share), BeadsAhead(context, run.firsts, run.stop)
     for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
@@ -185,7 +185,7 @@ def known_bead(context: Context, first: int, stop: int, q_before: Floats | None,
 
 def travel_failure(travel: Failure, last: Stretch, first: int) -> Failure:
     """Why no travel leads from what was welded last to a bead that begins at a target."""
-    return travel.at(Place(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
+    return travel.at(FailurePlace(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
 
 
 def reduced_budget(context: Context, to: int | None = None) -> Context:
@@ -209,7 +209,7 @@ def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = (
     return bead, False
 
 
-def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, TravelWay | Failure]:
+def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, TravelPath | Failure]:
     """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it."""
     deposits_laid = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
     avoid: list[Floats] = []
@@ -266,14 +266,14 @@ def plan_bead(
     free = _free_between(context, plan, step / FINER_ROLLS)
     lost = {i for i in plan.target_failures if not free.get(i)}
     left = np.inf if most is None or not lost else most - (context.work - begun)
-    finer = _search(bead, ends, step / FINER_ROLLS, _Rolls(_all(free), most=left))
+    finer = _search(bead, ends, step / FINER_ROLLS, _FastRollSearch(_all(free), most=left))
     if finer.open:
         return plan.only(lost)
     plan = _better(plan, finer)
     if plan.whole or not all(i in free and free[i] for i in plan.target_failures):
         return plan
     free |= _free_between(context, plan, step / FINER_ROLLS, free)
-    rolls = _Rolls(_all(free), FINEST_ROUNDS)
+    rolls = _FastRollSearch(_all(free), FINEST_ROUNDS)
     return _better(plan, _search(bead, ends, step / FINER_ROLLS**2, rolls))
 
 
@@ -297,7 +297,7 @@ def _all(found: Mapping[int, Stretches]) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rolls:
+class _FastRollSearch:
     """How a bead is searched whose roll turns as fast as the joints can.
 
     Attributes:
@@ -311,7 +311,7 @@ class _Rolls:
     most: float = np.inf
 
 
-def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | None = None) -> BeadPlan:
+def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _FastRollSearch | None = None) -> BeadPlan:
     """Search a bead: quickly, and in full where that finds none."""
     if StationSearch.suits(bead):
         stretch = StationSearch(bead, roll_step, ends).run()
@@ -320,7 +320,7 @@ def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | Non
     return _in_full(bead, ends, roll_step, free)
 
 
-def _in_full(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | None = None) -> BeadPlan:
+def _in_full(bead: SearchedBead, ends: Ends, roll_step: float, free: _FastRollSearch | None = None) -> BeadPlan:
     """Search a bead at all rolls of every target."""
     context, also = bead.context, None if free is None else free.also
     nodes = nodes_at_rolls(context.solver, bead.placed, context.window, roll_step, context.limits, also)

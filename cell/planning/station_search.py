@@ -28,9 +28,9 @@ from ik.singularity import margins
 
 from ..arrays import Ints
 from ..failure import Kind
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from .blocked_rolls import with_blocked_rolls
-from .configurations import NEAR_COST, near_cost, standing_cost
+from .configurations import NEAR_COST, near_cost, node_cost
 from .context import Context
 from .edge_check import SearchedBead, Stretch, check_edges
 
@@ -167,7 +167,7 @@ class StationSearch:
             The whole bead, checked; None if that was not found.
         """
         for _ in range(ROUNDS):
-            way = self.way()
+            way = self.cheapest_path()
             if way is None:
                 break
             group, roll, q = way
@@ -184,7 +184,7 @@ class StationSearch:
                 self._avoid(ends, group, roll[ends])
         return None
 
-    def way(self) -> tuple[int, Floats, Floats] | None:
+    def cheapest_path(self) -> tuple[int, Floats, Floats] | None:
         """The cheapest way that is free at the stations: group, rolls (t,) and configurations (t, j) of all targets."""
         found = self._through_stations()
         if found is None:
@@ -408,10 +408,10 @@ def _standing_at(context: Context, Ts: Floats, rolls: Floats, group: int | None 
     margin = np.swapaxes(margins(solver.chain, solver.geometry, raw), 1, 2)
     least = context.limits.values(True)
     allowed = inside & (margin >= least).all(axis=-1)
-    return q, np.where(allowed, standing_cost(room, margin, least), np.inf)
+    return q, np.where(allowed, node_cost(room, margin, least), np.inf)
 
 
-def stations(placed: Placed, spacing: Spacing) -> Ints:
+def stations(placed: PlacedTargets, spacing: Spacing) -> Ints:
     """Targets at most a spacing apart, the first and the last among them."""
     measure = _apart(placed.bead, spacing)
     if placed.moving is not None:  # what the arm has to do is another way
@@ -422,7 +422,7 @@ def stations(placed: Placed, spacing: Spacing) -> Ints:
     return np.unique(np.append(some, len(along) - 1))
 
 
-def _apart(placed: Placed, spacing: Spacing) -> Floats:
+def _apart(placed: PlacedTargets, spacing: Spacing) -> Floats:
     """How far each target is from the one before, (t - 1,), as a share of what stations are apart."""
     length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
     cosine = np.einsum("ti,ti->t", placed.normal[1:], placed.normal[:-1])

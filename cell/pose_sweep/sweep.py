@@ -227,7 +227,7 @@ def _measures(result: Result) -> dict[str, Any]:
     return found
 
 
-def require_standing(case: Case) -> None:
+def require_fixed_table(case: Case) -> None:
     """Refuse a table that moves along the beads: a map says of poses whether what is built at them can be.
 
     Args:
@@ -270,7 +270,7 @@ def sweep(
         InputError: the table moves along the beads, the log belongs to another case, or a worker was
             killed (finished poses are in the log).
     """
-    require_standing(case)
+    require_fixed_table(case)
     asked = [Pose(*pose) for pose in poses]
     mark = mark_of(case)
     with Log(log, mark) as book:

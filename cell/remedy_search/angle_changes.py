@@ -18,7 +18,7 @@ from ik.roll import RollWindow, apply_roll
 from ..case.read import with_changes
 from ..case.sections import Case
 from ..job.job import Job
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from .change import ANGLE_SCALE, ROLL_SCALE, Angles, Change, rounded_for_case
 
 PAIR_STEP, PAIR_REACH = 15.0, 90.0  # deg, of both table angles together
@@ -82,7 +82,7 @@ class TablePose(Change):
 
 
 @dataclass(frozen=True)
-class _Roll(Change):
+class _RollChange(Change):
     """Another roll about the wire."""
 
     resolution, scale = 1.0, ROLL_SCALE
@@ -116,7 +116,7 @@ class _Roll(Change):
 
 
 @dataclass(frozen=True)
-class RollShift(_Roll):
+class RollShift(_RollChange):
     """A roll held elsewhere."""
 
     family = ("roll", "shift")
@@ -124,13 +124,13 @@ class RollShift(_Roll):
     def _section(self, low: float, high: float, size: float) -> Any:
         return {"fixed_deg": half_turn(low + self.sign * size)}
 
-    def seen(self, placed: Placed, size: float) -> Floats:
+    def seen(self, placed: PlacedTargets, size: float) -> Floats:
         """As a turn of the targets, so that all sizes share one window."""
         return apply_roll(placed.Ts_base_target, np.array(np.deg2rad(self.sign * size)))
 
 
 @dataclass(frozen=True)
-class RollRange(_Roll):
+class RollRange(_RollChange):
     """A roll that may move further down (sign -1) or up; more than one that is held elsewhere."""
 
     scale = ROLL_SCALE / 1.5
@@ -146,7 +146,7 @@ class RollRange(_Roll):
 
 
 @dataclass(frozen=True)
-class RollFree(_Roll):
+class RollFree(_RollChange):
     """Any roll."""
 
     resolution = 180.0

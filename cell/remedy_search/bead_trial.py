@@ -12,7 +12,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..collision.table import table_alone
+from ..collision.table_clearances import table_alone
 from ..job.job import Job
 from ..planning.configurations import nodes_at_rolls
 from ..planning.context import FINER_ROLLS, Context
@@ -30,7 +30,7 @@ def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], 
         return set(range(len(job.targets)))
     context = Context.of(job, table)
     for bead in beads:
-        first, stop = np.searchsorted(job.targets.path, [bead, bead + 1]).tolist()
+        first, stop = np.searchsorted(job.targets.bead, [bead, bead + 1]).tolist()
         some = range(first, stop, max((stop - first) // TARGETS_ALONE, 1))
         if not all(_stands_free(context, i) for i in some if wanted is None or i in wanted):
             return set(range(first, stop))

@@ -21,7 +21,7 @@ from ..job.job import Job
 from ..mjcf.torch import TorchDimensions
 from ..rigid import frames
 from ..scene.compose import compose
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from ..units import METRES_PER_MM
 from .change import LENGTH_SCALE, ROLL_SCALE, SHARE_SCALE, Angles, Change, rounded_for_case
 from .seam_changes import KEY, reseamed, seam_in_words, seams_value, with_seam
@@ -153,7 +153,7 @@ class StickOut(_Length):
         dimensions = {**case.tool.dimensions, "stick_out_mm": stick_out(case) + self.sign * size}
         return with_changes(case, tool=case.tool.model_copy(update={"dimensions": dimensions}))
 
-    def seen(self, placed: Placed, size: float) -> Floats:
+    def seen(self, placed: PlacedTargets, size: float) -> Floats:
         """As targets that are further out."""
         return frames(placed.position + placed.normal * size * METRES_PER_MM, placed.normal, placed.reference)
 
@@ -193,7 +193,7 @@ class DepositionSpeed(Change):
 
 
 @dataclass(frozen=True)
-class Blend(Change):
+class BlendDistance(Change):
     """Corners that are rounded less; sizes are shares of the distance, which is not worth a finer search."""
 
     key = "process.blend_mm"
@@ -218,7 +218,7 @@ class Blend(Change):
 
 
 @dataclass(frozen=True)
-class Seam(Change):
+class SeamPosition(Change):
     """The seams of a sub-volume elsewhere; sizes number the places, which change as little as some roll."""
 
     sub_volume: str

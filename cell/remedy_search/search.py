@@ -35,7 +35,7 @@ from .remedy import Remedy
 from .screening import Screening, size_between
 from .seam_changes import counterparts, seam_places
 from .table_modes import nothing_moving, other_mode
-from .target_groups import Group, groups
+from .target_groups import TargetGroup, target_groups
 
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
@@ -64,7 +64,7 @@ def remedies(
     Yields:
         First changes that help the whole part, then the smallest change for each group; each as soon as it is known.
     """
-    found = groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
+    found = target_groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
     if not found:
         return
     if result.moved is not None:
@@ -120,7 +120,7 @@ class _ChangeTrial:
 class _RemedySearch:
     """Holds what has been learned about changes: what screening says, and every whole check."""
 
-    def __init__(self, result: Result, found: list[Group], count: Callable[[], None], deadline: float) -> None:
+    def __init__(self, result: Result, found: list[TargetGroup], count: Callable[[], None], deadline: float) -> None:
         """Screen all changes.
 
         Args:
@@ -245,7 +245,7 @@ class _RemedySearch:
             blame = self._blame(change, size, wanted, entire)
             if not blame:
                 return size
-            bead = int(self._numbering(change, size).targets.path[min(blame)])
+            bead = int(self._numbering(change, size).targets.bead[min(blame)])
             trial.creep = 2 * trial.creep or int(bead in tried_first or self._bead_holds(change, size, bead))
             if bead not in tried_first:
                 tried_first.insert(0, bead)
@@ -312,7 +312,7 @@ class _RemedySearch:
         return self.start.changed(change, size)[0] if change.other_targets else self.start.job
 
     def _beads_tried_first(self, wanted: Ints) -> list[int]:
-        beads = np.unique(self.result.job.targets.path[wanted])
+        beads = np.unique(self.result.job.targets.bead[wanted])
         return [int(b) for b in beads[np.unique(np.linspace(0, len(beads) - 1, TRIED_FIRST).round().astype(int))]]
 
     def _remedy(self, change: Change, size: float, wanted: Ints, reason: str | None) -> Remedy:

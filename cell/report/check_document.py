@@ -85,7 +85,7 @@ def streamed_report(
             "samples": len(result.motion.t_s),
             "travel_s": round(result.motion.travel_time, 3),
             "dwell_s": round(result.motion.dwell_time, 3),
-            "speed": None if result.motion.held_speed is None else speed_document(result.motion.held_speed, t.path),
+            "speed": None if result.motion.held_speed is None else speed_document(result.motion.held_speed, t.bead),
             "home_s": None if result.motion.home_s is None else round(result.motion.home_s, 3),
         },
         "table_use": None if (use := table_use(result)) is None else use.document(),
@@ -119,11 +119,11 @@ def _rows(result: Result, all_reasons: Mapping[int, list[Excluded]] | None) -> I
             "q_deg": None if row.q is None or row.reason else _list(np.rad2deg(row.q), 6),
             "attempt_deg": None if row.attempt is None else _list(np.rad2deg(row.attempt), 6),
             "gravity_deg": round(float(np.rad2deg(result.gravity[i])), 3),
-            "bead": int(t.path[i]),
+            "bead": int(t.bead[i]),
             "E1_deg": round(float(tables[i, 0]), 6) + 0.0,
             "E2_deg": round(float(tables[i, 1]), 6) + 0.0,
             "file_target": int(number[i]),
-            "file_bead": int(bead[t.path[i]]),
+            "file_bead": int(bead[t.bead[i]]),
         }
         if all_reasons is not None and i in all_reasons:
             record["all_reasons"] = [one.document() for one in all_reasons[i]]

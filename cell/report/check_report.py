@@ -23,7 +23,7 @@ from ..verdict.severity import worst_first
 from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words, unit_word
 from .check_document import least_document, metal_of, roll_text_of
-from .facts import facts_table, headline
+from .facts import facts_grid, headline
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -53,7 +53,7 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
         rich renderables, one a block.
     """
     yield headline(result.job.case.title, table_in_words(result), feasible=result.feasible)
-    yield facts_table(_facts(result))
+    yield facts_grid(_facts(result))
     if not result.feasible:
         yield _worst(result, every)
 
@@ -85,7 +85,7 @@ def pasted_poses(result: Result) -> list[str]:
 def _facts(result: Result) -> Iterator[tuple[str, str]]:
     job, n = result.job, len(result.rows)
     layers = sum(job.layers)
-    beads = int(job.targets.path.max()) + 1
+    beads = int(job.targets.bead.max()) + 1
     made = job.case.slicing.strategy if job.sliced else "from a toolpath"
     yield (
         "part",
@@ -135,7 +135,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         if use is not None and job.case.table.mode == "coordinated":
             yield "table", use.in_words()
         if motion.held_speed is not None:
-            yield "speed", speed_in_words(speed_document(motion.held_speed, job.targets.path))
+            yield "speed", speed_in_words(speed_document(motion.held_speed, job.targets.bead))
     if job.beads:
         yield "metal", metal_in_words(metal_of(job))
     for line in result.warnings:

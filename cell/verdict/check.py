@@ -20,7 +20,7 @@ import numpy as np
 from ik.chain import Floats
 from slicing import Code, Warning
 
-from ..collision.table import table_alone
+from ..collision.table_clearances import table_alone
 from ..failure import Contact, Failure, Kind
 from ..job.job import Job
 from ..job.overhang_check import unsupported_targets
@@ -37,7 +37,7 @@ from ..planning.travels.home import HomeTravels, SpanEnds, with_home
 from ..planning.travels.travel import STRAIGHT, straight_retracts
 from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from ..scene.scene import table_angles
 from ..units import METRES_PER_MM
 from .result import Result, TargetVerdict
@@ -68,10 +68,10 @@ def check_fixed(
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     context = Context.of(job, table)
     found = check_span(job, context, off_upright(job, context.placed), progress)
-    return replace(standing_result(job, context, asked, found), seconds=processor_time() - begun)
+    return replace(fixed_table_result(job, context, asked, found), seconds=processor_time() - begun)
 
 
-def standing_result(job: Job, context: Context, asked: tuple[float, float], found: SpanVerdict) -> Result:
+def fixed_table_result(job: Job, context: Context, asked: tuple[float, float], found: SpanVerdict) -> Result:
     """The verdict on a part all of which is built at one pose of the table.
 
     Args:
@@ -94,7 +94,7 @@ def standing_result(job: Job, context: Context, asked: tuple[float, float], foun
     )
 
 
-def off_upright(job: Job, placed: Placed) -> Floats:
+def off_upright(job: Job, placed: PlacedTargets) -> Floats:
     """Angle between the deposition direction of placed targets and up, (n,), rad."""
     up = job.scene.T_world_base()[2, :3]
     return np.asarray(np.arccos(np.clip(placed.normal @ up, -1.0, 1.0)))

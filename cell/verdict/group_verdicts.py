@@ -33,7 +33,7 @@ Place = tuple[float, ...] | None
 
 
 @dataclass(frozen=True)
-class Trial:
+class GroupTrial:
     """A group at a pose of the table.
 
     Attributes:
@@ -72,14 +72,14 @@ class GroupVerdicts:
             progress: told how far each is.
         """
         self._job, self._progress = job, progress
-        self._known: dict[Trial, SpanVerdict | InputError | None] = {}
+        self._known: dict[GroupTrial, SpanVerdict | InputError | None] = {}
 
     @property
     def jobs(self) -> int:
         """Processes among which trials are shared out."""
         return pool_for_poses(self._job).jobs
 
-    def first_alone(self, trials: Iterable[Trial]) -> Iterator[Sequence[Trial]]:
+    def first_alone(self, trials: Iterable[GroupTrial]) -> Iterator[Sequence[GroupTrial]]:
         """Trials of which one is wanted: the first by itself, then as many at once as there are workers, looked at.
 
         Args:
@@ -94,7 +94,7 @@ class GroupVerdicts:
             yield some
             count = self.jobs
 
-    def of(self, trial: Trial) -> SpanVerdict | None:
+    def of(self, trial: GroupTrial) -> SpanVerdict | None:
         """The verdict on a trial.
 
         Args:
@@ -113,7 +113,7 @@ class GroupVerdicts:
             raise found
         return found
 
-    def look_ahead(self, trials: Iterable[Trial]) -> None:
+    def look_ahead(self, trials: Iterable[GroupTrial]) -> None:
         """Work out the verdicts on trials side by side, where there are workers and several to work out.
 
         Args:
@@ -129,7 +129,7 @@ class GroupVerdicts:
                 )
 
 
-def _worked_out(job: Job, trial: Trial, tick: Tick) -> SpanVerdict | InputError | None:
+def _worked_out(job: Job, trial: GroupTrial, tick: Tick) -> SpanVerdict | InputError | None:
     """In a worker; an error counts only if the trial is asked for."""
     try:
         found: SpanVerdict | InputError | None = _verdict(job, trial, None)
@@ -139,7 +139,7 @@ def _worked_out(job: Job, trial: Trial, tick: Tick) -> SpanVerdict | InputError 
     return found
 
 
-def _verdict(job: Job, trial: Trial, progress: Progress | None) -> SpanVerdict | None:
+def _verdict(job: Job, trial: GroupTrial, progress: Progress | None) -> SpanVerdict | None:
     if trial.screened and not serves(job, trial.group, trial.pose):
         return None
     context = trial.context(job)

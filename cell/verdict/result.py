@@ -22,7 +22,7 @@ from ..job.job import Job
 from ..job.overhang_check import past_horizontal
 from ..motion.motion import Motion
 from ..part_chunks.least_values import LeastValue
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 
 NOT_LOOKED_AT = "not_looked_at"  # in place of a reason
 
@@ -128,7 +128,7 @@ class Result:
     job: Job
     asked: tuple[float, float]
     table: tuple[float, float]
-    placed: Placed
+    placed: PlacedTargets
     rows: tuple[TargetVerdict, ...]
     clearance: LeastValue | None
     singularity: LeastValue | None
@@ -159,7 +159,7 @@ class Result:
             if row.q is not None:
                 q[i] = row.q
         names = np.array(t.sub_volume)[t.sub_volume_index]
-        out: dict[str, Any] = {"target": np.arange(len(t)), "sub_volume": names, "layer": t.layer, "bead": t.path}
+        out: dict[str, Any] = {"target": np.arange(len(t)), "sub_volume": names, "layer": t.layer, "bead": t.bead}
         out |= {f"{axis}_mm": t.position[:, k] for k, axis in enumerate("xyz")}
         out |= {f"n{axis}": t.normal[:, k] for k, axis in enumerate("xyz")}
         out["thickness_mm"], out["speed_mm_s"] = t.thickness_mm, t.speed_mm_s

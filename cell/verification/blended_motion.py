@@ -22,7 +22,7 @@ from ..arrays import Ints
 from ..collision.blended_corners import cut_corners
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.reach_radii import table_radii
-from ..collision.table import TableChecker
+from ..collision.table_clearances import TableChecker
 from ..failure import CollisionPlace
 from ..job.job import Job
 from ..motion.motion import STANDING
@@ -53,7 +53,7 @@ def _runs(job: Job, read: ReadMotion, rows: SampledMotion) -> Iterator[tuple[int
 
 
 @dataclass(frozen=True, eq=False)
-class RoundedRows:
+class SampledBlends:
     """Rows of a motion with its corners rounded.
 
     Attributes:
@@ -68,7 +68,7 @@ class RoundedRows:
     drift: Floats
 
 
-def blended_rows(job: Job, read: ReadMotion, rows: SampledMotion) -> RoundedRows:
+def blended_rows(job: Job, read: ReadMotion, rows: SampledMotion) -> SampledBlends:
     """Rows where they come to lie once corners are rounded.
 
     Args:
@@ -85,7 +85,7 @@ def blended_rows(job: Job, read: ReadMotion, rows: SampledMotion) -> RoundedRows
         lever += table_radii(job.scene).sum()
         welding = np.append(read.motion.welding, False) | np.append(False, read.motion.welding)
         drift = read.grain[1] * np.where(welding, lever, np.sqrt(q.shape[1]))
-    return RoundedRows(q, np.concatenate([[0.0], np.cumsum(steps)]), drift)
+    return SampledBlends(q, np.concatenate([[0.0], np.cumsum(steps)]), drift)
 
 
 def blend_collisions(job: Job, runs: Sequence[SampledRun], seen: ArmSeen) -> list[Finding]:

@@ -21,7 +21,7 @@ from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.between_samples import unproven_steps
 from ..collision.proofs.reach_radii import all_radii, table_radii
-from ..collision.table import TableChecker, with_table_axes
+from ..collision.table_clearances import TableChecker, with_table_axes
 from ..collision.wire import WIRE_REACH, wire_scene
 from ..failure import IN_ROWS, CollisionPlace, Contact, Failure, Kind
 from ..job.job import Job

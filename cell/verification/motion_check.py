@@ -27,10 +27,10 @@ from ..motion.given_motion import given
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..units import MARGIN_UNITS, METRES_PER_MM
-from .arm_clearances import arm_on_the_way, nearest_on_the_way
+from .arm_clearances import arm_along_motion, nearest_along_motion
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, SampledMotion, against_beads, dense, rows_of
-from .blended_motion import RoundedRows, blend_collisions, blended_rows, sampled_runs, table_blend_collisions
+from .blended_motion import SampledBlends, blend_collisions, blended_rows, sampled_runs, table_blend_collisions
 from .collisions import collisions, deposits_laid_at, stretches_of
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
@@ -219,13 +219,13 @@ def _acceleration_use(job: Job, read: ReadMotion, rows: SampledMotion, windows: 
     smooth = _second_differences(blended_rows(job, read, rows), read, windows)
     # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
     axes = _axes(read.motion)
-    plain = _second_differences(RoundedRows(axes, np.zeros(len(axes)), np.zeros(len(axes))), read, windows)
+    plain = _second_differences(SampledBlends(axes, np.zeros(len(axes)), np.zeros(len(axes))), read, windows)
     plain[-1] = np.inf
     shares: Floats = np.minimum(smooth, plain).max(axis=0) / job.drives.acceleration
     return shares
 
 
-def _second_differences(rows: RoundedRows, read: ReadMotion, windows: Sequence[float]) -> Floats:
+def _second_differences(rows: SampledBlends, read: ReadMotion, windows: Sequence[float]) -> Floats:
     """Mean accelerations about each row over windows (s to either side; 0: from row to row), (w, m, j), at least."""
     t, (time, angle) = read.motion.t_s, read.grain
     q, drift = rows.q, rows.drift[:, None]
@@ -367,11 +367,11 @@ def _in_the_way(
     """What a motion collides with, and the nearest the arm comes to anything, with the row and the pair."""
     deposits_laid = deposits_laid_at(job, read.motion, way.row)
     runs = list(sampled_runs(job, read, rows, way))
-    seen = arm_on_the_way(job, way, deposits_laid, runs)
+    seen = arm_along_motion(job, way, deposits_laid, runs)
     hits = collisions(job, read.motion, way, deposits_laid, seen)
     hits += blend_collisions(job, runs, seen)
     hits += table_blend_collisions(job, runs, way, deposits_laid)
-    return hits, _nearest(job, read, way, nearest_on_the_way(job, way, deposits_laid, seen.clear, runs))
+    return hits, _nearest(job, read, way, nearest_along_motion(job, way, deposits_laid, seen.clear, runs))
 
 
 def _nearest(

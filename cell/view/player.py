@@ -87,7 +87,7 @@ class Player:
         self.result, self.speed, self.loop = result, float(speed), loop
         self.time, self.playing, self.marks = 0.0, True, result.motion is None
         self.view, self.normals, self.colour = "cell", NORMALS[0], colour
-        self._path = result.job.targets.path
+        self._path = result.job.targets.bead
         self._bad = np.array([row.failure is not None for row in result.rows])
         self._stop: Ints
         self._at: Floats

@@ -77,7 +77,7 @@ def level_curves(
 
 def _net(mesh: Mesh, base: Plane | Cylinder, heights: Floats, nudge_mm: float, faces: Ints | None) -> CrossingNet:
     """The triangles among the levels, as if no edge crossed a level twice."""
-    edges, sides = mesh.edge_table
+    edges, sides = mesh.edges_and_sides
     vertices, corners = mesh.vertices, mesh.faces
     if faces is None:
         faces, columns = np.arange(len(corners)), mesh.corners

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..mesh.edge_table import neighbours
+from ..mesh.mesh_edges import neighbours
 from ..mesh.solid import Floats, Ints
 from ..warning import Warning
 from .axis_candidates import FEW_SIDES, LEVEL, MANY_SIDES, Roundness, candidates, rotation_to_z

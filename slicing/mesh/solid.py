@@ -21,8 +21,8 @@ import numpy.typing as npt
 from ..arrays import Bools, Floats, Ints, PartError
 from ..warning import Code, Warning
 from .closing import closed_surface, repaired
-from .edge_table import edge_table
 from .face_measures import bounding_box, enclosed_volume, face_measures, face_normals
+from .mesh_edges import edges_of_faces
 
 __all__ = [
     "UNITS_MM",
@@ -91,9 +91,9 @@ class Mesh:
         return np.ascontiguousarray(self.faces.T)
 
     @cached_property
-    def edge_table(self) -> tuple[Ints, Ints]:
+    def edges_and_sides(self) -> tuple[Ints, Ints]:
         """Undirected edges (e, 2), lower vertex first, and the (m, 3) edge of each face's k-th side."""
-        return edge_table(len(self.vertices), self.faces)
+        return edges_of_faces(len(self.vertices), self.faces)
 
     @property
     def bounding_spheres(self) -> tuple[Floats, Floats]:

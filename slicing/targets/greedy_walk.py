@@ -1,6 +1,6 @@
 """Greedy walks along many stretches of polylines at once: how far the next segment of each may reach.
 
-    walked = greedy_points(Stretches(columns, begin, end, tolerance_mm, size2), min_segment_mm=3.0)
+    walked = greedy_points(PolylineStretches(columns, begin, end, tolerance_mm, size2), min_segment_mm=3.0)
 
 Every stretch is walked by itself: from its beginning the segment reaches as far as doubling, then halving finds the
 line to stay within the tolerance of it, but no less than the least segment; the next one begins there. All stretches
@@ -25,7 +25,7 @@ MANY_POINTS = 200_000
 
 
 @dataclass(frozen=True, eq=False)
-class Stretches:
+class PolylineStretches:
     """Stretches of polylines, all points in one table.
 
     Attributes:
@@ -45,7 +45,7 @@ class Stretches:
     at_once: int = MANY_POINTS
 
 
-def greedy_points(stretches: Stretches, min_segment_mm: float) -> list[list[int]]:
+def greedy_points(stretches: PolylineStretches, min_segment_mm: float) -> list[list[int]]:
     """Where the segments of each stretch begin.
 
     Args:
@@ -78,7 +78,7 @@ def _far(columns: Floats, i: Ints, j: Ints, min_segment_mm: float) -> Bools:
     return np.asarray(away2 > (1.0 + SAME_DISTANCE) * min_segment_mm**2)
 
 
-def _farthest(stretches: Stretches, rows: Ints, at: Ints) -> Ints:
+def _farthest(stretches: PolylineStretches, rows: Ints, at: Ints) -> Ints:
     """A last point (k,) for the segments of some stretches: doubling, then halving."""
     end = stretches.end[rows]
     good, reach = at + 1, np.full(len(rows), 2)
@@ -101,7 +101,7 @@ def _farthest(stretches: Stretches, rows: Ints, at: Ints) -> Ints:
     return good
 
 
-def _within(stretches: Stretches, rows: Ints, i: Ints, j: Ints) -> Bools:
+def _within(stretches: PolylineStretches, rows: Ints, i: Ints, j: Ints) -> Bools:
     """Whether lines stay within their tolerance of the segments from i to j."""
     out = np.ones(len(rows), dtype=bool)
     tolerance2 = stretches.tolerance_mm[rows] ** 2

@@ -2,7 +2,7 @@
 
     radius = radii(scene)                                               # (n,) m
     open_at = unproven_steps(checker, radius, q, deposits_laid, found, least=0.005)   # steps on which it is not proved
-    row, nearest = least_on_the_way(checker, radius, q, deposits_laid, found)         # how near it comes
+    row, nearest = least_between_samples(checker, radius, q, deposits_laid, found)         # how near it comes
 
 A step keeps a clearance if what the clearances at its ends are beyond it adds up to more than the longest way any point
 of the arm can travel on it; otherwise it is halved, and its middle looked at. What is still open after the last halving
@@ -107,7 +107,7 @@ def halved(
     return left, np.concatenate(hits), Clearances.joined(what)
 
 
-def least_on_the_way(
+def least_between_samples(
     checker: SeesClearances,
     radius: Floats,
     q: Floats,

@@ -20,7 +20,7 @@ from ...arrays import Ints
 from ..near_pairs import NearPairs
 from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
 from .motion_bounds import OFF_PARABOLA
-from .proof_cells import ProofCells
+from .step_clusters import StepClusters
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ class CarriedPlanes:
         self._length = float(np.linalg.norm(links.chain.origins[:, :3, 3], axis=1).sum())
 
     def over(
-        self, poses: LinkPoses, bends: StepBends, pairs: PairsBelow, cells: ProofCells
+        self, poses: LinkPoses, bends: StepBends, pairs: PairsBelow, cells: StepClusters
     ) -> tuple[Ints, Ints, Floats]:
         """How far pairs are apart at the samples of their cells, less what may be missing between the samples.
 

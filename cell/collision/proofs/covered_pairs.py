@@ -16,10 +16,10 @@ from ...arrays import Ints
 from ..near_pairs import NearPairs
 from .carried_planes import pairs_below
 from .link_poses import ArmLinks, LinkPoses, seen_from
-from .proof_cells import ProofCells
+from .step_clusters import StepClusters
 
 
-def covered_pairs(links: ArmLinks, poses: LinkPoses, cells: ProofCells, near: NearPairs, need: Floats) -> NearPairs:
+def covered_pairs(links: ArmLinks, poses: LinkPoses, cells: StepClusters, near: NearPairs, need: Floats) -> NearPairs:
     """Pairs of a shape of the arm and a cover.
 
     Args:
@@ -46,7 +46,9 @@ def covered_pairs(links: ArmLinks, poses: LinkPoses, cells: ProofCells, near: Ne
     return NearPairs(cell[k], np.stack([geom[k], cover[k]], axis=1), best[k], towards, np.full((len(k), 3), np.nan))
 
 
-def _maybe_near(links: ArmLinks, poses: LinkPoses, cells: ProofCells, need: Floats) -> tuple[Ints, Ints, Ints, Floats]:
+def _maybe_near(
+    links: ArmLinks, poses: LinkPoses, cells: StepClusters, need: Floats
+) -> tuple[Ints, Ints, Ints, Floats]:
     """Cells, shapes and covers whose balls are no further apart than needed, (k,) each; the ways between, (3, k)."""
     geoms = links.meets_laid
     shapes = [links.shape(g) for g in geoms.tolist()]

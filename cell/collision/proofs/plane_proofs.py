@@ -30,15 +30,15 @@ from ...arrays import Ints
 from ..checker import COARSER, Checker
 from ..clearances import Clearances
 from ..near_pairs import NearPairs
-from ..pair_groups import PairGroup, pair_groups
+from ..pair_groups import PairGroupChecker, pair_groups
 from .carried_planes import CarriedPlanes, PairsBelow, StepBends, pairs_below
 from .covered_pairs import covered_pairs
 from .link_poses import ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
-from .proof_cells import ProofCells, gather_steps
 from .reach_radii import radii
-from .shared_planes import ONE_PLANE, Planes, SharedPlanes
+from .shared_planes import ONE_PLANE, SeparatingPlanes, SharedPlanes
 from .sheet_pieces import SheetPieces
+from .step_clusters import StepClusters, gather_steps
 
 SPACINGS = (0.2, 0.1, 0.05, 0.02, 0.0)  # m of travel between the samples that are looked at, one after the other
 FEW_SHAPES = 100  # that stand still, beyond which looks as far out as the widest spacing asks for cost too much
@@ -62,7 +62,7 @@ class ProvedSteps:
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
+class _SeenClusters:
     """What was seen at the samples of cells that were looked at.
 
     Attributes:
@@ -258,7 +258,7 @@ class PlaneProofs:
             kept = np.minimum(kept, mine)
         return ProvedSteps(kept, seen), bent
 
-    def _tries(self, group: PairGroup, spacings: Sequence[float]) -> list[tuple[float, bool]]:
+    def _tries(self, group: PairGroupChecker, spacings: Sequence[float]) -> list[tuple[float, bool]]:
         """Spacings one after the other, and whether what is laid is taken as a whole there."""
         one_by_one = [(spacing, False) for spacing in spacings]
         if group.itself or not self._covered:
@@ -272,13 +272,13 @@ class PlaneProofs:
 
     def _look(
         self,
-        group: PairGroup,
+        group: PairGroupChecker,
         q: Floats,
         poses: LinkPoses,
-        cells: ProofCells,
+        cells: StepClusters,
         asked: tuple[float, float, float, float],
         seen: NearPairs | None = None,
-    ) -> _Look:
+    ) -> _SeenClusters:
         """Look at the samples of cells, as far out as the arm's travel in each asks for.
 
         Args:
@@ -299,12 +299,12 @@ class PlaneProofs:
         # what may come in from further away than was looked is too near: of such samples nothing is asked
         within = np.flatnonzero(far[cells.cell] - travel >= least)
         if seen is None:
-            return _Look(group.pairs_within(q[cells.at], cells.laid, far), far, travel, within)
+            return _SeenClusters(group.pairs_within(q[cells.at], cells.laid, far), far, travel, within)
         others = group.pairs_within(q[cells.at], np.zeros_like(cells.laid), far)
-        return _Look(others.joined(covered_pairs(self._links, poses, cells, seen, far)), far, travel, within)
+        return _SeenClusters(others.joined(covered_pairs(self._links, poses, cells, seen, far)), far, travel, within)
 
     def _values(
-        self, poses: LinkPoses, cells: ProofCells, look: _Look, wanted: float, bends: StepBends | None
+        self, poses: LinkPoses, cells: StepClusters, look: _SeenClusters, wanted: float, bends: StepBends | None
     ) -> tuple[Floats, Floats, list[int]]:
         """What the pairs keep at least at the samples of cells.
 
@@ -321,7 +321,7 @@ class PlaneProofs:
         """
         near, travel, within = look.near, look.travel[look.within], look.within
         out, carried = np.full(len(look.travel), -np.inf), np.full(len(look.travel), np.inf)
-        cells = ProofCells(cells.at, cells.laid, cells.cell[within], cells.sample[within])
+        cells = StepClusters(cells.at, cells.laid, cells.cell[within], cells.sample[within])
         most = np.full(len(cells.at), -np.inf)
         np.maximum.at(most, cells.cell, travel)
         # what stays far enough off by its travel alone needs no plane
@@ -347,8 +347,8 @@ class PlaneProofs:
     def _held(
         self,
         poses: LinkPoses,
-        cells: ProofCells,
-        known: tuple[Planes, Floats],
+        cells: StepClusters,
+        known: tuple[SeparatingPlanes, Floats],
         pairs: PairsBelow,
         asked: tuple[float, StepBends],
     ) -> tuple[NDArray[np.bool_], Ints, Floats]:
@@ -385,7 +385,7 @@ _made: weakref.WeakKeyDictionary[Checker, PlaneProofs] = weakref.WeakKeyDictiona
 
 def has_proofs(checker: object) -> bool:
     """Whether a checker has such proofs: it is of all pairs, of an arm at a table that stands."""
-    if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
+    if not isinstance(checker, Checker) or isinstance(checker, PairGroupChecker):
         return False
     return len(checker.scene.arm_qpos) == checker.scene.chain.n
 

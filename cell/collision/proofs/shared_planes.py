@@ -17,13 +17,13 @@ from ik.chain import Floats
 from ...arrays import Ints
 from .carried_planes import PairsBelow
 from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
-from .proof_cells import ProofCells
+from .step_clusters import StepClusters
 
 ONE_PLANE = 2e-4  # m: shapes that reach no further over a plane than this share it
 
 
 @dataclass(frozen=True, eq=False)
-class Planes:
+class SeparatingPlanes:
     """Planes, each between some shape of the arm and what is on its other side.
 
     Attributes:
@@ -53,7 +53,7 @@ class SharedPlanes:
         """
         self._links, self._one_plane = links, one_plane
 
-    def between(self, poses: LinkPoses, cells: ProofCells, pairs: PairsBelow, distance: Floats) -> Planes:
+    def between(self, poses: LinkPoses, cells: StepClusters, pairs: PairsBelow, distance: Floats) -> SeparatingPlanes:
         """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
         links = self._links
         a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal.copy()
@@ -74,9 +74,9 @@ class SharedPlanes:
         offset[alone] = links.reach(b[alone], normal[alone].T)
         kept = np.flatnonzero(new | ~shares)
         kept = kept[np.argsort(a[kept], kind="stable")]  # those of a shape together
-        return Planes(cell[kept], a[kept], frame[kept], normal[kept], offset[kept])
+        return SeparatingPlanes(cell[kept], a[kept], frame[kept], normal[kept], offset[kept])
 
-    def over(self, poses: LinkPoses, planes: Planes, which: Ints, sample: Ints) -> Floats:
+    def over(self, poses: LinkPoses, planes: SeparatingPlanes, which: Ints, sample: Ints) -> Floats:
         """How far shapes are on their side of planes at samples, (c,), m."""
         geom, frame = planes.geom[which], planes.frame[which]
         normal, joint = np.ascontiguousarray(planes.normal.T).take(which, axis=1), self._links.owner[geom]

@@ -16,7 +16,7 @@ from ik.chain import Floats
 
 from ...arrays import Ints
 from .motion_bounds import curvature
-from .proof_cells import ProofCells, clusters
+from .step_clusters import StepClusters, clusters
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +50,8 @@ class SheetPieces:
         """Some of the pieces."""
         return SheetPieces(self.corner[index], self.laid[index], self.bend[index], self.turn[:, index])
 
-    def cells(self, places: Floats, spacing: float) -> tuple[ProofCells, Ints]:
-        """Gather pieces that lie close together, as ``proof_cells.gather_steps``.
+    def cells(self, places: Floats, spacing: float) -> tuple[StepClusters, Ints]:
+        """Gather pieces that lie close together, as ``step_clusters.gather_steps``.
 
         Returns:
             The cells, and where among their samples the corners of each piece stand, (k, c).
@@ -61,5 +61,5 @@ class SheetPieces:
         cell[order] = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(order))))
         key, of = np.unique(cell[:, None] * len(places) + self.corner, return_inverse=True)
         of_cell, sample = np.divmod(key, len(places))
-        cells = ProofCells(self.corner[nearest, 0], self.laid[nearest], of_cell, sample)
+        cells = StepClusters(self.corner[nearest, 0], self.laid[nearest], of_cell, sample)
         return cells, of.reshape(self.corner.shape)

@@ -2,7 +2,7 @@
 
 import { decode } from "./data.js";
 import { SweepMap } from "./sweep_map.js";
-import { PoseTable } from "./sweep_table.js";
+import { PoseList } from "./pose_list.js";
 
 /** An element of the page, which has it. @returns {any} */
 const find = (id) => document.getElementById(id);
@@ -39,7 +39,7 @@ class Page {
       this.cells.get(key).push(i);
     });
     this.map = new SweepMap(find("map"), doc, (i) => this.choose(i));
-    this.table = new PoseTable(doc, (i) => this.choose(i));
+    this.table = new PoseList(doc, (i) => this.choose(i));
     this._selectors();
     find("colour").addEventListener("change", () => {
       this.map.recolour(find("colour").value);

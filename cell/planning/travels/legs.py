@@ -1,6 +1,6 @@
 """The ways out of beads along their normals, which a travel begins with and, gone the other way, ends with.
 
-    legs = ways_out(context, [(stretch, -1), (other, 0)], distance)    # out of the one's end, of the other's beginning
+    legs = retract_legs(context, [(stretch, -1), (other, 0)], distance)    # the end of one, the start of the other
     legs[0].q, legs[0].failure
 
 Straight lines of the TCP at the bead's own roll; what is in their way is not looked at. Metres, radians.
@@ -40,7 +40,7 @@ class Leg:
     failure: Failure | None = None
 
 
-def ways_out(context: Context, ends: Sequence[tuple[Stretch, int]], distance: float) -> list[Leg]:
+def retract_legs(context: Context, ends: Sequence[tuple[Stretch, int]], distance: float) -> list[Leg]:
     """Ways from ends of beads out along their normals.
 
     Args:

@@ -164,7 +164,7 @@ class _Walk:
         """Lines and circles i .. j - 1, from the axes q on; where the arm stands after them."""
         for k in range(i, j):
             self._needs_frames(k)
-        line = _Lines(self, np.arange(i, j), q)
+        line = _CartesianMoves(self, np.arange(i, j), q)
         self.begins[i:j] = line.T_start
         self.turned = max(self.turned, float(line.turn.max()))
         count = np.maximum(np.ceil(np.maximum(line.length / STEP, line.turn / TURN)), 1).astype(np.int64)
@@ -186,7 +186,7 @@ class _Walk:
         return axes[-1, : self.n]
 
 
-class _Lines:
+class _CartesianMoves:
     """Cartesian moves that follow one another."""
 
     def __init__(self, walk: _Walk, move: Ints, q: Floats) -> None:

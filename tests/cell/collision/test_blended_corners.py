@@ -16,14 +16,14 @@ from support.cells.arm_places import places
 from support.jobs.cases import at, bosses, turned
 
 from cell.case.read import load_case
+from cell.collision.blend_proofs import KnownRows
 from cell.collision.blended_corners import _cut_on, _off_rows, cut_corners
+from cell.collision.blended_paths import BlendedPath as Rows
+from cell.collision.blended_paths import pieces
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.proofs.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.proofs.reach_radii import radii
-from cell.collision.rounded_paths import BlendedPath as Rows
-from cell.collision.rounded_paths import pieces
-from cell.collision.rounding_proofs import KnownRows
 from cell.failure import Kind
 from cell.job.job import prepare
 from cell.motion.motion import STANDING, Motion
@@ -161,7 +161,7 @@ def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(
     cut = run(notched_case(tmp_path, "cut", blend_mm=20))
     bad = {i: row for i, row in enumerate(cut.rows) if row.reason is not None}
     # every layer has the corner; the first is held against the same looked at closely
-    first = {i: row for i, row in bad.items() if cut.job.targets.path[i] == 0}
+    first = {i: row for i, row in bad.items() if cut.job.targets.bead[i] == 0}
     target, row = min(first.items(), key=lambda item: item[1].detail["distance_mm"])
     assert max(first) - min(first) < 2
     assert (row.reason, row.detail["on_the_way"], row.detail["rounded"]) == ("no_path", "collision", True)

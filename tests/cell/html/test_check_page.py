@@ -140,7 +140,7 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
     assert motion is not None
     np.testing.assert_allclose(t["position"].reshape(-1, 3) * 1e3, good.job.targets.position, atol=1e-3)
     np.testing.assert_allclose(t["normal"].reshape(-1, 3) / 32767, good.job.targets.normal, atol=2e-5)
-    np.testing.assert_array_equal(t["bead"], good.job.targets.path)
+    np.testing.assert_array_equal(t["bead"], good.job.targets.bead)
     assert not t["verdict"].any()
     q = path["q"].reshape(len(path["x"]), -1)
     np.testing.assert_allclose(q, np.concatenate([motion.q, motion.table], axis=1), atol=2e-6)
@@ -279,7 +279,7 @@ def many(good: Result, n: int) -> Result:
 
     targets = replace(
         t,
-        **{k: getattr(t, k)[near] for k in ("sub_volume_index", "layer", "path", "tangent", "normal", "thickness_mm")},
+        **{k: getattr(t, k)[near] for k in ("sub_volume_index", "layer", "bead", "tangent", "normal", "thickness_mm")},
         position=between(t.position),
     )
     m = 10 * n
@@ -289,7 +289,7 @@ def many(good: Result, n: int) -> Result:
     new = np.minimum(np.arange(m) // 10, n - 1)
     longer = Motion(
         np.interp(s, np.arange(len(motion.q)), motion.t_s) * n / len(t), q, motion.table[index],
-        np.ones(m, dtype=np.int64), targets.path[new], targets.layer[new], new, motion.names,
+        np.ones(m, dtype=np.int64), targets.bead[new], targets.layer[new], new, motion.names,
     )  # fmt: skip
     placed = replace(good.placed, position=between(good.placed.position), normal=good.placed.normal[near])
     rows = tuple(good.rows[i] for i in near)
@@ -395,7 +395,7 @@ def test_what_would_help_is_on_top_and_escaped(bad: Result, bad_page: str) -> No
 def test_the_header_says_how_far_the_speed_is_held(good: Result, good_page: str) -> None:
     assert good.motion is not None
     assert good.motion.held_speed is not None
-    held = speed_document(good.motion.held_speed, good.job.targets.path)
+    held = speed_document(good.motion.held_speed, good.job.targets.bead)
     header = good_page[: good_page.index("</header>")]
     assert held["slowed"]
     assert f"held to {100 * held['least_share']:.0f} % or more" in header

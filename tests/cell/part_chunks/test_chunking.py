@@ -69,7 +69,7 @@ def test_every_bead_is_in_one_chunk_and_no_chunk_is_short(
     layers: list[list[int]], least: int, data: st.DataObject
 ) -> None:
     targets = targets_of(layers)
-    starts = np.flatnonzero(np.diff(targets.path, prepend=-1)).tolist()
+    starts = np.flatnonzero(np.diff(targets.bead, prepend=-1)).tolist()
     first = data.draw(st.sampled_from(starts))
     span = Span(first, len(targets), None, None)
     chunks = Chunking(0, least).chunks(targets, span)

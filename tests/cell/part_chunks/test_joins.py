@@ -30,7 +30,7 @@ def context(job: Job) -> Context:
 
 @pytest.fixture(scope="module")
 def plan(job: Job, context: Context) -> PartPlan:
-    return plan_part(context, job.targets.path)
+    return plan_part(context, job.targets.bead)
 
 
 def halves(plan: PartPlan) -> list[PartPlan]:

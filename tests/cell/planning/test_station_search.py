@@ -19,8 +19,8 @@ from ik.roll import wrap
 
 
 def beads_of(job):
-    firsts = np.flatnonzero(np.diff(job.targets.path, prepend=-1)).tolist()
-    return list(zip(firsts, [*firsts[1:], len(job.targets.path)], strict=True))
+    firsts = np.flatnonzero(np.diff(job.targets.bead, prepend=-1)).tolist()
+    return list(zip(firsts, [*firsts[1:], len(job.targets.bead)], strict=True))
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ from cell.programs.cell_controller import cell_controller, frames_of
 from cell.programs.export import export_program
 from cell.programs.from_motion import PointThinning, _farthest, _told, program_of_motion
 from cell.programs.orientation import frames_of_poses
-from cell.programs.pose_table import pose_table
+from cell.programs.pose_rows import pose_rows
 from cell.programs.program import EventKind, MoveKind
 from cell.programs.robodk_script import robodk_script
 from cell.programs.round_trip import OFF, TURNED, compared, difference_of
@@ -213,7 +213,7 @@ def test_between_two_rows_of_a_program_the_tcp_goes_on_a_curve() -> None:
 def test_every_point_is_handed_over_in_the_base_and_in_the_part() -> None:
     boss = boss_program()
     assert boss.made.result is not None
-    header, rows = pose_table(boss.job, boss.made.result.run)
+    header, rows = pose_rows(boss.job, boss.made.result.run)
     moves = boss.made.result.program.moves
     assert len(rows) == len(moves)
     table = [dict(zip(header, row, strict=True)) for row in rows]

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from cell.case.read import load_case
-from cell.failure import Failure, Kind, Place, Where
+from cell.failure import Failure, FailurePlace, Kind, Where
 from cell.job.job import prepare
 from cell.scene.standalone import standalone_xml
 from cell.verdict.check import _rows, check_fixed
@@ -50,7 +50,7 @@ def independent_problems(result):
         # on the chord between two neighbouring targets of its bead
         tcp = base[:3, :3] @ data.site("tcp").xpos + base[:3, 3]
         k = motion.target[i]
-        near = [j for j in (k - 1, k, k + 1) if 0 <= j < len(T) and T.path[j] == motion.bead[i]]
+        near = [j for j in (k - 1, k, k + 1) if 0 <= j < len(T) and T.bead[j] == motion.bead[i]]
         p = result.placed.position
         gap = min(_to_segment(tcp, p[a], p[b]) for a, b in pairwise(near))
         if gap > 5e-5:
@@ -239,7 +239,7 @@ def test_a_home_in_the_way_is_told_at_a_target_that_was_not_looked_at(make_case)
     last = len(job.targets) - 1
     lost = SimpleNamespace(failure=Failure(Kind.OUT_OF_REACH), attempt=None)
     bead = SimpleNamespace(stretches=[], target_failures={0: lost}, edge_failures={}, open=list(range(1, last + 1)))
-    home = Failure(Kind.COLLISION, -1.0, 5.0, place=Place(Where.TO_HOME, at_home=True))
+    home = Failure(Kind.COLLISION, -1.0, 5.0, place=FailurePlace(Where.TO_HOME, at_home=True))
     rows = _rows(job, SimpleNamespace(beads=[bead], travel_failures={last: home}), np.zeros(len(job.targets)))
     assert [i for i, row in rows.items() if row.looked_at] == [0, last]
     assert rows[last].failure.kind is Kind.COLLISION

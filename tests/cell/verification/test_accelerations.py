@@ -14,7 +14,7 @@ from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion, read_motion, write_motion
 from cell.verdict.result import Result
 from cell.verification.bead_samples import rows_of
-from cell.verification.blended_motion import RoundedRows
+from cell.verification.blended_motion import SampledBlends
 from cell.verification.motion_check import (
     ACCELERATION_SLACK,
     WINDOWS,
@@ -96,6 +96,6 @@ def test_a_spike_shows_however_little_the_tcp_moves(good: Result, step_mm: float
     m = good.motion
     assert m is not None
     rounded = ReadMotion(replace(m, t_s=t), np.arange(n) + 1, (), (1e-6, np.deg2rad(1e-6)))
-    rows = RoundedRows(q, 1e-3 * step_mm * np.arange(n), np.full(n, 1e-7))
+    rows = SampledBlends(q, 1e-3 * step_mm * np.arange(n), np.full(n, 1e-7))
     found = _second_differences(rows, rounded, (0.0,))[0, k, 0]
     assert 0.85 * 2 * 0.002 / 0.01**2 < found <= 2 * 0.002 / 0.01**2

@@ -144,7 +144,7 @@ def test_the_model_of_the_result_is_left_alone(tmp_path: Path) -> None:
 
 
 def test_beads_lead_from_target_to_target_and_are_thinned(result: Result) -> None:
-    path = result.job.targets.path
+    path = result.job.targets.bead
     every = beads_of(result.job)
     assert len(every.target) == len(path) - len(np.unique(path))
     assert (path[every.target[:, 0]] == path[every.target[:, 1]]).all()

@@ -169,12 +169,12 @@ def test_middle_lines_that_do_not_go_right_round_are_laid_once(pattern: str) -> 
     ring = from_manifold(Manifold.revolve(section, 160))
     sliced = slice_sub_volume(ring, CylindricalBody(20.0, (0.3, -0.2)), SlicingParameters("cylindrical"))
     targets = sample_targets([sliced], beads=BeadParameters(pattern=pattern))
-    open_ = [targets.position[targets.path == k] for k in np.flatnonzero(~targets.closed)]
+    open_ = [targets.position[targets.bead == k] for k in np.flatnonzero(~targets.closed)]
     assert open_
     middles = np.array([line.mean(axis=0) for line in open_])
     apart = np.linalg.norm(middles[:, None] - middles, axis=2)[np.triu_indices(len(middles), 1)]
     assert apart.min() > 0.5
-    layers = targets.layer[[np.flatnonzero(targets.path == k)[0] for k in range(len(targets.closed))]]
+    layers = targets.layer[[np.flatnonzero(targets.bead == k)[0] for k in range(len(targets.closed))]]
     assert set(layers.tolist()) == set(range(len(sliced.layers)))
 
 

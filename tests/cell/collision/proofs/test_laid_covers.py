@@ -11,7 +11,7 @@ from cell.collision.proofs.convex_shapes import ConvexShape
 from cell.collision.proofs.covered_pairs import covered_pairs
 from cell.collision.proofs.laid_covers import Cover, LaidCovers
 from cell.collision.proofs.plane_proofs import PlaneProofs
-from cell.collision.proofs.proof_cells import gather_steps
+from cell.collision.proofs.step_clusters import gather_steps
 from cell.planning.part_plan import plan_part
 
 REACH = 0.1
@@ -22,7 +22,7 @@ UP = np.array([0.0, 0.0, 1.0])
 def over(tmp_path_factory):
     """A boss, and configurations with the torch on its beads."""
     job, context = setup_of(boss_case(tmp_path_factory.mktemp("covers"), slicing={"h_layer_mm": 1.4}))
-    plan = plan_part(context, job.targets.path)
+    plan = plan_part(context, job.targets.bead)
     return context.checker, np.concatenate([bead.stretches[0].q_targets for bead in plan.beads])
 
 

@@ -13,9 +13,9 @@ from cell.collision.proofs.carried_planes import PairsBelow, StepBends, pairs_be
 from cell.collision.proofs.convex_shapes import convex_shape
 from cell.collision.proofs.motion_clearance import MotionSamples, clearance_along
 from cell.collision.proofs.plane_proofs import PlaneProofs, proofs_of
-from cell.collision.proofs.proof_cells import ProofCells, gather_steps
 from cell.collision.proofs.reach_radii import radii
-from cell.collision.table import with_table_axes
+from cell.collision.proofs.step_clusters import StepClusters, gather_steps
+from cell.collision.table_clearances import with_table_axes
 from cell.scene.compose import compose
 
 REACH, STEPS = 0.3, 20
@@ -274,7 +274,7 @@ def test_every_pair_lies_on_either_side_of_a_plane(scenes):
         q, _ = motions(checker, rng, 0.05)
         links, every = proofs._links, np.arange(len(q))
         poses = links.poses(q)
-        cells = ProofCells(every, np.full(len(q), scene.n_deposits), every, every)
+        cells = StepClusters(every, np.full(len(q), scene.n_deposits), every, every)
         near = checker.pairs_within(q, cells.laid, REACH)
         pairs = pairs_below(proofs._links, near, np.arange(len(near.row)))
         planes = proofs._shared.between(poses, cells, pairs, near.distance)

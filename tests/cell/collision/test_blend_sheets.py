@@ -9,16 +9,16 @@ from support.cells.random_cells import random_scenes
 from support.jobs.cases import little_case
 
 from cell.case.read import load_case
+from cell.collision.blend_proofs import KnownRows, PathCorners
+from cell.collision.blend_sheets import SHARES, StepSheets, _Curves, _JoinedRectangles, sheets_kept
 from cell.collision.blended_corners import cut_corners, cut_corners_of
+from cell.collision.blended_paths import BlendedPath
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.proofs.motion_clearance import MotionSamples, clearance_along
 from cell.collision.proofs.plane_proofs import PlaneProofs
 from cell.collision.proofs.reach_radii import radii
 from cell.collision.proofs.sheet_pieces import SheetPieces
-from cell.collision.rounded_paths import BlendedPath
-from cell.collision.rounding_proofs import Corners, KnownRows
-from cell.collision.rounding_sheets import SHARES, RoundedSteps, _Curves, _Rectangles, sheets_kept
 from cell.job.job import prepare
 from cell.scene.placement import place_targets
 from cell.timing.blending import blended, kept_zone
@@ -48,7 +48,7 @@ def rectangle(curves, rng):
     wide = rng.uniform(0.2, 1.0) * curves.zone[i]
     narrow = rng.uniform(0.2, 0.95) * wide
     ends = (np.array([x]) for x in (u + curves.shift[i], v + curves.shift[i], narrow, wide))
-    return _Rectangles(*ends, np.array([i]), np.array([0]))
+    return _JoinedRectangles(*ends, np.array([i]), np.array([0]))
 
 
 def sheet(curves, one, n=9):
@@ -201,7 +201,7 @@ def test_where_sheets_are_proved_every_rounding_keeps_the_clearance(boss):
         path = round_a_corner(boss, rng)
         known = known_rows(checker, path, laid)
         steps = np.flatnonzero(known.which)
-        ok = sheets_kept(PlaneProofs(checker), radii(boss.scene), [RoundedSteps(path, known, steps)])[0]
+        ok = sheets_kept(PlaneProofs(checker), radii(boss.scene), [StepSheets(path, known, steps)])[0]
         true = np.array([truth(checker, path, k, laid, 10) for k in steps.tolist()])
         assert (true[ok] >= known.least - 1e-7).all()
         proved, near = proved + int(ok.sum()), near + int((true < known.least).sum())
@@ -225,7 +225,7 @@ def test_what_stands_among_the_roundings_of_a_turn_is_not_proved_away(scenes):
             every = np.ones(m - 1, dtype=bool)
             known = KnownRows(np.zeros(m, dtype=np.int64), Clearances.none(m), 0.005, every, kept)
             steps = np.arange(10, m - 11, 3)
-            ok = sheets_kept(PlaneProofs(checker), radius, [RoundedSteps(path, known, steps)])[0]
+            ok = sheets_kept(PlaneProofs(checker), radius, [StepSheets(path, known, steps)])[0]
             for k, proved in zip(steps.tolist(), ok.tolist(), strict=True):
                 if truth(checker, path, k, 0, 8) < 0.004:
                     through += 1
@@ -260,9 +260,9 @@ def test_more_is_laid_on_some_steps_than_on_others(boss):
     near = [k for k in steps.tolist() if truth(checker, path, k, laid, 10) < known.least]
     deposits_laid[: near[len(near) // 2]] = 0
     some = replace(known, deposits_laid=deposits_laid)
-    ok = sheets_kept(PlaneProofs(checker), radius, [RoundedSteps(path, some, steps)])[0]
+    ok = sheets_kept(PlaneProofs(checker), radius, [StepSheets(path, some, steps)])[0]
     before = sheets_kept(
-        PlaneProofs(checker), radius, [RoundedSteps(path, replace(known, deposits_laid=0 * deposits_laid), steps)]
+        PlaneProofs(checker), radius, [StepSheets(path, replace(known, deposits_laid=0 * deposits_laid), steps)]
     )[0]
     later = np.isin(steps, near) & (np.maximum(deposits_laid[steps], deposits_laid[steps + 1]) == laid)
     assert later.any()
@@ -276,12 +276,12 @@ def test_of_rows_that_keep_no_more_than_they_have_to_the_small_roundings_are_not
     checker, radius = Checker(boss.scene, tuple(UP), 0.05), radii(boss.scene)
     path = round_a_corner(boss, rng)
     m, zone = len(path.s), kept_zone(path.zone, path.s[-1])
-    off = Corners.of(BlendedPath(path.q, path.s, SHARES[-1] * zone)).off(radius, path.s)
+    off = PathCorners.of(BlendedPath(path.q, path.s, SHARES[-1] * zone)).off(radius, path.s)
     off = np.maximum(off[:-1], off[1:])
     steps, every = np.arange(m - 1), np.ones(m - 1, dtype=bool)
     for room in (1e-8, 0.5 * float(off.max())):
         known = KnownRows(np.zeros(m, dtype=np.int64), Clearances.none(m), 1e-3, every, np.full(m - 1, 1e-3 + room))
-        ok = sheets_kept(PlaneProofs(checker), radius, [RoundedSteps(path, known, steps)])[0]
+        ok = sheets_kept(PlaneProofs(checker), radius, [StepSheets(path, known, steps)])[0]
         assert (off > room).any()
         assert not ok[off > room].any()
 
@@ -305,7 +305,7 @@ def test_few_looks_prove_what_turns_far_on_the_spot(scenes):
         known = KnownRows(deposits_laid, Clearances.none(81), 0.005, kept >= 0.005, kept)
         steps = np.flatnonzero(known.which)
         before = checker.asked.count
-        ok = sheets_kept(PlaneProofs(checker), radii(scene), [RoundedSteps(path, known, steps)])[0]
+        ok = sheets_kept(PlaneProofs(checker), radii(scene), [StepSheets(path, known, steps)])[0]
         looks, asked, proved = looks + checker.asked.count - before, asked + len(steps), proved + int(ok.sum())
     assert proved > 0.9 * asked > 50
     assert looks < 0.5 * asked

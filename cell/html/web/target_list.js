@@ -1,4 +1,4 @@
-// The table of infeasible targets: sorted by any column, filtered by reason, a jump in every row.
+// The list of infeasible targets: sorted by any column, filtered by reason, a jump in every row.
 
 import { figure } from "./charts.js";
 import { Sortable, swatch } from "./sortable.js";
@@ -21,7 +21,7 @@ function columns(doc, targets) {
   ];
 }
 
-export class Table {
+export class TargetList {
   /** Fill the table; a click on a row calls onJump(target). */
   constructor(doc, targets, onJump) {
     this.rows = doc.infeasible;

@@ -1,6 +1,6 @@
 """Corners proved free however much they are rounded, by how far any rounding is off the rows; nothing is looked at.
 
-    every_rounding_kept(checker, radius, path, known)      # (m - 1,): on which steps any rounding keeps the clearance
+    every_blend_kept(checker, radius, path, known)      # (m - 1,): on which steps any rounding keeps the clearance
 
 A controller may round less than it is told to: over any zone up to the one that is set. Rows have a corner i where the
 slope of the joints changes by D_i. Rounded over a zone z they are off by the sum of D_i (z - u_i)^2 / 4z, over the
@@ -26,9 +26,9 @@ from ik.chain import Floats
 
 from ..arrays import Ints, repeat_with_index
 from ..timing.blending import kept_zone, mirrored
+from .blended_paths import NOTHING, BlendedPath
 from .clearances import Clearances, SeesClearances
 from .proofs.motion_bounds import joint_travel_bound
-from .rounded_paths import NOTHING, BlendedPath
 
 TOGETHER = 200_000  # corners that are weighed at once
 
@@ -53,7 +53,7 @@ class KnownRows:
 
 
 @dataclass(frozen=True, eq=False)
-class Corners:
+class PathCorners:
     """Where the slope of a path changes, those of its mirror images beyond its ends among them.
 
     Attributes:
@@ -67,7 +67,7 @@ class Corners:
     zone: float
 
     @classmethod
-    def of(cls, path: BlendedPath) -> Corners:
+    def of(cls, path: BlendedPath) -> PathCorners:
         """Those of a path whose length begins with 0."""
         t, far = mirrored(path.q, path.s)
         slope = np.diff(far, axis=0) / np.diff(t)[:, None]
@@ -92,7 +92,7 @@ class Corners:
         return out
 
 
-def every_rounding_kept(
+def every_blend_kept(
     checker: SeesClearances,
     radius: Floats,
     path: BlendedPath,
@@ -116,7 +116,7 @@ def every_rounding_kept(
     """
     s = path.s - path.s[0]
     path = BlendedPath(path.q, s, kept_zone(path.zone, s[-1]))
-    corners, least = Corners.of(path), known.least
+    corners, least = PathCorners.of(path), known.least
     left = np.flatnonzero(known.which if which is None else which)
     rows = np.unique(np.concatenate([left, left + 1]))
     off, most, proved = np.zeros(len(s)), np.zeros(len(s) - 1), np.zeros(len(s) - 1, dtype=bool)
@@ -142,7 +142,7 @@ def every_rounding_kept(
 
 
 def _by_rows_near_corners(
-    radius: Floats, path: BlendedPath, corners: Corners, at_rows: tuple[Floats, Floats], steps: Ints
+    radius: Floats, path: BlendedPath, corners: PathCorners, at_rows: tuple[Floats, Floats], steps: Ints
 ) -> NDArray[np.bool_]:
     """Whether what is known where steps begin and end is enough for them, (k,): for all that is off the rows at all.
 
@@ -159,7 +159,9 @@ def _by_rows_near_corners(
     return out
 
 
-def _off_by_links(checker: SeesClearances, radius: Floats, path: BlendedPath, corners: Corners, steps: Ints) -> Floats:
+def _off_by_links(
+    checker: SeesClearances, radius: Floats, path: BlendedPath, corners: PathCorners, steps: Ints
+) -> Floats:
     """How far anything is off where the rows have it, at most, by where the links are, whatever the rounding, (k,), m.
 
     On either side of a step the sums over its nearest corners lie along the sum over all of them, but for what is

@@ -21,7 +21,7 @@ WIDER = 1 + 1e-9  # of a cell: rounding alone divides none
 
 
 @dataclass(frozen=True, eq=False)
-class ProofCells:
+class StepClusters:
     """Steps that lie close together.
 
     Attributes:
@@ -44,7 +44,7 @@ class ProofCells:
         return which, first[cell][which] + place
 
 
-def gather_steps(places: Floats, step: Ints, laid: Ints, spacing: float) -> tuple[ProofCells, Ints]:
+def gather_steps(places: Floats, step: Ints, laid: Ints, spacing: float) -> tuple[StepClusters, Ints]:
     """Gather steps.
 
     Args:
@@ -70,7 +70,7 @@ def gather_steps(places: Floats, step: Ints, laid: Ints, spacing: float) -> tupl
     sample, of_cell = np.empty((2, len(order) + int(alone.sum())), dtype=np.int64)
     sample[second - 1], of_cell[second - 1] = sorted_step, cell
     sample[second], of_cell[second] = sorted_step + 1, cell
-    return ProofCells(step[nearest], laid[nearest], of_cell, sample), of
+    return StepClusters(step[nearest], laid[nearest], of_cell, sample), of
 
 
 def clusters(place: Floats, laid: Ints, spacing: float) -> tuple[Ints, Ints, Ints]:
