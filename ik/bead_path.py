@@ -7,9 +7,9 @@ way is cut::
 
     runs = best_runs(q, cost, times, speed, circular=True)
     for run in runs:                       # stretches that can be run through, in order
-        run.start, run.nodes               # nodes (t, 3): roll, group, standing of every target
+        run.start, run.nodes               # nodes (t, 3): roll, branch, whole turns of every target
 
-A group (a branch of the closed form) is never left inside a run. Radians.
+A branch of the closed form is never left inside a run. Radians.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ROLL_COST = 0.05  # s a sample: a steady torch is better than a swinging one
 OTHERS = (
     0.5  # of the time each joint needs, on top of the slowest joint's: what moves along for nothing is worth sparing
 )
-SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; standing still is preferred
+SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; no change is preferred
 LARGEST_STEP = np.deg2rad(60.0)  # a flip of wrist, elbow or shoulder turns some joint further
 COSTLY = 10.0  # s: what is tried last, a large turn of a joint or a speed that is not held
 TOGETHER = 1 << 16  # prices of moves that are worked out at once
@@ -42,7 +42,7 @@ class Run:
 
     Attributes:
         start: first target.
-        nodes: (t, 3): sample of the roll, group, standing of each target.
+        nodes: (t, 3): sample of the roll, branch, whole turns of each target.
         cost: what the way costs.
     """
 
@@ -103,7 +103,7 @@ def best_runs(
 
     Args:
         q: configurations, (t, r, g, k, n), rad; NaN where there is none.
-        cost: cost of standing at a node, (t, r, g, k); infinite where it is not allowed.
+        cost: cost of a node, (t, r, g, k); infinite where it is not allowed.
         times: time the deposition takes from target i to i + 1, (t - 1,), s.
         speed: joint speed limits, (n,), rad/s.
         largest_step: most that any joint may move between neighbours, rad; of each pair where they differ, (t - 1,).
@@ -172,7 +172,7 @@ class _EdgePrices:
     Attributes:
         start: the first of the edges.
         stop: one past the last.
-        kept: groups open at both ends, and their standings open at the first and at the second.
+        kept: branches open at both ends, and the turns of theirs open at the first and at the second.
         price: of the moves, (e, g, k1, shift, k0, r); infinite where an edge is not allowed.
         dear: what is added where it is, (e, g, k1, shift, k0, r); None where none is dear.
     """
@@ -205,7 +205,7 @@ class _EdgePrices:
         kept = g, k0, k1
         if not len(g):
             return cls(some.start, some.stop, kept, np.zeros(0), None)
-        # (n, e, g, k1, shift, k0, r): standings of the same group alone
+        # (n, e, g, k1, shift, k0, r): turns of the same branch alone
         q0, q1 = (np.swapaxes(nodes[s], 0, 1) for s in (some, slice(some.start + 1, some.stop + 1)))
         from_q = _shifted(q0[:, :, g[:, None], k0], limits.shifts, limits.circular)[:, :, :, None]
         to_q = q1[:, :, g[:, None], k1][:, :, :, :, None, None]
@@ -278,7 +278,7 @@ def _moves(from_q: Floats, to_q: Floats, speed: Floats) -> tuple[Floats, Floats,
 
 
 def _forbid(price: Floats, forbidden: set[Edge], kept: tuple[Ints, Ints, Ints], shifts: Ints) -> None:
-    """Take edges out of the prices (g, k1, shift, k0, r) of the groups and standings that are kept."""
+    """Take edges out of the prices (g, k1, shift, k0, r) of the branches and turns that are kept."""
     g_at, k0_at, k1_at = ({int(v): i for i, v in enumerate(values)} for values in kept)
     rolls = price.shape[-1]
     for (r0, g, k0), (r1, _, k1) in forbidden:

@@ -121,13 +121,13 @@ def _add_check(commands: Commands) -> None:
         help="check this robot program (KRL), run as the controller would, instead of searching a motion",
     )
 
-    _jobs_argument(check)
+    _process_count_argument(check)
 
 
 def _add_export(commands: Commands) -> None:
     export = _command(commands, "export", "write the checked motion as a robot program", EXPORT_TEXT)
     _case_arguments(export)
-    _jobs_argument(export)
+    _process_count_argument(export)
     export.add_argument(
         "--motion-in", metavar="F.csv|F.npz", help="write this motion, once it is checked, instead of searching one"
     )
@@ -208,7 +208,7 @@ def _add_sweep(commands: Commands) -> None:
 def _add_replay(commands: Commands) -> None:
     replay = _command(commands, "replay", "show the checked motion: window, browser, picture or film", REPLAY_TEXT)
     _case_arguments(replay)
-    _jobs_argument(replay)
+    _process_count_argument(replay)
     _replay_arguments(replay)
 
 
@@ -344,7 +344,7 @@ def _replay_arguments(replay: argparse.ArgumentParser) -> None:
     replay.add_argument("--port", type=int, metavar="N", help="port of --web (default: the first free from 8080)")
 
 
-def _jobs_argument(parser: argparse.ArgumentParser) -> None:
+def _process_count_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--jobs",
         type=int,

@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     if args.dask is not None and args.jobs is not None:
         raise InputError("--jobs: the Dask cluster has workers of its own; give either --jobs or --dask")
     with _executor(args.dask) as executor:
-        found = sweep(case, poses, jobs=args.jobs, log=args.out, progress=Bars(sys.stderr), executor=executor)
+        found = sweep(case, poses, processes=args.jobs, log=args.out, progress=Bars(sys.stderr), executor=executor)
     document = sweep_document(case, found)
     _put_sweep(args, case, document)
     say(sweep_lines(document), sys.stderr if args.json == STDOUT else sys.stdout)

@@ -22,7 +22,7 @@ from ..arrays import Ints
 from ..failure import Failure, FailurePlace, Where
 from ..job.job import speeds
 from ..motion.deposition_speed import HELD, HeldSpeed, note_stretches, over_stretches
-from ..motion.motion import STANDING, Motion
+from ..motion.motion import NO_MOVE, Motion
 from ..timing.time_law import PathRows, TimeLaw, time_paths, time_stops
 from ..units import METRES_PER_MM
 from .blended_check import bead_corners, bead_path, travel_corners, travel_path
@@ -305,7 +305,7 @@ def _bead(job: Job, bead: _TimedBead, dt_before: float, held_speed: HeldSpeed) -
 
 def _merged(q: Floats, target: Ints, dt: Floats) -> tuple[Floats, Ints, Floats]:
     """Rows without those that the next one repeats: targets at one place are passed at one time."""
-    again = np.append(np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) <= STANDING, False)
+    again = np.append(np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) <= NO_MOVE, False)
     if not again.any() or again.sum() > len(q) - 2:
         return q, target, dt
     kept = np.flatnonzero(~again)

@@ -231,7 +231,7 @@ class BeadSearch:
 
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
-        # standings that differ by whole turns of a joint are one to look at; of a group there may be several others
+        # configurations that differ by whole turns of a joint are checked once; a branch may have several others
         angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME_ANGLE / 3) / SAME_ANGLE).astype(np.int64)
         first, same = distinct(*index[:, :3].T, *angle.T)
         some = index[first]

@@ -183,12 +183,12 @@ class BeadsAhead:
         way = None if window.is_fixed else StationSearch(beads[0], step, Ends(), nodes=nodes[0]).cheapest_path()
         if way is None:
             return None
-        group, roll, _ = way
+        branch, roll, _ = way
         rolls = roll[0] + BESIDE * step
         rolls = rolls if window.is_full else np.clip(rolls, window.low, window.high)
-        best = rolls[int(np.argmin(held_rolls_price(beads, nodes, group, rolls, step)))]
+        best = rolls[int(np.argmin(held_rolls_price(beads, nodes, branch, rolls, step)))]
         assert context.solver.form is not None
-        q = closed_form.solve_branch(context.solver.form, apply_roll(nodes[0].Ts[0], best), group)
+        q = closed_form.solve_branch(context.solver.form, apply_roll(nodes[0].Ts[0], best), branch)
         return None if np.isnan(q).any() else q
 
     def _with_nodes(self, beads: list[SearchedBead]) -> Iterator[tuple[SearchedBead, StationNodes]]:

@@ -23,7 +23,7 @@ from ..collision.blended_paths import BlendedPath
 from ..collision.checker import Checker
 from ..collision.clearances import Clearances
 from ..failure import ON_TRAVEL, CollisionPlace, Failure, FailurePlace, Where
-from ..motion.motion import STANDING
+from ..motion.motion import NO_MOVE
 from ..timing.blending import TRAVEL_ZONE
 from ..units import METRES_PER_MM
 from .context import Context
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 def bead_path(stretch: Stretch, blend: float) -> BlendedPath:
     """A bead's rows with the length of the TCP's way to each, m; turns in one place count as hardly any."""
     way = np.linalg.norm(np.diff(stretch.position, axis=0), axis=1)
-    return BlendedPath(stretch.axes, np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))]), blend)
+    return BlendedPath(stretch.axes, np.concatenate([[0.0], np.cumsum(np.maximum(way, NO_MOVE))]), blend)
 
 
 def travel_path(q: Floats, zone: float = TRAVEL_ZONE) -> tuple[BlendedPath, Ints]:
     """A travel's rows with the length of the joints' way to each, rad; and which rows these are: none that repeats."""
-    moves = np.abs(np.diff(q, axis=0)).max(axis=1) > STANDING
+    moves = np.abs(np.diff(q, axis=0)).max(axis=1) > NO_MOVE
     rows = np.flatnonzero(np.concatenate([[True], moves]))
     way = np.linalg.norm(np.diff(q[rows], axis=0), axis=1)
     return BlendedPath(q[rows], np.concatenate([[0.0], np.cumsum(way)]), zone), rows

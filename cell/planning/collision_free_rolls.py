@@ -232,7 +232,7 @@ def _looked_at(
         found = found[np.arange(len(target)), branch]
     least = context.limits.values(solver.geometry is not None)
     good = np.isfinite(found[..., 0]) & (margins(solver.chain, solver.geometry, found) >= least).all(axis=-1)
-    # standings that differ by whole turns are one to look at
+    # configurations that differ by whole turns are checked once
     q = found[np.arange(len(found)), np.argmax(good, axis=1)]
     room = np.where(good.any(axis=1), np.nan, -np.inf)
     none = Clearances.none(len(q))

@@ -43,7 +43,7 @@ class Nodes:
         over: how far those are outside, (n, r, g, j), rad.
         reach_excess: (n, r), m, see ``closed_form.reach_excess``.
         margin: singularity margins of q, (n, r, g, k, 4).
-        cost: cost of standing at a node, (n, r, g, k), s; infinite where a margin is too small.
+        cost: cost of a node, (n, r, g, k), s; infinite where a margin is too small.
         exhaustive: whether q holds every configuration of its rolls.
     """
 
@@ -123,7 +123,7 @@ class Nodes:
 
         Args:
             i: the target.
-            among: which of its rolls and groups, (r, g).
+            among: which of its rolls and branches, (r, g).
 
         Returns:
             The failure, and the configuration (j,).
@@ -223,7 +223,7 @@ def nodes_at_rolls(
 
 
 def _joined(parts: list[Floats]) -> Floats:
-    """Candidates of several passes, padded to the most standings any of them has."""
+    """Candidates of several passes, padded to the most combinations of turns that any of them has."""
     k = max(p.shape[2] for p in parts)
     return np.concatenate(
         [np.pad(p, ((0, 0), (0, 0), (0, k - p.shape[2]), (0, 0)), constant_values=np.nan) for p in parts]

@@ -92,7 +92,7 @@ def true_edges(bead: SearchedBead, nodes: Nodes, i: int, edges: Collection[Edge]
     if not every:
         return set()
     at = np.array(every)  # (e, 2, 3)
-    # standings that differ by whole turns lead the same way
+    # configurations that differ by whole turns lead the same way
     _, first, which = np.unique(
         np.column_stack([at[:, 0, :2], at[:, 1, 0]]), axis=0, return_index=True, return_inverse=True
     )

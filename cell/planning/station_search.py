@@ -89,7 +89,7 @@ class StationNodes:
         Ts: the bead's targets at roll 0, base frame, (t, 4, 4), m.
         at: the stations, (s,).
         q: configurations there, (j, s, g, r), rad.
-        cost: what standing there costs, (s, g, r), s; infinite where it is not allowed.
+        cost: what each costs, (s, g, r), s; infinite where it is not allowed.
     """
 
     Ts: Floats
@@ -113,7 +113,7 @@ class StationNodes:
         at = [stations(bead.placed, spacing) for bead in beads]
         some = np.concatenate([each[k] for each, k in zip(Ts, at, strict=True)])
         rolls = context.window.samples(roll_step)
-        q, cost = _standing_at(context, some, np.broadcast_to(rolls, (len(some), len(rolls))))
+        q, cost = _nodes_of_poses(context, some, np.broadcast_to(rolls, (len(some), len(rolls))))
         ends = np.cumsum([len(k) for k in at])[:-1]
         return [cls(*one) for one in zip(Ts, at, np.split(q, ends, axis=1), np.split(cost, ends), strict=True)]
 
@@ -170,7 +170,7 @@ class StationSearch:
             way = self.cheapest_path()
             if way is None:
                 break
-            group, roll, q = way
+            branch, roll, q = way
             start = np.arange(len(q) - 1)
             pair = np.stack([start, start + 1], axis=1)
             found = check_edges(self.bead, start, roll[pair], q[pair])
@@ -181,25 +181,25 @@ class StationSearch:
                 break
             ends = np.unique([*bad, *(i + 1 for i in bad)])
             if not self._add(ends):
-                self._avoid(ends, group, roll[ends])
+                self._avoid(ends, branch, roll[ends])
         return None
 
     def cheapest_path(self) -> tuple[int, Floats, Floats] | None:
-        """The cheapest way that is free at the stations: group, rolls (t,) and configurations (t, j) of all targets."""
+        """The cheapest path free at the stations: branch, rolls (t,) and configurations (t, j) of all targets."""
         found = self._through_stations()
         if found is None:
             return None
-        group, samples = found
+        branch, samples = found
         roll = self._rolls_between(samples)
         every = np.arange(len(self.bead))
-        q, cost = self._standing(every, roll, group)
-        cost += self._expected_cost_between(group, roll)[:, None]
+        q, cost = self._nodes_of(every, roll, branch)
+        cost += self._expected_cost_between(branch, roll)[:, None]
         cost[0] += self._arriving(q[:, 0])
         way = self._cheapest(q, roll, cost)
         if way is None:
             return None
         q_way = banded.with_whole_turns(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
-        return None if q_way is None else (group, roll[every, way[1]], q_way)
+        return None if q_way is None else (branch, roll[every, way[1]], q_way)
 
     @property
     def shut(self) -> bool:
@@ -227,12 +227,12 @@ class StationSearch:
         roll = np.interp(np.arange(len(self.bead)), self.at, steady)[:, None] + BESIDE * self.roll_step
         return roll if window.is_full else np.clip(roll, window.low, window.high)
 
-    def _expected_cost_between(self, group: int, roll: Floats) -> Floats:
+    def _expected_cost_between(self, branch: int, roll: Floats) -> Floats:
         """What rolls (t, b) between stations are worth avoiding for what is known at the stations beside them, s."""
-        expected_cost = np.where(self.known[:, group] == HIT, COLLISION_PENALTY, self.expected_cost[:, group])
+        expected_cost = np.where(self.known[:, branch] == HIT, COLLISION_PENALTY, self.expected_cost[:, branch])
         if expected_cost.any():  # where something is near, what has not been looked at may be nearer
             expected_cost = np.where(
-                self.known[:, group] == UNKNOWN, np.maximum(expected_cost, NEAR_COST), expected_cost
+                self.known[:, branch] == UNKNOWN, np.maximum(expected_cost, NEAR_COST), expected_cost
             )
         after = np.minimum(np.searchsorted(self.at, np.arange(len(roll))), len(self.at) - 1)
         before = np.maximum(after - (self.at[after] > np.arange(len(roll))), 0)
@@ -316,12 +316,12 @@ class StationSearch:
                 self.known[expected] == FREE, self.expected_cost[expected], COLLISION_PENALTY
             )
 
-    def _avoid(self, targets: Ints, group: int, roll: Floats) -> None:
+    def _avoid(self, targets: Ints, branch: int, roll: Floats) -> None:
         """Expect no good of rolls (t,) at targets that are stations: they are free, but what lies between is not."""
         s, count = np.searchsorted(self.at, targets), len(self.rolls)
         low, high = self._beside(roll)
         for r in (low - 1, low, high, high + 1):  # those beside it are hardly better
-            self.expected_cost[s, group, r % count] += COLLISION_PENALTY
+            self.expected_cost[s, branch, r % count] += COLLISION_PENALTY
 
     def _beside(self, roll: Floats) -> tuple[Ints, Ints]:
         """The samples on either side of rolls; one and the same where a roll is a sample."""
@@ -335,7 +335,7 @@ class StationSearch:
         if not len(new):
             return False
         some = new[np.unique(np.linspace(0, len(new) - 1, MORE + 2)[1:-1].round().astype(np.int64))]
-        q, cost = self._standing(some, np.broadcast_to(self.rolls, (len(some), len(self.rolls))))
+        q, cost = self._nodes_of(some, np.broadcast_to(self.rolls, (len(some), len(self.rolls))))
         where = np.searchsorted(self.at, some)
         self.at = np.insert(self.at, where, some)
         self.q = np.insert(self.q, where, q, axis=1)
@@ -344,9 +344,9 @@ class StationSearch:
         self.expected_cost = np.insert(self.expected_cost, where, 0.0, axis=0)
         return True
 
-    def _standing(self, at: Ints, rolls: Floats, group: int | None = None) -> tuple[Floats, Floats]:
-        """Nodes (j, t, g, r) of some targets at rolls (t, r), and what standing there costs, (t, g, r), s."""
-        q, cost = _standing_at(self.context, self.Ts[at], rolls, group)
+    def _nodes_of(self, at: Ints, rolls: Floats, branch: int | None = None) -> tuple[Floats, Floats]:
+        """Nodes (j, t, g, r) of some targets at rolls (t, r), and what each costs, (t, g, r), s."""
+        q, cost = _nodes_of_poses(self.context, self.Ts[at], rolls, branch)
         self._keep_off(at, q, cost)
         return q, cost
 
@@ -368,14 +368,14 @@ class StationSearch:
 
 
 def held_rolls_price(
-    beads: Sequence[SearchedBead], nodes: Sequence[StationNodes], group: int, rolls: Floats, roll_step: float
+    beads: Sequence[SearchedBead], nodes: Sequence[StationNodes], branch: int, rolls: Floats, roll_step: float
 ) -> Floats:
     """What beads cost in a branch with rolls (b,) held all along, (b,), s: by one of a few steps of each.
 
     Args:
         beads: the beads.
         nodes: theirs.
-        group: the branch.
+        branch: the branch.
         rolls: rad.
         roll_step: distance of the roll's samples, rad.
     """
@@ -383,7 +383,7 @@ def held_rolls_price(
     some = [np.arange((len(bead) - 2) % EVERY // 2, len(bead) - 1, EVERY) for bead in beads]
     Ts = np.concatenate([each.Ts[np.stack([i, i + 1], axis=1).ravel()] for each, i in zip(nodes, some, strict=True)])
     every = np.broadcast_to(rolls, (len(Ts), len(rolls)))
-    q, cost = _standing_at(context, Ts, every, group)
+    q, cost = _nodes_of_poses(context, Ts, every, branch)
     # between the steps there are edges as well, which do not count
     times, largest = (
         np.repeat(np.concatenate([getattr(bead, name)[i] for bead, i in zip(beads, some, strict=True)]), 2)[:-1]
@@ -395,15 +395,15 @@ def held_rolls_price(
     return np.asarray(weight @ (cost[::2, 0] + edges[::2, 0, 0]))
 
 
-def _standing_at(context: Context, Ts: Floats, rolls: Floats, group: int | None = None) -> tuple[Floats, Floats]:
-    """Nodes (j, t, g, r) of poses (t, 4, 4) at rolls (t, r), and what standing there costs, (t, g, r), s."""
+def _nodes_of_poses(context: Context, Ts: Floats, rolls: Floats, branch: int | None = None) -> tuple[Floats, Floats]:
+    """Nodes (j, t, g, r) of poses (t, 4, 4) at rolls (t, r), and what each costs, (t, g, r), s."""
     solver = context.solver
     assert solver.form is not None
     rolled = apply_roll(Ts[:, None], rolls)
-    if group is None:
+    if branch is None:
         raw = closed_form.solve(solver.form, rolled)
     else:
-        raw = closed_form.solve_branch(solver.form, rolled, group)[:, :, None]
+        raw = closed_form.solve_branch(solver.form, rolled, branch)[:, :, None]
     q, inside, room = banded.lowest_angles(solver.chain, raw)
     margin = np.swapaxes(margins(solver.chain, solver.geometry, raw), 1, 2)
     least = context.limits.values(True)

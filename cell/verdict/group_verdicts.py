@@ -75,9 +75,9 @@ class GroupVerdicts:
         self._known: dict[GroupTrial, SpanVerdict | InputError | None] = {}
 
     @property
-    def jobs(self) -> int:
+    def processes(self) -> int:
         """Processes among which trials are shared out."""
-        return pool_for_poses(self._job).jobs
+        return pool_for_poses(self._job).processes
 
     def first_alone(self, trials: Iterable[GroupTrial]) -> Iterator[Sequence[GroupTrial]]:
         """Trials of which one is wanted: the first by itself, then as many at once as there are workers, looked at.
@@ -92,7 +92,7 @@ class GroupVerdicts:
         while some := list(islice(left, count)):
             self.look_ahead(some)
             yield some
-            count = self.jobs
+            count = self.processes
 
     def of(self, trial: GroupTrial) -> SpanVerdict | None:
         """The verdict on a trial.
@@ -119,7 +119,7 @@ class GroupVerdicts:
         Args:
             trials: that are likely to be asked for, the likeliest first.
         """
-        if self.jobs <= 1:
+        if self.processes <= 1:
             return
         new = [trial for trial in dict.fromkeys(trials) if trial not in self._known]
         if len(new) > 1:

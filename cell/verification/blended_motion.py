@@ -25,7 +25,7 @@ from ..collision.proofs.reach_radii import table_radii
 from ..collision.table_clearances import TableChecker
 from ..failure import CollisionPlace
 from ..job.job import Job
-from ..motion.motion import STANDING
+from ..motion.motion import NO_MOVE
 from ..motion.motion_file import ReadMotion
 from ..scene.scene import Scene
 from ..timing.blending import TRAVEL_ZONE, blended
@@ -45,7 +45,7 @@ def _runs(job: Job, read: ReadMotion, rows: SampledMotion) -> Iterator[tuple[int
     away = np.linalg.norm(np.diff(rows.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
     way = np.where(motion.welding, away, np.linalg.norm(np.diff(rows.q, axis=0), axis=1))
     zones = {True: job.case.process.blend_mm * METRES_PER_MM, False: TRAVEL_ZONE}
-    kind = np.where(way <= STANDING, -1, motion.welding)
+    kind = np.where(way <= NO_MOVE, -1, motion.welding)
     starts = np.flatnonzero(np.diff(kind, prepend=-2))
     for a, b in zip(starts.tolist(), [*starts[1:].tolist(), len(kind)], strict=True):
         if kind[a] >= 0 and b - a > 1:

@@ -26,7 +26,7 @@ from ...arrays import Ints
 from ...failure import IN_ROWS, Failure, Kind
 from ...job.build_order import BuildOrder
 from ...job.job import Job
-from ...motion.motion import STANDING, Motion
+from ...motion.motion import NO_MOVE, Motion
 from ...motion.motion_file import BlendedRows
 from ...timing.time_law import TimeLaw, time_path, time_stops, time_travel
 from ..program import EventKind, MoveKind, Program, SourceLine
@@ -179,7 +179,7 @@ class _Clock:
             return
         axes = np.concatenate([self.rows[-1][0][-1:], self.path.axes[rows]])
         # a point that repeats the one before takes no time
-        moving = np.abs(np.diff(axes, axis=0)).max(axis=1) > STANDING
+        moving = np.abs(np.diff(axes, axis=0)).max(axis=1) > NO_MOVE
         axes, rows = axes[np.append(True, moving)], rows[moving]
         if not len(rows):
             return
@@ -196,7 +196,7 @@ class _Clock:
         """Seconds of the steps, joint way to every row, rad, and the zone of rounding in it."""
         speed, acceleration = self._limits(move)
         way = np.linalg.norm(np.diff(axes, axis=0), axis=1)
-        s = np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))])
+        s = np.concatenate([[0.0], np.cumsum(np.maximum(way, NO_MOVE))])
         ends = np.flatnonzero(np.append(np.diff(move) != 0, True))
         zone = 0.0
         if len(ends) > 1:  # as much of the joints' way as the TCP's distance takes at each corner
@@ -234,13 +234,13 @@ class _Clock:
         """Seconds of the steps, way of the TCP in the base to every row, m, and the zone of rounding in it."""
         p = np.concatenate([self.path.begins[move[0]][None, :3, 3], self.path.Ts_frame_tcp[rows][:, :3, 3]])
         way = np.linalg.norm(np.diff(p, axis=0), axis=1)
-        step = np.maximum(way, STANDING)
+        step = np.maximum(way, NO_MOVE)
         asked = self.moves.speed[move]
         cap = np.where(np.isfinite(asked), asked, DEFAULT_SPEED)
         turn = np.abs(np.diff(axes, axis=0)).max(axis=1)
         # where the TCP hardly gets on, the turn of the tool sets the pace
         turns = np.nan_to_num(self.moves.turn_speed[move], nan=TURN_SPEED)
-        cap = np.where(way < turn * 1e-6, step * turns / np.maximum(turn, STANDING), cap)
+        cap = np.where(way < turn * 1e-6, step * turns / np.maximum(turn, NO_MOVE), cap)
         s = np.concatenate([[0.0], np.cumsum(step)])
         zone = self._zone(move, s)
         return self._law(axes, s, cap, move, zone), s, zone
@@ -285,7 +285,7 @@ class _Clock:
                 continue
             rows = slice(first - 1, stop)
             step = np.linalg.norm(np.diff(p[rows], axis=0), axis=1)
-            s = np.concatenate([[0.0], np.cumsum(np.maximum(step, STANDING))])
+            s = np.concatenate([[0.0], np.cumsum(np.maximum(step, NO_MOVE))])
             longer = max(s[corner - first], s[-1] - s[corner - first])
             share = float(m.blend_share[k - 1]) if m.kind[k - 1] == MoveKind.AXES else 0.0
             zone = min(max(float(self.asked[k - 1]), share * longer / 2), longer / 2)

@@ -26,7 +26,7 @@ from cell.collision.proofs.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.proofs.reach_radii import radii
 from cell.failure import Kind
 from cell.job.job import prepare
-from cell.motion.motion import STANDING, Motion
+from cell.motion.motion import NO_MOVE, Motion
 from cell.motion.motion_file import ReadMotion
 from cell.planning.blended_check import travel_corners, travel_path
 from cell.planning.context import Context, settings_of
@@ -48,7 +48,7 @@ def test_how_far_a_rounded_path_is_off_its_rows_is_bounded_and_no_more_than_it_i
     for trial in range(12):
         m = int(rng.integers(3, 25))
         q = np.cumsum(rng.normal(size=(m, 6)) * 0.01, axis=0)
-        s = 0.3 + np.concatenate([[0], np.cumsum(rng.choice([STANDING, 1e-4, 1e-3, 5e-3], m - 1))])
+        s = 0.3 + np.concatenate([[0], np.cumsum(rng.choice([NO_MOVE, 1e-4, 1e-3, 5e-3], m - 1))])
         path = Rows(q, s, 1e-3)
         p = pieces(path, RADIUS)
         at = np.sort(np.concatenate([rng.uniform(s[0], s[-1], 4000), s]))

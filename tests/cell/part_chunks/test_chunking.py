@@ -55,9 +55,9 @@ def test_processes_that_begin_with_nothing_start_for_a_large_part_alone(
         monkeypatch.setattr(f"cell.processes.worker_pool.{name}", lambda: copied)
     half = WORTH_A_START // 2
     chunks = [Chunk((100,), 100 + half), Chunk((100 + half,), 100 + WORTH_A_START + targets)]
-    assert pool_for_chunks(chunks).jobs == 1
+    assert pool_for_chunks(chunks).processes == 1
     with working(2) as mine:
-        assert pool_for_chunks(chunks).jobs == jobs
+        assert pool_for_chunks(chunks).processes == jobs
         assert not mine.workers()
 
 

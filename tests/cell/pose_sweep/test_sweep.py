@@ -48,7 +48,7 @@ def text_of(document):
 def test_every_pose_has_the_verdict_of_a_single_check(make_case):
     case = load_case(make_case())
     job = prepare(case)
-    for pose, row in zip(POSES, sweep(case, POSES, jobs=1), strict=True):
+    for pose, row in zip(POSES, sweep(case, POSES, processes=1), strict=True):
         result = check_fixed(job, *pose)
         assert (row["verdict"] == "feasible") == result.feasible
         if row["searched"]:
@@ -222,7 +222,7 @@ def test_a_row_of_a_variant_is_that_of_a_case_that_says_so(make_case, tmp_path):
     case = load_case(make_case())
     pose = Pose(90.0, 180.0, "fixed:-60", (1480.0, 0.0, 0.0, -90.0), 110.0)
     log = tmp_path / "log.jsonl"
-    row = sweep(case, [pose], jobs=1, log=str(log))[0]
+    row = sweep(case, [pose], processes=1, log=str(log))[0]
     same = load_case(
         make_case(
             "same",
@@ -231,12 +231,12 @@ def test_a_row_of_a_variant_is_that_of_a_case_that_says_so(make_case, tmp_path):
             support={"height_mm": 110},
         )
     )
-    plain = sweep(same, [(90.0, 180.0)], jobs=1)[0]
+    plain = sweep(same, [(90.0, 180.0)], processes=1)[0]
     assert {k: v for k, v in row.items() if k not in pose.columns()} == {
         k: v for k, v in plain.items() if "_deg" not in k[:6]
     }
     # the same table angles in another cell are another pose in the log
-    again = sweep(case, [pose, pose._replace(height_mm=100.0)], jobs=1, log=str(log))
+    again = sweep(case, [pose, pose._replace(height_mm=100.0)], processes=1, log=str(log))
     assert again[0] == row
     assert len(log.read_text().splitlines()) == 3
 
@@ -252,7 +252,7 @@ def test_rolls_are_read_as_they_are_written():
 def test_an_interrupted_sweep_goes_on_where_it_stopped(make_case, tmp_path, monkeypatch):
     case = load_case(make_case())
     log = tmp_path / "sweep.jsonl"
-    whole = sweep(case, POSES, jobs=1, log=str(log))
+    whole = sweep(case, POSES, processes=1, log=str(log))
     lines = log.read_text().splitlines()
     log.write_text("\n".join(lines[:2]) + "\n" + lines[2][:20])  # cut off while writing
     seen = []
@@ -260,7 +260,7 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(make_case, tmp_path, monk
 
     real = module.screen_all
     monkeypatch.setattr(module, "screen_all", lambda job, poses: seen.extend(poses) or real(job, poses))
-    assert sweep(case, POSES, jobs=1, log=str(log)) == whole
+    assert sweep(case, POSES, processes=1, log=str(log)) == whole
     assert len(seen) == len(POSES) - 1
     assert len(log.read_text().splitlines()) == 1 + len(POSES)
 
@@ -268,13 +268,13 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(make_case, tmp_path, monk
 def test_a_log_of_another_case_is_refused(make_case, tmp_path):
     log = tmp_path / "sweep.jsonl"
     hopeless = [(0.0, 0.0)]
-    sweep(load_case(make_case()), hopeless, jobs=1, log=str(log))
+    sweep(load_case(make_case()), hopeless, processes=1, log=str(log))
     other = load_case(make_case("other", checks={"clearance_mm": 7}))
     with pytest.raises(InputError, match="another case"):
-        sweep(other, hopeless, jobs=1, log=str(log))
+        sweep(other, hopeless, processes=1, log=str(log))
     log.write_bytes(b"\xff\xfe something else")
     with pytest.raises(InputError, match="not the log of a sweep"):
-        sweep(other, hopeless, jobs=1, log=str(log))
+        sweep(other, hopeless, processes=1, log=str(log))
 
 
 def test_a_log_ends_with_the_files_the_case_names(make_case, tmp_path):
@@ -385,7 +385,7 @@ def test_bad_input_is_one_line(argv, says, make_case, capsys):
 
 def test_nothing_is_printed_in_a_pipe(make_case):
     out = io.StringIO()
-    sweep(load_case(make_case()), [(0.0, 0.0)], jobs=1, progress=Bars(out))
+    sweep(load_case(make_case()), [(0.0, 0.0)], processes=1, progress=Bars(out))
     assert out.getvalue() == ""
 
 
@@ -407,17 +407,17 @@ def test_a_table_that_moves_along_is_not_swept(make_case, capsys):
 def test_of_a_table_that_indexes_the_map_is_of_what_is_built_first(tmp_path):
     poses = [(-90.0, 0.0), (0.0, 0.0), (90.0, 180.0), (90.0, 60.0)]
     case = three_case(tmp_path, checks={"gravity_max_deg": 60})
-    found = sweep(case, poses, jobs=1)
+    found = sweep(case, poses, processes=1)
     assert {row["verdict"] for row in found} == {"feasible", "infeasible"}
     # as if there were nothing else
     alone = with_table(case, {"mode": "fixed"}, part={**case.part.model_dump(exclude_unset=True), "take": ["SV1"]})
-    for row, other in zip(found, sweep(alone, poses, jobs=1), strict=True):
+    for row, other in zip(found, sweep(alone, poses, processes=1), strict=True):
         assert (row.pop("sub_volume"), row.pop("layers")) == ("SV1", [0, 1])
         assert row == other
     # another first group is another map, and so is the whole part at one pose
     poses_given = [{"sub_volume": name, "E1_deg": 90, "E2_deg": 0} for name in ("SV2", "SV1", "SV3")]
     given = with_table(case, {"mode": "indexed", "poses": poses_given})
-    second = sweep(given, poses, jobs=1)
+    second = sweep(given, poses, processes=1)
     assert {row["sub_volume"] for row in second} == {"SV2"}
     assert [row["verdict"] for row in second] != [row["verdict"] for row in found]
     marks = {mark_of(one) for one in (case, given, with_table(case, {"mode": "fixed"}))}

@@ -43,7 +43,7 @@ def test_the_verdict_does_not_depend_on_how_many_processes_work_it_out(
     for mode, fixtures in (("indexed", []), ("indexed", [wall]), ("best", []), ("indexed", [shut])):
         job = prepare(with_table(three_case(tmp_path), {"mode": mode}, fixtures=fixtures))
         alone = check(job)
-        alike(check(job, jobs=2), alone)
+        alike(check(job, processes=2), alone)
 
 
 def test_an_error_counts_only_where_its_trial_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
