@@ -317,13 +317,13 @@ def test_pieces_of_one_cell_lie_close_together():
     none = np.zeros((50, 2))
     pieces = SheetPieces(corner, laid, none, np.stack([none, none]))
     for spacing in (0.0, 0.3, 10.0):
-        cells, of = pieces.cells(places_, spacing)
-        assert (cells.sample[of] == corner).all()
-        assert (cells.cell[of] == cells.cell[of][:, :1]).all()
-        assert (cells.laid[cells.cell[of[:, 0]]] == laid).all()
-        assert (np.diff(cells.cell) >= 0).all()
+        clusters, of = pieces.clusters(places_, spacing)
+        assert (clusters.sample[of] == corner).all()
+        assert (clusters.cluster[of] == clusters.cluster[of][:, :1]).all()
+        assert (clusters.laid[clusters.cluster[of[:, 0]]] == laid).all()
+        assert (np.diff(clusters.cluster) >= 0).all()
         middle = places_[corner].mean(axis=1)
-        for c in range(len(cells.at)):
-            mine = cells.cell[of[:, 0]] == c
+        for c in range(len(clusters.at)):
+            mine = clusters.cluster[of[:, 0]] == c
             assert np.ptp(middle[mine], axis=0).max() <= spacing * (1 + 1e-6) or mine.sum() == 1
-            assert cells.at[c] in corner[mine]
+            assert clusters.at[c] in corner[mine]
