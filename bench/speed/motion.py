@@ -19,9 +19,9 @@ import trimesh
 import yaml
 
 from cell import Failure, Job, load_case, prepare
+from cell.planning.bead_plan import plan_bead
 from cell.planning.context import Context
 from cell.planning.edge_check import Stretch
-from cell.planning.part_plan import plan_bead
 from cell.planning.travels.travel import travel
 from cell.scene.scene import table_angles
 

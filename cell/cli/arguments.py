@@ -94,10 +94,11 @@ def _add_check(commands: Commands) -> None:
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
     check.add_argument("--html", metavar="F.html", help="write a page with the part in 3D: one file, works offline")
     check.add_argument(
-        "--all",
+        "--every-target",
         action="store_true",
-        help="look at every target of a part that cannot be built, however long that takes (checks.every_target)",
+        help="check every target of a part that cannot be built, however long that takes (checks.every_target)",
     )
+    check.add_argument("--all", action="store_true", dest="every_target", help=argparse.SUPPRESS)  # its former name
     check.add_argument(
         "--all-reasons",
         action="store_true",
@@ -236,8 +237,8 @@ all along. Every infeasible target has a reason:
   gravity       the bead is laid too far off upright (if the case sets a limit)
   overhang      the layer overhangs too far (if the case sets a limit)
 Once a part is known to be infeasible, the search for its lost targets is limited: 500 configurations (20,000 for
-parts of up to 600 targets) and 1 more for each target, spread evenly over the part. Targets that were not looked at
-for this reason are counted as such. --all looks at every target.
+parts of up to 600 targets) and 1 more for each target, spread evenly over the part. Targets that were not checked
+for this reason are counted. --every-target checks all of them.
 
 For an infeasible case the smallest change that helps is searched and checked: the roll, E1, E2, the position of
 the positioner, the height of the support or the position of the part, the stick-out, the deposition speed,

@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
         check_suffix(args.motion)
     processes = process_count(args)
     case = load(args)
-    if args.all:
+    if args.every_target:
         case = _with_every_target(case)
     refuse_outputs(args, case, "json", "motion", "html")
     from ..report.check_report import report_lines
@@ -111,7 +111,7 @@ def _check_given(args: argparse.Namespace) -> int:
     kind = "--motion-in: the motion is checked" if args.motion_in else "--program: the program is checked"
     html = args.html if args.motion_in else None
     given = {
-        "--all": args.all or None,
+        "--every-target": args.every_target or None,
         "--motion": args.motion,
         "--html": html,
         "--e1": args.e1,

@@ -18,12 +18,13 @@ import numpy as np
 
 from ..arrays import Ints
 from ..failure import Failure, Kind, LaidLayer
+from .bead_plan import plan_bead
 from .bead_search import BeadPlan, BeadSearch
 from .configurations import nodes_at_rolls
 from .context import Context
 from .edge_check import SearchedBead
 from .infeasible_part import full_work
-from .part_plan import PartPlan, plan_bead
+from .part_plan import PartPlan
 from .travels.travel import travel
 
 if TYPE_CHECKING:

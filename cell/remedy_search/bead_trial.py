@@ -14,9 +14,9 @@ import numpy as np
 
 from ..collision.table_clearances import table_alone
 from ..job.job import Job
+from ..planning.bead_plan import plan_bead
 from ..planning.configurations import nodes_at_rolls
 from ..planning.context import FINER_ROLLS, Context
-from ..planning.part_plan import plan_bead
 from ..scene.scene import table_angles
 
 TRIED_TOGETHER = 8  # configurations looked at before asking whether one is free

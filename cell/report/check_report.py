@@ -101,7 +101,8 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     if counts:
         yield "not reached", counts
     if looked < n:
-        yield "not looked at", f"{n - looked} of {n} targets: the part is infeasible without them (--all checks them)"
+        left_out = f"{n - looked} of {n} targets"
+        yield "not checked", f"{left_out}: the part is infeasible without them (--every-target checks them)"
     clearance, singular = least_document(result, "clearance"), least_document(result, "singularity")
     if clearance:
         yield (

@@ -20,9 +20,9 @@ from ik.chain import Floats
 from ..collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_between_samples
 from ..failure import Failure
 from ..planning.assemble import home_travel_time
+from ..planning.bead_plan import reduced_budget
 from ..planning.context import Context
 from ..planning.edge_check import UNKNOWN_SPEED
-from ..planning.part_plan import reduced_budget
 from ..planning.travels.home import SpanEnds
 from ..planning.travels.travel import STRAIGHT, TravelPath, straight_retract, travel
 from .table_turn import TableTurn, TurnSearch

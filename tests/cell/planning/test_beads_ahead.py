@@ -8,10 +8,10 @@ from support.jobs.boss_motion import boss_case
 from support.jobs.searches import setup_of
 
 from cell import DEFAULT_CASE, load_case, prepare
+from cell.planning.bead_plan import plan_bead
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
 from cell.planning.edge_check import SearchedBead
-from cell.planning.part_plan import plan_bead
 from cell.planning.station_search import Ends, StationSearch
 
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from cell.case.read import load_case
 from cell.job.job import prepare
+from cell.planning.bead_plan import plan_bead
 from cell.planning.blocking_layers import _bead_trial
 from cell.planning.context import Context
-from cell.planning.part_plan import plan_bead
 
 # leaves room for the nozzle above some targets of a layer and not above others
 POST = {"name": "post", "box": {"size_mm": [120, 12, 60]}, "position_mm": [-120, 9, 120], "on": "table"}

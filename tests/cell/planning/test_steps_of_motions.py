@@ -7,8 +7,8 @@ from support.paths import ROOT
 
 from cell.case.read import load_case
 from cell.job.job import Job, prepare
+from cell.planning.bead_plan import plan_bead
 from cell.planning.context import Context
-from cell.planning.part_plan import plan_bead
 from cell.scene.scene import table_angles
 from cell.shipped import DEFAULT_CASE
 from cell.verdict.check import check_fixed
