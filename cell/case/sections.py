@@ -77,7 +77,7 @@ class Checks(Section):
     )
     every_target: bool = Field(
         False,
-        description="check every target of a part that cannot be built, however long it takes (`rbam check --every-target`)",
+        description="check every target of a part that cannot be built, however long it takes (`--every-target`)",
     )
 
 
