@@ -55,8 +55,6 @@ from .targets.targets import Targets as Targets
 from .targets.targets import sample_beads as sample_beads
 from .targets.waypoints import travels as travels
 from .toolpaths.csv_file import read_toolpath as read_toolpath
-from .toolpaths.shortcuts import Cone as Cone
-from .toolpaths.shortcuts import Cylinder as Cylinder
 from .toolpaths.shortcuts import lay as lay
 from .toolpaths.shortcuts import load as load
 from .toolpaths.shortcuts import slice as slice
@@ -80,9 +78,7 @@ __all__ = [
     "BodyHint",
     "Bools",
     "Code",
-    "Cone",
     "ConicalBody",
-    "Cylinder",
     "CylindricalBody",
     "Evidence",
     "Indices",

@@ -37,7 +37,7 @@ DIVIDED, MOST = 20, 30_000  # times that a rectangle is halved at most, and how 
 SHARES = tuple(0.5**n for n in range(1, 12))  # of a zone: the greatest of these up to which the rows are enough
 
 
-class _Curves:
+class _JoinedPaths:
     """The rows of several paths one after the other, and what roundings of them are made of."""
 
     def __init__(self, paths: Sequence[BlendedPath], radius: Floats) -> None:
@@ -155,7 +155,7 @@ def sheets_kept(proofs: PlaneProofs, radius: Floats, asked: Sequence[StepSheets]
     Returns:
         For each path whether that is proved of each of its steps in question, (k,).
     """
-    curves = _Curves([one.path for one in asked], radius)
+    curves = _JoinedPaths([one.path for one in asked], radius)
     lost, by_rows = _whole(curves, asked)
     least = asked[0].known.least
     for most, spacings in ROUNDS:
@@ -176,7 +176,7 @@ def sheets_kept(proofs: PlaneProofs, radius: Floats, asked: Sequence[StepSheets]
     return out
 
 
-def _whole(curves: _Curves, asked: Sequence[StepSheets]) -> tuple[_JoinedRectangles, list[NDArray[np.bool_]]]:
+def _whole(curves: _JoinedPaths, asked: Sequence[StepSheets]) -> tuple[_JoinedRectangles, list[NDArray[np.bool_]]]:
     """The sheets of all steps, each run of steps one rectangle, from zones on up to which the rows are enough.
 
     Returns:
@@ -205,7 +205,7 @@ def _whole(curves: _Curves, asked: Sequence[StepSheets]) -> tuple[_JoinedRectang
     return _JoinedRectangles(u, v, narrow, wide, path.astype(np.int64), laid_there.astype(np.int64)), there
 
 
-def _divided(curves: _Curves, some: _JoinedRectangles, most: float) -> tuple[_JoinedRectangles, Floats, Floats]:
+def _divided(curves: _JoinedPaths, some: _JoinedRectangles, most: float) -> tuple[_JoinedRectangles, Floats, Floats]:
     """Rectangles divided until they are little off their corners; and what they are off, (k, j) and (2, k, j)."""
     done: list[tuple[_JoinedRectangles, Floats, Floats]] = []
     radius = curves.radius

@@ -37,7 +37,7 @@ WASTED = 2 * TOGETHER  # targets searched ahead without use, until nothing more 
 
 
 @dataclass(frozen=True, eq=False)
-class _Expected:
+class _ExpectedBead:
     """A bead that is expected to be come to in a configuration."""
 
     q_before: Floats | None
@@ -65,7 +65,7 @@ class BeadsAhead:
         """
         self._context = context
         self._stops = dict(zip(firsts, [*firsts[1:], stop], strict=True))
-        self._expected: dict[int, _Expected] = {}
+        self._expected: dict[int, _ExpectedBead] = {}
         self._together: list[BeadPlan] = []  # beads between which travels have not been looked at
         self._travels: dict[int, _KnownTravel] = {}  # by the first target of the bead that they lead to
         self._misses, self._wasted = 0, 0
@@ -165,7 +165,7 @@ class BeadsAhead:
         for (at, before, _, _), (a, b) in zip(ways, last, strict=True):
             if all(cause is None for cause in checked.causes[a : b + 1]):
                 plan = BeadPlan(at, self._stops[at], (checked.run(a, b),), {}, {})
-                self._expected[at] = _Expected(before, plan)
+                self._expected[at] = _ExpectedBead(before, plan)
         self._together = []
         for at, *_ in ways:
             if at not in self._expected:

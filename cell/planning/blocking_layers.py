@@ -37,7 +37,7 @@ FEWER = 5  # share of a travel's attempts: each is tried several times
 
 
 @dataclass(frozen=True)
-class _Layers:
+class _DepositNames:
     """Deposits by name."""
 
     names: tuple[str, ...]
@@ -68,7 +68,7 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
     Returns:
         The plan; ``locked_by`` is set of collisions that go away without those layers.
     """
-    layers = _Layers(job.targets.sub_volume, job.deposits)
+    layers = _DepositNames(job.targets.sub_volume, job.deposits)
     beads, travel_failures = list(plan.beads), dict(plan.travel_failures)
     known: list[int] = []
     left, every = MOST_TRIED_AGAIN, context.settings.every_target or not any(bead.open for bead in beads)
@@ -157,7 +157,13 @@ def _travel_trial(plan: PartPlan, target: int) -> _LayerTrial:
 
 
 def _blame(
-    job: Job, context: Context, layers: _Layers, target: int, deposits_laid: int, trial: _LayerTrial, known: list[int]
+    job: Job,
+    context: Context,
+    layers: _DepositNames,
+    target: int,
+    deposits_laid: int,
+    trial: _LayerTrial,
+    known: list[int],
 ) -> tuple[set[int], list[int]]:
     """What works without some layers, and those layers; what is known of others is tried first, and kept where not."""
     own = int(job.targets.sub_volume_index[target])

@@ -17,7 +17,7 @@ boss.apply_translation((30, 0, 40))  # from inside the shaft outward
 boss.export("boss.stl")
 
 mesh = slicing.load("boss.stl", units="mm")
-sliced = slicing.slice(mesh, slicing.Cylinder(radius_mm=20), strategy="nonuniform", h_layer_mm=2)
+sliced = slicing.slice(mesh, slicing.CylindricalBody(radius_mm=20), strategy="nonuniform", h_layer_mm=2)
 path = slicing.lay([sliced], pattern="contour_parallel", width_mm=5)
 
 targets = path.targets

@@ -29,7 +29,7 @@ from ..context import Context
 from ..edge_check import Stretch, collision_place
 from .free_moves import FreeMoves
 from .legs import Leg, retract_legs
-from .rrt_connect import Space, Trees, connect, sampled, with_round_corners, with_shortcuts
+from .rrt_connect import Space, TreeRoots, connect, sampled, with_round_corners, with_shortcuts
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
 SHORTER = (1.0, 0.6, 0.3)  # of the way out that is free, where the whole is not
@@ -254,7 +254,7 @@ class _TravelSearch:
         context = self.context
         starts, goals = (np.array([leg[-1] for leg in legs]) for legs in (leaves, arrives))
         space = _space(context, starts[0], goals[0])
-        trees = Trees(starts, goals, self._hints(starts[0], goals[0]))
+        trees = TreeRoots(starts, goals, self._hints(starts[0], goals[0]))
         for turn, step in enumerate(SEARCH_STEPS):
             edges = FreeMoves(context, self.deposits_laid, float(step), self.wire)
             found = connect(space, trees, edges, context.settings.travel_attempts, SEED + turn)

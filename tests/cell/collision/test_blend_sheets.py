@@ -10,7 +10,7 @@ from support.jobs.cases import little_case
 
 from cell.case.read import load_case
 from cell.collision.blend_proofs import KnownRows, PathCorners
-from cell.collision.blend_sheets import SHARES, StepSheets, _Curves, _JoinedRectangles, sheets_kept
+from cell.collision.blend_sheets import SHARES, StepSheets, _JoinedPaths, _JoinedRectangles, sheets_kept
 from cell.collision.blended_corners import cut_corners, cut_corners_of
 from cell.collision.blended_paths import BlendedPath
 from cell.collision.checker import Checker
@@ -68,7 +68,7 @@ def mean(x):
 @pytest.fixture
 def curves(request):
     rng = np.random.default_rng(request.param)
-    return _Curves([wandering(rng, 3, 0.05) for _ in range(4)], np.array([1.5, 0.8, 0.3])), rng
+    return _JoinedPaths([wandering(rng, 3, 0.05) for _ in range(4)], np.array([1.5, 0.8, 0.3])), rng
 
 
 @pytest.mark.parametrize("curves", range(8), indirect=True)
@@ -131,7 +131,7 @@ def test_no_point_of_the_arm_is_further_off_the_mean_of_the_corners_than_is_said
         proofs, radius = PlaneProofs(Checker(scene, (0.0, 0.0), REACH)), radii(scene)
         for size in (0.003, 0.03, 0.1):
             for _ in range(25):
-                curves = _Curves([wandering(rng, scene.chain.n, size)], radius)
+                curves = _JoinedPaths([wandering(rng, scene.chain.n, size)], radius)
                 one = rectangle(curves, rng)
                 bend, turn = curves.bends(one)
                 pieces = SheetPieces(np.zeros((1, 4), dtype=np.int64), one.laid, bend.sum(axis=0), turn)

@@ -23,7 +23,7 @@ def written(tmp_path, *rows, header=HEADER, name="theirs.csv"):
 def ours(tmp_path_factory) -> Toolpath:
     path = tmp_path_factory.mktemp("boss") / "boss.stl"
     boss_mesh().export(path)
-    sliced = slicing.slice(slicing.load(path), slicing.Cylinder(radius_mm=20), h_layer_mm=1.73)
+    sliced = slicing.slice(slicing.load(path), slicing.CylindricalBody(radius_mm=20), h_layer_mm=1.73)
     return slicing.lay([sliced], pattern="zigzag", width_mm=4)
 
 

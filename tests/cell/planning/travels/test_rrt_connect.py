@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cell.planning.travels.rrt_connect import Space, Trees, connect, sampled, with_round_corners, with_shortcuts
+from cell.planning.travels.rrt_connect import Space, TreeRoots, connect, sampled, with_round_corners, with_shortcuts
 
 SPACE = Space(np.full(3, -1.0), np.full(3, 1.0), np.array([1.0, 1.0, 0.5]), np.ones(3))
 
@@ -25,7 +25,7 @@ def slab(gap):
 
 
 def ends():
-    return Trees(np.array([[-0.9, -0.5, 0.0]]), np.array([[0.9, -0.5, 0.0]]), np.zeros((0, 3)))
+    return TreeRoots(np.array([[-0.9, -0.5, 0.0]]), np.array([[0.9, -0.5, 0.0]]), np.zeros((0, 3)))
 
 
 def test_a_hole_in_a_wall_is_found_and_every_edge_is_free():
@@ -63,7 +63,7 @@ def test_shortcuts_keep_ends_and_freedom_and_only_shorten(seed):
 
 def test_a_way_from_any_start_to_any_goal():
     # the first start and the first goal lie in closed rooms
-    trees = Trees(
+    trees = TreeRoots(
         np.array([[0.0, -0.9, 0.0], [-0.9, 0.0, 0.0]]), np.array([[0.0, 0.9, 0.0], [-0.5, 0.0, 0.0]]), np.zeros((0, 3))
     )
     found = connect(SPACE, trees, slab(0.0), 600, 3)
