@@ -161,7 +161,7 @@ ANY_VALUES = {
     "the variables of a KRL program": """
         cell/programs/krl/bas cell/programs/krl/data cell/programs/krl/state cell/programs/krl/values""",
     "columns of a table, or keyword arguments": """
-        cell/planning/densify cell/programs/program cell/scene/scene cell/scene/workpiece""",
+        cell/planning/edges/densify cell/programs/program cell/scene/scene cell/scene/workpiece""",
     "annotations of a class": "slicing/annotations slicing/parameters",
 }
 

@@ -21,7 +21,7 @@ import yaml
 from cell import Failure, Job, load_case, prepare
 from cell.planning.bead_plan import plan_bead
 from cell.planning.context import Context
-from cell.planning.edge_check import Stretch
+from cell.planning.edges.edge_check import Stretch
 from cell.planning.travels.travel import travel
 from cell.scene.scene import table_angles
 

@@ -17,7 +17,7 @@ from ik.chain import Floats
 
 from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
-from ..planning.edge_check import UNKNOWN_SPEED
+from ..planning.edges.edge_check import UNKNOWN_SPEED
 from ..planning.part_plan import KnownBead, known_bead
 from .chunking import Chunk
 

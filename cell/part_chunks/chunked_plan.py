@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 
 from ..failure import Failure
 from ..job.job import Job
+from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import reduced_budget
-from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
-from ..planning.edge_check import Stretch
+from ..planning.edges.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, travel_failure
 from ..planning.travels.travel import TravelPath
 from ..processes.worker import Tick

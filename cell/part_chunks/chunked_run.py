@@ -18,7 +18,7 @@ from ..failure import Failure
 from ..motion.deposition_speed import too_slow
 from ..motion.motion import Motion
 from ..planning.assemble import RunBeads, TimedBeads, assemble, corners, timed
-from ..planning.densify import densified
+from ..planning.edges.densify import densified
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeTravels
 from ..processes.worker import Tick

@@ -19,10 +19,10 @@ import numpy as np
 from ik.chain import Floats
 
 from ..failure import Failure
+from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import travel_to
-from ..planning.bead_search import BeadPlan
 from ..planning.context import Context
-from ..planning.edge_check import Stretch
+from ..planning.edges.edge_check import Stretch
 from ..planning.part_plan import PartPlan
 from ..planning.travels.travel import TravelPath
 

@@ -21,7 +21,7 @@ from ..collision.clearances import Clearances
 from ..collision.proofs.between_samples import least_between_samples
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
-from ..planning.edge_check import Stretch
+from ..planning.edges.edge_check import Stretch
 from ..planning.travels.travel import TravelPath
 
 

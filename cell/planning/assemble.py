@@ -25,13 +25,13 @@ from ..motion.deposition_speed import HELD, HeldSpeed, note_stretches, over_stre
 from ..motion.motion import NO_MOVE, Motion
 from ..timing.time_law import PathRows, TimeLaw, time_paths, time_stops
 from ..units import METRES_PER_MM
-from .blended_check import bead_corners, bead_path, travel_corners, travel_path
+from .edges.blended_check import bead_corners, bead_path, travel_corners, travel_path
 from .travels.timed_travels import AskedTravel, TimedRows, limits_of, on_the_part, retracted, timed_travels
 
 if TYPE_CHECKING:
     from ..job.job import Job
     from .context import Context
-    from .edge_check import Stretch
+    from .edges.edge_check import Stretch
     from .travels.home import HomeTravels
     from .travels.travel import TravelPath
 

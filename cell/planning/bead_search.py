@@ -9,7 +9,7 @@ Metres, radians, seconds.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -23,11 +23,12 @@ from ik.roll import wrap
 from ..arrays import Ints, distinct
 from ..collision.clearances import Clearances
 from ..failure import Failure, FailurePlace, Kind, SearchEffort, Where
+from .bead_outcome import BeadPlan, TargetFailure
 from .blocked_rolls import with_blocked_rolls
 from .collision_free_rolls import configuration_between
 from .configurations import Nodes, near_cost
-from .edge_check import SearchedBead, Stretch, check_edges
-from .next_target import true_edges, why_none_leads_on
+from .edges.edge_check import SearchedBead, Stretch, check_edges
+from .edges.next_target import true_edges, why_none_leads_on
 
 MOST_SEARCHES = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 MAX_TRIES = 3  # ways that are free, but near something, before one is taken
@@ -35,65 +36,6 @@ FURTHEST = 2 * np.pi  # most that a joint turns from target to target: what a wa
 FREE_TURN = np.pi / 2  # most that a free roll turns from target to target, where the joints are fast enough
 SAME_ANGLE = 1e-5  # rad; angles closer than this, whole turns aside, are one
 DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
-
-
-@dataclass(frozen=True, eq=False)
-class TargetFailure:
-    """Why a target has no configuration that could be used.
-
-    Attributes:
-        failure: of its best candidate: unreachable, a joint limit, singular or a collision.
-        attempt: the best attempt, (j,), rad, or None.
-    """
-
-    failure: Failure
-    attempt: Floats | None
-
-
-@dataclass(frozen=True, eq=False)
-class BeadPlan:
-    """What became of a bead.
-
-    Attributes:
-        first: its first target.
-        stop: one past its last.
-        stretches: what can be run through.
-        edge_failures: targets that cannot be reached from the one before, with why.
-        target_failures: targets without any configuration, with why.
-        open: targets that were not looked at: the bead is lost by others, or the whole part was before.
-    """
-
-    first: int
-    stop: int
-    stretches: tuple[Stretch, ...]
-    edge_failures: dict[int, Failure]
-    target_failures: dict[int, TargetFailure]
-    open: frozenset[int] = frozenset()
-
-    @property
-    def whole(self) -> bool:
-        """Whether the bead can be run through in one."""
-        return not self.edge_failures and not self.target_failures and not self.open
-
-    @property
-    def may_be_mended(self) -> bool:
-        """Whether a roll between the samples could help: not where all lost targets are proved out."""
-        return bool(self.edge_failures) or not all(m.failure.proved for m in self.target_failures.values())
-
-    @property
-    def lost(self) -> int:
-        """Targets that are cut off or out of reach, or were not looked at."""
-        return len(self.edge_failures) + len(self.target_failures) + len(self.open)
-
-    def only(self, known: set[int]) -> BeadPlan:
-        """The same with some of the failures of targets alone; the others, and those cut off, are left open."""
-        target_failures = {i: m for i, m in self.target_failures.items() if i in known}
-        return replace(
-            self,
-            edge_failures={},
-            target_failures=target_failures,
-            open=frozenset({*self.edge_failures, *self.target_failures} - known),
-        )
 
 
 class BeadSearch:

@@ -22,11 +22,13 @@ from ik import closed_form
 from ik.chain import Floats
 from ik.roll import apply_roll
 
-from .bead_search import BeadPlan, BeadSearch
+from .bead_outcome import BeadPlan
+from .bead_search import BeadSearch
 from .configurations import nodes_at_rolls
 from .context import Context
-from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
-from .station_search import BESIDE, Ends, StationNodes, StationSearch, held_rolls_price
+from .edges.edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
+from .station_search import BESIDE, Ends, StationSearch
+from .stations import StationNodes, held_rolls_price
 from .travels.straight_travels import BeadGap, straight_travels
 from .travels.travel import TravelPath
 

@@ -18,11 +18,12 @@ import numpy as np
 
 from ..arrays import Ints
 from ..failure import Failure, Kind, LaidLayer
+from .bead_outcome import BeadPlan
 from .bead_plan import plan_bead
-from .bead_search import BeadPlan, BeadSearch
+from .bead_search import BeadSearch
 from .configurations import nodes_at_rolls
 from .context import Context
-from .edge_check import SearchedBead
+from .edges.edge_check import SearchedBead
 from .infeasible_part import full_work
 from .part_plan import PartPlan
 from .travels.travel import travel

@@ -25,11 +25,12 @@ from ik.chain import Floats
 from ik.reachability_proof import certify
 
 from ..arrays import Ints
-from .bead_search import BeadPlan, BeadSearch, TargetFailure
+from .bead_outcome import BeadPlan, TargetFailure
+from .bead_search import BeadSearch
 from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhere
 from .configurations import nodes_at_rolls
 from .context import FINER_ROLLS, Context
-from .edge_check import SearchedBead
+from .edges.edge_check import SearchedBead
 from .station_search import HIT, Ends, StationSearch
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most

@@ -20,11 +20,11 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..failure import Failure, FailurePlace, Where
 from ..progress import Progress, counted_progress
+from .bead_outcome import BeadPlan
 from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
-from .bead_search import BeadPlan
 from .beads_ahead import BeadsAhead
 from .context import Context
-from .edge_check import Stretch
+from .edges.edge_check import Stretch
 from .infeasible_part import InfeasiblePartJudge
 from .travels.travel import TravelPath, travel
 

@@ -22,7 +22,7 @@ from ..failure import Failure
 from ..planning.assemble import home_travel_time
 from ..planning.bead_plan import reduced_budget
 from ..planning.context import Context
-from ..planning.edge_check import UNKNOWN_SPEED
+from ..planning.edges.edge_check import UNKNOWN_SPEED
 from ..planning.travels.home import SpanEnds
 from ..planning.travels.travel import STRAIGHT, TravelPath, straight_retract, travel
 from .table_turn import TableTurn, TurnSearch

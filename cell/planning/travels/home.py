@@ -16,10 +16,10 @@ import numpy as np
 from ik.chain import Floats
 
 from ...failure import Failure, FailurePlace, Where
+from ..bead_outcome import BeadPlan
 from ..bead_plan import BEGINNINGS, REDUCED, searched_again
-from ..bead_search import BeadPlan
 from ..context import Context
-from ..edge_check import Stretch
+from ..edges.edge_check import Stretch
 from ..part_plan import PartPlan
 from ..station_search import Ends
 from .travel import TravelPath, travel, turned_to_travel_end

@@ -21,8 +21,8 @@ from ...failure import ON_TRAVEL, Failure, Kind, SearchEffort
 from ...motion.motion import JUMP
 from ...units import METRES_PER_MM
 from ..context import Context
-from ..edge_check import Stretch
-from ..edge_tracking import EdgePoses, along
+from ..edges.edge_check import Stretch
+from ..edges.edge_tracking import EdgePoses, along
 
 BETWEEN = 2e-3  # m between samples of the way off a bead and onto it
 

@@ -21,9 +21,9 @@ from ...collision.clearances import Clearances
 from ...collision.proofs.between_samples import steps_between, unproven_steps
 from ...collision.proofs.motion_clearance import BEND, NEARLY
 from ...collision.proofs.plane_proofs import proofs_of
-from ..blended_check import free_travels
 from ..context import Context
-from ..edge_check import Stretch
+from ..edges.blended_check import free_travels
+from ..edges.edge_check import Stretch
 from .legs import retract_legs
 from .rrt_connect import sampled
 from .travel import TravelPath

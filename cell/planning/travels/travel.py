@@ -24,9 +24,9 @@ from ...collision.checker import Checker
 from ...collision.clearances import Clearances
 from ...collision.proofs.between_samples import kept_on_steps, unproven_steps
 from ...failure import ON_TRAVEL, Failure, Kind, SearchEffort
-from ..blended_check import travel_corners, wire_corners
 from ..context import Context
-from ..edge_check import Stretch, collision_place
+from ..edges.blended_check import travel_corners, wire_corners
+from ..edges.edge_check import Stretch, collision_place
 from .free_moves import FreeMoves
 from .legs import Leg, retract_legs
 from .rrt_connect import Space, TreeRoots, connect, sampled, with_round_corners, with_shortcuts

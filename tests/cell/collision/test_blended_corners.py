@@ -28,8 +28,8 @@ from cell.failure import Kind
 from cell.job.job import prepare
 from cell.motion.motion import NO_MOVE, Motion
 from cell.motion.motion_file import ReadMotion
-from cell.planning.blended_check import travel_corners, travel_path
 from cell.planning.context import Context, settings_of
+from cell.planning.edges.blended_check import travel_corners, travel_path
 from cell.remedy_search import search as remedies_module
 from cell.remedy_search.changes import single_changes
 from cell.remedy_search.search import remedies

@@ -20,7 +20,7 @@ from cell.part_chunks.chunking import Chunking
 from cell.planning import infeasible_part, part_plan
 from cell.planning.collision_free_rolls import _looked_at, collision_free_rolls, free_nowhere
 from cell.planning.context import Context
-from cell.planning.edge_check import SearchedBead
+from cell.planning.edges.edge_check import SearchedBead
 from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone, unreachable
 from cell.planning.station_search import HIT, Ends, StationSearch
 from cell.scene.scene import table_angles

@@ -12,8 +12,9 @@ from support.jobs.searches import setup_of
 from cell.planning.bead_plan import plan_bead
 from cell.planning.bead_search import BeadSearch
 from cell.planning.configurations import nodes_at_rolls
-from cell.planning.edge_check import SearchedBead
-from cell.planning.station_search import Ends, Spacing, StationSearch, stations
+from cell.planning.edges.edge_check import SearchedBead
+from cell.planning.station_search import Ends, StationSearch
+from cell.planning.stations import Spacing, stations
 from ik.bead_path import ROLL_COST, move_price
 from ik.roll import wrap
 

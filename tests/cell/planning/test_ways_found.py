@@ -22,7 +22,7 @@ from cell.motion.motion_file import read_motion, write_motion
 from cell.planning.bead_plan import plan_bead
 from cell.planning.collision_free_rolls import collision_free_rolls, stabbing
 from cell.planning.configurations import nodes_at_rolls
-from cell.planning.edge_tracking import EdgePoses, along
+from cell.planning.edges.edge_tracking import EdgePoses, along
 from cell.planning.infeasible_part import lost_alone
 from cell.rigid import frames
 from cell.verdict.failure_words import failure_in_words

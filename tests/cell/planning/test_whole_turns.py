@@ -10,7 +10,7 @@ from cell.job.job import prepare
 from cell.planning.bead_search import BeadSearch
 from cell.planning.configurations import nodes_at_rolls
 from cell.planning.context import Context, settings_of
-from cell.planning.edge_check import SearchedBead
+from cell.planning.edges.edge_check import SearchedBead
 from cell.scene.placement import place_targets
 from cell.scene.scene import table_angles
 from ik.chain import Chain

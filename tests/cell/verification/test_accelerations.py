@@ -15,13 +15,8 @@ from cell.motion.motion_file import ReadMotion, read_motion, write_motion
 from cell.verdict.result import Result
 from cell.verification.bead_samples import rows_of
 from cell.verification.blended_motion import SampledBlends
-from cell.verification.motion_check import (
-    ACCELERATION_SLACK,
-    WINDOWS,
-    _acceleration_use,
-    _second_differences,
-    check_motion,
-)
+from cell.verification.drive_use import ACCELERATION_SLACK, WINDOWS, _second_differences, acceleration_use
+from cell.verification.motion_check import check_motion
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +50,7 @@ def test_a_spike_between_few_rows_is_found(good: Result) -> None:
     # the second difference at that row, less what the axis does anyway and what the rounding of corners takes off
     assert 1.02 * limit[4] < worst.detail["needed_deg_s2"] < 2.5 * limit[4]
     # as a mean over more rows it goes unseen
-    use = _acceleration_use(good.job, spiked, rows_of(good.job, spiked.motion), WINDOWS[-1:])
+    use = acceleration_use(good.job, spiked, rows_of(good.job, spiked.motion), WINDOWS[-1:])
     assert use.max() <= ACCELERATION_SLACK
 
 

@@ -12,7 +12,7 @@ from support.jobs.boss_motion import boss_case
 from support.jobs.searches import setup_of
 
 from cell.collision.clearances import Clearances
-from cell.planning.edge_check import Stretch
+from cell.planning.edges.edge_check import Stretch
 from cell.planning.part_plan import plan_part
 from cell.planning.travels.straight_travels import BeadGap, _kept, straight_travels
 from cell.planning.travels.travel import TravelPath, travel

@@ -23,13 +23,13 @@ from ik.roll import RollWindow, apply_roll, wrap
 from ik.singularity import KINDS, SingularityLimits, margins
 from ik.solver import Solver
 
-from ..arrays import Ints
-from ..failure import ON_BEAD, Failure, Kind
-from ..motion.motion import JUMP
-from ..rigid import frames
-from ..scene.placement import PlacedTargets
-from ..units import MARGIN_UNITS
-from .context import CLOSE, BeadTolerance, Steps
+from ...arrays import Ints
+from ...failure import ON_BEAD, Failure, Kind
+from ...motion.motion import JUMP
+from ...rigid import frames
+from ...scene.placement import PlacedTargets
+from ...units import MARGIN_UNITS
+from ..context import CLOSE, BeadTolerance, Steps
 
 DENSE = np.deg2rad(3.0)  # most that a joint turns between samples of a way that is followed from its beginning
 CLOSEST = 2.0**-24  # share of an edge: what still turns further within it jumps

@@ -16,17 +16,17 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..arrays import Ints
-from ..collision.blend_proofs import KnownRows
-from ..collision.blended_corners import cut_corners, cut_corners_of
-from ..collision.blended_paths import BlendedPath
-from ..collision.checker import Checker
-from ..collision.clearances import Clearances
-from ..failure import ON_TRAVEL, CollisionPlace, Failure, FailurePlace, Where
-from ..motion.motion import NO_MOVE
-from ..timing.blending import TRAVEL_ZONE
-from ..units import METRES_PER_MM
-from .context import Context
+from ...arrays import Ints
+from ...collision.blend_proofs import KnownRows
+from ...collision.blended_corners import cut_corners, cut_corners_of
+from ...collision.blended_paths import BlendedPath
+from ...collision.checker import Checker
+from ...collision.clearances import Clearances
+from ...failure import ON_TRAVEL, CollisionPlace, Failure, FailurePlace, Where
+from ...motion.motion import NO_MOVE
+from ...timing.blending import TRAVEL_ZONE
+from ...units import METRES_PER_MM
+from ..context import Context
 from .edge_check import Stretch
 
 if TYPE_CHECKING:

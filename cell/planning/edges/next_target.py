@@ -19,9 +19,9 @@ from ik.chain import Floats
 from ik.joint_turns import SLACK
 from ik.singularity import margins
 
-from ..arrays import Ints
-from ..failure import Failure, Kind
-from .configurations import Nodes
+from ...arrays import Ints
+from ...failure import Failure, Kind
+from ..configurations import Nodes
 from .edge_check import SearchedBead
 from .edge_tracking import SAME_CONFIGURATION, EdgePoses, along, thinnest
 

@@ -17,13 +17,13 @@ import numpy as np
 from ik.bead_path import LARGEST_STEP
 from ik.chain import Floats
 
-from ..arrays import Ints
-from ..collision.clearances import Clearances
-from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
-from ..failure import ON_BEAD, CollisionPlace, Failure
-from ..motion.deposition_speed import STRETCH
-from ..scene.placement import PlacedTargets
-from .context import Context
+from ...arrays import Ints
+from ...collision.clearances import Clearances
+from ...collision.proofs.motion_clearance import MotionSamples, clearance_along
+from ...failure import ON_BEAD, CollisionPlace, Failure
+from ...motion.deposition_speed import STRETCH
+from ...scene.placement import PlacedTargets
+from ..context import Context
 from .edge_tracking import Track, track_edges
 
 STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: along a bead a joint that turns faster is dear, as it may be a flip

@@ -19,13 +19,13 @@ from ik.chain import Floats
 from ik.roll import apply_roll, roll_of, wrap
 from ik.singularity import margins
 
-from ..arrays import Ints
-from ..collision.clearances import Clearances
-from ..collision.proofs.motion_bounds import joint_travel_bound
-from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
-from ..failure import Failure, FailurePlace, Kind, Where
-from ..rigid import frames, great_circle
-from .context import CLOSE, BeadTolerance, Context
+from ...arrays import Ints
+from ...collision.clearances import Clearances
+from ...collision.proofs.motion_bounds import joint_travel_bound
+from ...collision.proofs.motion_clearance import MotionSamples, clearance_along
+from ...failure import Failure, FailurePlace, Kind, Where
+from ...rigid import frames, great_circle
+from ..context import CLOSE, BeadTolerance, Context
 from .edge_check import Stretch, collision_place
 from .edge_tracking import off_bead
 
