@@ -202,10 +202,10 @@ class ControllerSection(Section):
     acceleration_mm_s2: Annotated[float, number_within(1, 1e5)] = Field(2300.0, description="$ACC.CP")
     turn_speed_deg_s: Annotated[float, number_within(0.1, 1e4)] = Field(200.0, description="$VEL.ORI1 and $VEL.ORI2")
     memory_mb: Annotated[float, number_within(0.1, 1000)] = Field(
-        4.0, description="the controller's memory for programs; a warning tells of a larger program"
+        4.0, description="the controller's memory for programs; a larger program gets a warning"
     )
     points_a_second: Annotated[float, number_within(0.1, 1000)] = Field(
-        4.0, description="points of a bead in a second above which a controller may slow down; a warning tells of more"
+        4.0, description="points of a bead in a second above which a controller may slow down; more get a warning"
     )
     thinning: Thinning = Thinning()
     hooks: Hooks = Hooks()

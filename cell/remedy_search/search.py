@@ -319,7 +319,7 @@ class _RemedySearch:
         bad, unseen = self.checked[change, size], self.unseen[change, size]
         document = self.start.describe(change, size)
         said = "whole part feasible" if not bad else f"{_these(wanted)} feasible, {len(bad) - unseen} of the part not"
-        said += f", {unseen} not looked at" if unseen else ""
+        said += f", {unseen} not checked" if unseen else ""
         sentence = f"{change.words(document['from'], document['to'])} (checked: {said})"
         return Remedy(
             wanted, reason, document, "group" if bad else "part", len(bad) - unseen, sentence, change.effort(size)

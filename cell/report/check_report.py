@@ -95,7 +95,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         name, text = line.split(": ", 1)
         yield name, text
     good, looked = result.looked_at - result.infeasible, result.looked_at
-    of = f"{n} targets" if looked == n else f"the {looked} targets looked at"
+    of = f"{n} targets" if looked == n else f"the {looked} targets checked"
     yield "reached", f"{good} of {of} ({job.solver.name}, roll {roll_text_of(result)})"
     counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
     if counts:

@@ -95,7 +95,7 @@ def dense(
     count = np.maximum(np.ceil(np.maximum(away, turn) - 1e-9), 1).astype(np.int64)
     step = np.flatnonzero(which)
     if count[step].sum() > most:
-        raise InputError(f"the motion is too long: it takes {count[step].sum()} samples, {most} are looked at")
+        raise InputError(f"the motion is too long: it takes {count[step].sum()} samples, at most {most} are checked")
     last = step[~np.isin(step + 1, step)]
     row = np.repeat(step, count[step])
     k = np.arange(len(row)) - np.repeat(np.cumsum(count[step]) - count[step], count[step])

@@ -108,7 +108,7 @@ class Page {
     const all = row.looked_at ?? row.infeasible;
     const note = row.searched
       ? `${row.infeasible} of ${all} targets cannot be welded here.`
-      : `Settled without a search for a motion: ${row.infeasible} of the ${all} targets looked at cannot be welded here, each by itself.`;
+      : `Settled without a search for a motion: ${row.infeasible} of the ${all} targets checked cannot be welded here, each by itself.`;
     return element("div", [list, element("p", note, "soft")]);
   }
 

@@ -17,7 +17,7 @@ function columns(doc, targets) {
     { name: "x, y, z mm (base)", value: base, order: (r) => targets.base_mm[3 * r.target], wide: true },
     { name: "Gravity °", value: (r) => figure(targets.gravity[r.target]), order: (r) => targets.gravity[r.target], wide: true },
     { name: "Proved", value: (r) => (r.proved ? "yes" : ""), wide: true,
-      title: "Whether every configuration the arm could have was looked at" },
+      title: "Whether every configuration the arm could have is excluded" },
   ];
 }
 

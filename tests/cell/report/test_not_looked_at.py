@@ -45,7 +45,7 @@ def test_the_document_and_the_text_say_how_many(case, tmp_path, capsys):
         if not row["looked_at"]:
             assert (row["reason"], row["detail"], row["proved"], row["q_deg"]) == (NOT_LOOKED_AT, {}, False, None)
     assert f"{document['not_looked_at']} of {len(rows)} targets" in said
-    assert f"of the {document['looked_at']} targets looked at" in said
+    assert f"of the {document['looked_at']} targets checked" in said
 
 
 def test_all_looks_at_every_one(case, tmp_path):
@@ -64,15 +64,15 @@ def test_a_motion_from_outside_is_no_case_for_all(case, tmp_path, capsys):
 def test_pages_pictures_and_remedies_know_it(case):
     found = check_fixed(prepare(load_case(case)), 90, 180)
     words = PageWords(found)
-    assert f"{found.not_looked_at} of the part's {len(found.rows)} targets were not looked at" in words.verdict()
-    assert f"the {found.looked_at} targets looked at" in words.facts()
+    assert f"{found.not_looked_at} of the part's {len(found.rows)} targets were not checked" in words.verdict()
+    assert f"the {found.looked_at} targets checked" in words.facts()
     assert NOT_LOOKED_AT not in words.reasons()
     assert NOT_LOOKED_AT in html_report(found)
     open_ = np.array([not row.looked_at for row in found.rows])
     colours, what = target_colours(found, "verdict")
     assert (colours[open_] == np.array(GREY)).all()
     assert not (colours[~open_] == np.array(GREY)).all(axis=1).any()
-    assert "grey not looked at" in what
+    assert "grey not checked" in what
     assert sorted(worst_first(found)) == sorted(found.failures)
     for remedy in remedies(found, seconds=0.0):
         assert set(remedy.targets.tolist()) == set(found.failures)
