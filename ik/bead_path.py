@@ -61,8 +61,8 @@ class Allowance:
     """What an edge may do at a price.
 
     Attributes:
-        usual_step: a joint that moves further makes an edge dear, (t - 1,), rad.
-        usual_time: edges whose joints take longer are dear, (t - 1,), s.
+        usual_step: a joint that moves further makes an edge expensive, (t - 1,), rad.
+        usual_time: edges whose joints take longer are expensive, (t - 1,), s.
         rolls: samples of the roll, ascending, (r,), rad; None: the roll moves one sample at most.
         turn: most that the roll may move, rad.
         turn_price: of moving it, s/rad.
@@ -174,14 +174,14 @@ class _EdgePrices:
         stop: one past the last.
         kept: branches open at both ends, and the turns of theirs open at the first and at the second.
         price: of the moves, (e, g, k1, shift, k0, r); infinite where an edge is not allowed.
-        dear: what is added where it is, (e, g, k1, shift, k0, r); None where none is dear.
+        expensive: what is added where it is, (e, g, k1, shift, k0, r); None where none is expensive.
     """
 
     start: int
     stop: int
     kept: tuple[Ints, Ints, Ints]
     price: Floats
-    dear: Floats | None
+    expensive: Floats | None
 
     @classmethod
     def none(cls) -> _EdgePrices:
@@ -220,9 +220,9 @@ class _EdgePrices:
         if not over.any():
             return cls(some.start, some.stop, kept, price, None)
         late = np.maximum(needed[over] / np.broadcast_to(usual, over.shape)[over] - 1.0, 0.0)
-        dear = np.zeros(price.shape)
-        dear[over] = COSTLY + COSTLY * late
-        return cls(some.start, some.stop, kept, price, dear)
+        expensive = np.zeros(price.shape)
+        expensive[over] = COSTLY + COSTLY * late
+        return cls(some.start, some.stop, kept, price, expensive)
 
     def forward(self, i: int, here: Floats, forbidden: set[Edge], limits: _Limits) -> tuple[Floats, Ints]:
         """Cost of arriving at every node of the edge's second target, and where from (g, k, r; a flat index)."""
@@ -234,8 +234,8 @@ class _EdgePrices:
         came = _shifted(here[g[:, None], k0], shifts, limits.circular)
         came += limits.turning[:, None, :]
         price = self.price[i - self.start] + came[:, None]
-        if self.dear is not None:
-            price += self.dear[i - self.start]
+        if self.expensive is not None:
+            price += self.expensive[i - self.start]
         _forbid(price, forbidden, self.kept, shifts)
         price = price.reshape(len(g), len(k1), -1, rolls)
         choice = np.argmin(price, axis=2)

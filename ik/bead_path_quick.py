@@ -154,7 +154,7 @@ def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | No
 
 
 def steadiest(cost: Floats, edges: Floats, shift_price: float) -> tuple[int, Ints] | None:
-    """The cheapest way on one sample of the roll all along, where any on which it changes is dearer for certain.
+    """The cheapest way on one sample of the roll all along, where any on which it changes is costlier for certain.
 
     Args:
         cost: of each node, (t, g, r), s; infinite where it is not allowed.

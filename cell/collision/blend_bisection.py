@@ -1,4 +1,4 @@
-"""Roundings that nothing proves free by the rows alone, looked at until all of them are free or one is not.
+"""Roundings that nothing proves free by the rows alone, checked until all of them are free or one is not.
 
     hits = colliding_blends(checker, radius, path, known, steps)         # steps of BlendedPath(q, s, zone)
     hits.step, hits.zone, hits.nearest
@@ -27,8 +27,8 @@ from .blended_paths import BlendedPath, PathBlends, SheetRectangles, on_rows
 from .clearances import Clearances, SeesClearances
 from .pair_groups import groups_of
 
-NEARLY_ALL = 2.5e-4  # m: between roundings that are looked at no other is nearer than the clearance less this
-MANY, NEARLY_MANY = 20_000, 0.5  # likewise, once so many have been looked at: this share of the clearance
+NEARLY_ALL = 2.5e-4  # m: between roundings that are checked no other is nearer than the clearance less this
+MANY, NEARLY_MANY = 20_000, 0.5  # likewise, once so many have been checked: this share of the clearance
 LIKELY = 1.1  # times the room that was seen may be there half a rectangle further
 HALVINGS = 2  # of the zone, in search of the widest that is proved
 
@@ -54,7 +54,7 @@ class _StepSheetRectangles(SheetRectangles):
 
     Attributes:
         step: of the path, (k,).
-        room: what was seen beyond the clearance where it was looked at last, (k,), m; infinite where that was nowhere.
+        room: what was seen beyond the clearance where it was checked last, (k,), m; infinite where that was nowhere.
     """
 
     step: Ints
@@ -64,7 +64,7 @@ class _StepSheetRectangles(SheetRectangles):
 def colliding_blends(
     checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints
 ) -> CollidingBlends:
-    """Look at all roundings of steps.
+    """Check all roundings of steps.
 
     Args:
         checker: collision detection.
@@ -99,7 +99,7 @@ def _looked_at(
     step, zone, what, looks = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], [Clearances.none(0)], 0
     while len(open_.step):
         middle, far, along = sheet.extent(open_)
-        # where there is hardly more room than there was, to look at so large a one is of no use
+        # where there is hardly more room than there was, to check so large a one is of no use
         enough = NEARLY_ALL if looks < MANY else max(NEARLY_ALL, NEARLY_MANY * least)
         near = (far < np.minimum(checker.reach - least, LIKELY * open_.room)) | (far <= enough)
         some = open_.rows(near)

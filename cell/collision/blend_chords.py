@@ -78,7 +78,7 @@ def not_proved_by_chords(
         Those that are not proved, and the nearest pair on each.
     """
     left, nearest = _by_chords(checker, radius, run, steps, least, CHORD)
-    # what fails for the thickness alone is looked at once more with less of it
+    # what fails for the thickness alone is checked once more with less of it
     close = np.flatnonzero(nearest.distance >= least - 2 * CHORD)
     if not len(close):
         return left, nearest

@@ -1,4 +1,4 @@
-"""Corners proved free however much they are rounded, by how far any rounding is off the rows; nothing is looked at.
+"""Corners proved free however much they are rounded, by how far any rounding is off the rows; nothing is checked.
 
     every_blend_kept(checker, radius, path, known)      # (m - 1,): on which steps any rounding keeps the clearance
 
@@ -41,7 +41,7 @@ class KnownRows:
         deposits_laid: deposits laid at each row, (m,).
         found: clearances at the rows, at least.
         least: clearance to be kept, m; 0: nothing is touched.
-        which: steps that are looked at, (m - 1,).
+        which: steps that are checked, (m - 1,).
         kept: clearance kept on each of them, at least, (m - 1,), m; -inf where it is not known.
     """
 
@@ -109,7 +109,7 @@ def every_blend_kept(
         path: the rows.
         known: what is known of them.
         which: steps in question, (m - 1,); those of ``known`` where left out.
-        closely: whether what the joints' radii leave is held against where the arm's links are as well.
+        closely: whether what the joints' radii leave is compared with where the arm's links are as well.
 
     Returns:
         (m - 1,) booleans: it is proved on these of the steps in question.
@@ -146,7 +146,7 @@ def _by_rows_near_corners(
 ) -> NDArray[np.bool_]:
     """Whether what is known where steps begin and end is enough for them, (k,): for all that is off the rows at all.
 
-    Each half of a step is held against its own end. How far a point of the half is from there, and how far it is off
+    Each half of a step is compared with its own end. How far a point of the half is from there, and how far it is off
     the rows, add up to a convex function of the path's length, which is greatest where the half begins or ends.
     """
     off, room = at_rows

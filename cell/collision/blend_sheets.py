@@ -31,7 +31,7 @@ from .proofs.motion_bounds import curvature
 from .proofs.plane_proofs import PlaneProofs
 from .proofs.sheet_pieces import SheetPieces
 
-# m: most that a rectangle is off the mean of its corners; and travel between what is looked at, one after the other
+# m: most that a rectangle is off the mean of its corners; and travel between what is checked, one after the other
 ROUNDS = ((4e-3, (0.03, 0.01)), (1e-3, (0.01, 0.004)), (2.5e-4, (0.004, 0.001)))
 DIVIDED, MOST = 20, 30_000  # times that a rectangle is halved at most, and how many there may be of them
 SHARES = tuple(0.5**n for n in range(1, 12))  # of a zone: the greatest of these up to which the rows are enough
@@ -148,7 +148,7 @@ def sheets_kept(proofs: PlaneProofs, radius: Floats, asked: Sequence[StepSheets]
     """On which steps the clearance is proved to be kept, however much the corners are rounded.
 
     Args:
-        proofs: of the checker that the steps are held against.
+        proofs: of the checker that the steps are checked against.
         radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
         asked: steps of paths, which all have one clearance to keep.
 

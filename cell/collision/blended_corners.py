@@ -32,8 +32,8 @@ from .clearances import Clearances, SeesClearances
 from .proofs.motion_bounds import curvature, joint_travel_bound
 from .proofs.plane_proofs import has_proofs, proofs_of
 
-HALVED = 6  # times that a step is halved before it is looked at by chords
-CLOSELY, PLACES = 100, 12  # of what is too near so many steps are looked at again, in so many places
+HALVED = 6  # times that a step is halved before it is checked by chords
+CLOSELY, PLACES = 100, 12  # of what is too near so many steps are checked again, in so many places
 
 
 def _off_rows(checker: SeesClearances, radius: Floats, path: BlendedPath, p: Parabolas, most: Floats) -> Floats:
@@ -44,7 +44,7 @@ def _off_rows(checker: SeesClearances, radius: Floats, path: BlendedPath, p: Par
         radius: of the arm about its joints.
         path: the rows.
         p: its parabolas.
-        most: where it is more than this by the joints' radii, (m - 1,), m, it is looked at more closely.
+        most: where it is more than this by the joints' radii, (m - 1,), m, it is checked more closely.
     """
     off = np.zeros(len(path.s) - 1)
     np.maximum.at(off, p.row, p.off)
@@ -96,7 +96,7 @@ def cut_corners(
         deposits_laid: deposits laid at each row, (m,).
         found: clearances at the rows, at least.
         least: clearance to be kept, m; 0: nothing is touched.
-        which: steps that are looked at, (m - 1,); all of them where left out.
+        which: steps that are checked, (m - 1,); all of them where left out.
         kept: clearance kept on each of them, at least, (m - 1,), m; where it is not known, left out or -inf.
 
     Returns:
@@ -188,7 +188,7 @@ def _look_closely(
 
 
 def _cut_on(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:
-    """As :func:`_cut`, of the part of a path on which there are steps to be looked at: the rest is not taken apart.
+    """As :func:`_cut`, of the part of a path on which there are steps to be checked: the rest is not taken apart.
 
     Rows further than the zone from a step say nothing of how it is rounded.
     """
@@ -218,7 +218,7 @@ def _cut(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: Known
     steps = rows.which & (off > NOTHING) & (rows.kept - off < least)
     q = blended(path.q, path.s, path.zone)
     known, sagitta = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
-    # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
+    # clearances where the rows come to lie, at least; by the costlier bound where the cheap one is not enough
     low = known - joint_travel_bound(radius, path.q, q)
     near = _ends(steps) & (low < least)
     # between its ends a point is off the chord by the sagitta at most, and the chord no nearer than half of what the

@@ -31,7 +31,7 @@ class PairGroupChecker(Checker):
 
         Args:
             checker: of all pairs, of an arm at a table that stands.
-            itself: whether the arm is held against itself.
+            itself: whether the arm is checked against itself.
             beside: as of :class:`cell.collision.checker.Checker`.
             reach: distances are known out to here, m; as far as the checker's where left out.
         """

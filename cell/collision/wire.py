@@ -4,7 +4,7 @@
     c = checker.clearances(q, deposits_laid)                 # of the wire from the part, out to 20 mm
 
 Drawn back along itself, a wire leaves the part the way it came; across, what its torch clears it need not clear. Far
-from the part, as on most of a way from home, nothing has to be looked at. Metres and radians.
+from the part, as on most of a way from home, nothing has to be checked. Metres and radians.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _made_of(checker: Checker) -> Checker | None:
 
 
 class _WireChecker(Checker):
-    """Collision detection of a wire and a part: what is far from all of the part is not looked at."""
+    """Collision detection of a wire and a part: what is far from all of the part is not checked."""
 
     def __init__(
         self, scene: Scene, table: tuple[float, float], without: Collection[int], beside: Checker | None = None

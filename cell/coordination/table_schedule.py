@@ -29,7 +29,7 @@ from ..scene.table_freedom import TURN, TableFreedom
 MOST_ADJUSTMENTS = 80  # of the pulls' adjustment
 SHARES = (0.95, 0.85, 0.7, 0.5, 0.25)  # of the cone, to be kept at the targets, so that all of it is between them
 KEPT_CONE = 0.995  # of the cone, to be kept all along
-BETWEEN = np.linspace(0.0, 1.0, 9)  # places on the way from target to target that are looked at
+BETWEEN = np.linspace(0.0, 1.0, 9)  # places on the way from target to target that are checked
 TRAVEL = 0.5  # m that count for the way from bead to bead
 CALM = 0.5  # m of a bead over which the table comes back to upright where nothing else pulls it
 LEAST_LENGTH = 1e-5  # m between targets, at least

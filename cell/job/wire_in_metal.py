@@ -6,7 +6,7 @@
 At a target the wire lies along the deposition direction, whatever the arm does. It may touch the part, since its end
 stands in the bead; what it may not do is to run through metal that is there already. A wire is taken to do so where its
 whole cross-section does: along a wall that a bead is laid at it may graze. A sub-volume's own lower layers lie below
-all of its beads, and are not looked at. Part frame, mm.
+all of its beads, and are not checked. Part frame, mm.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from ..units import METRES_PER_MM
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-STEP_MM = 1.0  # along a bead, between wires that are looked at
+STEP_MM = 1.0  # along a bead, between wires that are checked
 BEAD_SLACK_MM = 0.5  # above a bead's own thickness, from where on metal counts: curved layers are chords
 SKIN_LINES = 8  # lines on a wire's skin that stand for its cross-section, beside its axis
-LARGE_SIZE = 4.0  # times the usual size, from which on a piece is held against all wires
-FEW_PIECES = 64  # pieces, up to which all are held against all wires
-CHUNK = 4096  # wires looked at in one go
+LARGE_SIZE = 4.0  # times the usual size, from which on a piece is compared with all wires
+FEW_PIECES = 64  # pieces, up to which all are compared with all wires
+CHUNK = 4096  # wires checked in one go
 NEIGHBOURS = 4  # targets for which one plane is looked for
 OUTSIDE_MM = 1e-6  # outside a plane by more than this, so that rounding does not matter
 Planes = tuple[Floats, Floats]  # outward normals (p, 3) and offsets (p,) of a convex piece
@@ -225,7 +225,7 @@ class _BoxTree:
     Attributes:
         low: least coordinates of every piece, (m, 3).
         high: greatest.
-        large: numbers of the large pieces, which are held against every wire.
+        large: numbers of the large pieces, which are compared with every wire.
         small: of all others.
         size: half the diagonal of the largest of these.
         tree: their middles; None where there are few, all of them large then.

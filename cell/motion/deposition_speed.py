@@ -47,7 +47,7 @@ class HeldSpeed:
 
     @property
     def judged(self) -> Floats:
-        """What is held against the share asked for, (n,): the least over stretches, where that is known."""
+        """What is compared with the share asked for, (n,): the least over stretches, where that is known."""
         if np.isfinite(self.least).any():
             return self.least
         return self.ratio

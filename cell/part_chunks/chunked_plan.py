@@ -53,7 +53,7 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     Args:
         shared: the part and what it is planned with.
         chunks: from :class:`cell.part_chunks.chunking.Chunking`.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The plan; of a part in one chunk, what ``plan_part`` gives.

@@ -4,7 +4,7 @@
     run.motion, run.failures, run.clearance
 
 Rows are put in where beads need them, corners are rounded, rows get their times, and what comes least is looked for. A
-part in one chunk is looked at as a whole. Radians, metres, seconds.
+part in one chunk is checked as a whole. Radians, metres, seconds.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def run_in_chunks(
         chunks: of the part.
         plan: in which every bead is whole and every travel found.
         home: the ways from home and back.
-        progress: told how far it is, where there are several chunks.
+        progress: called with how far it is, where there are several chunks.
 
     Returns:
         What became of it.

@@ -39,7 +39,7 @@ class BeadPlan:
         stretches: what can be run through.
         edge_failures: targets that cannot be reached from the one before, with why.
         target_failures: targets without any configuration, with why.
-        open: targets that were not looked at: the bead is lost by others, or the whole part was before.
+        open: targets that were not checked: the bead is lost by others, or the whole part was before.
     """
 
     first: int
@@ -61,7 +61,7 @@ class BeadPlan:
 
     @property
     def lost(self) -> int:
-        """Targets that are cut off or out of reach, or were not looked at."""
+        """Targets that are cut off or out of reach, or were not checked."""
         return len(self.edge_failures) + len(self.target_failures) + len(self.open)
 
     def only(self, known: set[int]) -> BeadPlan:

@@ -79,7 +79,7 @@ class BeadSearch:
         self._blocked: dict[int, set[Edge]] = {}
         self._causes: dict[int, list[Failure]] = {}
         self._done: dict[tuple[int, Edge], Stretch] = {}
-        self._followed: set[int] = set()  # targets from which all dear edges have been followed
+        self._followed: set[int] = set()  # targets from which all expensive edges have been followed
         self._gave_up = False
 
     def run(self, q_before: Floats | None) -> BeadPlan:
@@ -207,7 +207,7 @@ class BeadSearch:
         self._judged[todo] = True
 
     def lost_alone(self) -> dict[int, TargetFailure]:
-        """Targets without any node that is free, each looked at by itself, with why; counted in the whole part."""
+        """Targets without any node that is free, each checked by itself, with why; counted in the whole part."""
         every = np.arange(len(self.deposits_laid))
         self._judge_targets(every, whole=False)
         lost = every[~np.isfinite(self.cost).any(axis=(1, 2, 3))].tolist()
@@ -366,7 +366,7 @@ class BeadSearch:
         """The least bad of a target's configurations, all of which collide."""
         _, found, node = self._least_bad[i]
         roll = round(float(np.rad2deg(self.nodes.rolls[node[0]])), 3)
-        # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to look at
+        # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to check
         exhaustive = bool(self.nodes.exhaustive and self.nodes.window.is_fixed and self.context.limits.wrist > 0)
         failure = replace(self.context.describe(found, 0), roll_deg=roll, proved=exhaustive)
         return TargetFailure(failure, self.nodes.q[i][node])

@@ -68,7 +68,7 @@ class BeadsAhead:
         self._context = context
         self._stops = dict(zip(firsts, [*firsts[1:], stop], strict=True))
         self._expected: dict[int, _ExpectedBead] = {}
-        self._together: list[BeadPlan] = []  # beads between which travels have not been looked at
+        self._together: list[BeadPlan] = []  # beads between which travels have not been checked
         self._travels: dict[int, _KnownTravel] = {}  # by the first target of the bead that they lead to
         self._misses, self._wasted = 0, 0
         self._vain: tuple[int, Floats | None, StationSearch] | None = None
@@ -177,8 +177,8 @@ class BeadsAhead:
     def _suited_beginning(self, beads: list[SearchedBead], nodes: list[StationNodes]) -> Floats | None:
         """Where the first of beads begins best for all of them, (j,), rad, if it is not told where the arm comes from.
 
-        What follows begins near where the bead before ends: a short bead's own preference may be dear for the long ones
-        after it. Rolls beside the one that it prefers are tried, in its branch.
+        What follows begins near where the bead before ends: a short bead's own preference may be expensive for the long
+        ones after it. Rolls beside the one that it prefers are tried, in its branch.
         """
         context = self._context
         step, window = context.settings.roll_step, context.window

@@ -5,7 +5,7 @@
 
 It is tried out: the bead or the travel is planned once more without these layers, and only what succeeds then is said
 to be locked out by them. Named are layers of another sub-volume where those are enough, and of these as few of the last
-as are enough. Where not all of a lost part is looked at, these trials may ask about LOCKOUTS configurations in all.
+as are enough. Where not all of a lost part is checked, these trials may ask about LOCKOUTS configurations in all.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from ..job.job import Job
 
 MOST_TRIED_AGAIN = 12  # beads and travels that are tried again
-TRIED_FIRST = 3  # targets of a bead looked at by themselves before it is searched
-LOCKOUTS = 5_000  # configurations that trials may ask about, unless every target is to be looked at
+TRIED_FIRST = 3  # targets of a bead checked by themselves before it is searched
+LOCKOUTS = 5_000  # configurations that trials may ask about, unless every target is to be checked
 FEWER = 5  # share of a travel's attempts: each is tried several times
 
 
@@ -123,7 +123,7 @@ class _LayerTrial:
 
 
 def _bead_trial(bead: BeadPlan, failed: set[int], most: float) -> _LayerTrial:
-    # a bead is dear to search in vain: a few targets by themselves say most of it
+    # searching a bead without a result is expensive: a few targets by themselves show most of it
     tried_first = sorted(failed)[:: max(len(failed) // TRIED_FIRST, 1)][:TRIED_FIRST]
 
     def works(context: Context) -> set[int]:

@@ -5,8 +5,8 @@
     nowhere = free_nowhere(context, targets, step)  # {i: LeastBadRoll}, of those free at no roll
     hint = configuration_between(context, nodes, T, deposits_laid, roll)   # at this roll, or beside it
 
-Rolls far apart are looked at first, then those between them. Between two samples of a branch the arm has only so far to
-go: where it is deeper in a collision than that at both of them, nothing between them is free, and it is not looked at.
+Rolls far apart are checked first, then those between them. Between two samples of a branch the arm has only so far to
+go: where it is deeper in a collision than that at both of them, nothing between them is free, and it is not checked.
 What moves with the TCP only turns about the wire: where it is in something, the depth over its distance from the wire
 is an angle by which no turn frees it, in any branch. All else is halved until ``FINEST``. A search, and no proof:
 depths are what the collision engine says. Metres and radians.
@@ -31,11 +31,11 @@ from .blocked_rolls import with_blocked_rolls
 from .configurations import Nodes
 from .context import Context
 
-FINEST = np.deg2rad(0.3)  # closer samples are not looked at
+FINEST = np.deg2rad(0.3)  # closer samples are not checked
 MOST_DETOUR = 1.5  # how much longer the way between two samples can be than the straight one in joints
-TARGETS_TOGETHER = 64  # targets looked at together, to keep memory flat
-COARSER = 3  # times as far apart are the rolls that are looked at before others
-FEWEST = 4  # steps between the rolls that are looked at first of all
+TARGETS_TOGETHER = 64  # targets checked together, to keep memory flat
+COARSER = 3  # times as far apart are the rolls that are checked before others
+FEWEST = 4  # steps between the rolls that are checked first of all
 BESIDE = np.deg2rad(np.array([0.0, *(s * d for d in (0.25, 0.5, 1, 2, 3, 4, 5, 6) for s in (-1, 1))]))
 STANDS = np.empty(0)  # axes of a table that does not move
 Stretches = list[tuple[float, float]]
@@ -51,9 +51,9 @@ class _KnownRolls:
         roll: (m,), rad.
         q: (m, j), rad.
         room: least clearance less what is asked for, (m,), m: at most that; -inf where limits or margins forbid it, NaN
-            where it was not looked at because the target is free in another branch.
+            where it was not checked because the target is free in another branch.
         held: turn of the roll to either side in which what moves with the TCP stays in a collision, (m,), rad.
-        pair: ids of the two geoms that are nearest, (m, 2); -1 where it was not looked at.
+        pair: ids of the two geoms that are nearest, (m, 2); -1 where it was not checked.
         position: where they are, (m, 3), world, m.
     """
 
@@ -89,7 +89,7 @@ def collision_free_rolls(
     Args:
         context: the arm and the cell.
         targets: which.
-        step: distance of the rolls that are looked at in any case, rad.
+        step: distance of the rolls that are checked in any case, rad.
         also: by target a further one, rad.
 
     Returns:
@@ -105,7 +105,7 @@ def collision_free_rolls(
 
 @dataclass(frozen=True, eq=False)
 class LeastBadRoll:
-    """The least bad of what was looked at of a target that is free at no roll.
+    """The least bad of what was checked of a target that is free at no roll.
 
     Attributes:
         q: the configuration, (j,), rad.
@@ -119,15 +119,15 @@ class LeastBadRoll:
 
 
 def free_nowhere(context: Context, targets: Iterable[int], step: float) -> dict[int, LeastBadRoll | None]:
-    """Targets that are free at no roll; of the others no more is looked at than it takes to see it.
+    """Targets that are free at no roll; of the others no more is checked than it takes to see it.
 
     Args:
         context: the arm and the cell.
         targets: which.
-        step: distance of the rolls that are looked at, rad.
+        step: distance of the rolls that are checked, rad.
 
     Returns:
-        By target what collides least; None where limits or margins forbid all that was looked at.
+        By target what collides least; None where limits or margins forbid all that was checked.
     """
     out: dict[int, LeastBadRoll | None] = {}
     for some in _some_together(targets):
@@ -150,7 +150,7 @@ def _some_together(targets: Iterable[int]) -> list[Ints]:
 def _searched(
     context: Context, some: Ints, step: float, also: Mapping[int, float], *, until_free: bool = False
 ) -> _KnownRolls:
-    """All that has to be looked at of some targets, or as much of it as tells which of them are free."""
+    """All that has to be checked of some targets, or as much of it as tells which of them are free."""
     known = _sampled(context, some, step, until_free=until_free)
     if also:
         target, roll = np.array(list(also)), np.array(list(also.values()), dtype=float)
@@ -186,7 +186,7 @@ def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> 
             at = np.searchsorted(some, looked[-1].target), np.searchsorted(rolls, looked[-1].roll)
             np.maximum.at(held, at, looked[-1].held)  # in one branch as in another
             held = _spread(rolls, held, circular=context.window.is_full)
-            if until_free:  # of what is free no more is looked at
+            if until_free:  # of what is free no more is checked
                 seen[np.searchsorted(some, looked[-1].free_targets())] = True
         stride //= COARSER
     known = looked[0].sorted_with(*looked[1:])
@@ -194,7 +194,7 @@ def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> 
 
 
 def _open_between(rolls: Floats, seen: NDArray[np.bool_], held: Floats) -> NDArray[np.bool_]:
-    """Rolls (t, r) that lie between two that were looked at without the tool being held all of the way."""
+    """Rolls (t, r) that lie between two that were checked without the tool being held all of the way."""
     every, count = np.arange(len(rolls)), len(rolls)
     before = np.maximum.accumulate(np.where(seen, every, -1), axis=1)
     after = np.minimum.accumulate(np.where(seen, every, count)[:, ::-1], axis=1)[:, ::-1]

@@ -99,7 +99,7 @@ class Settings:
         least_share: of the speed, to be held over every stretch of a bead.
         steps: density of the checks.
         travel_attempts: configurations tried for a travel that the simple ways do not make.
-        every_target: whether all of a part that cannot be built is looked at, whatever that costs.
+        every_target: whether all of a part that cannot be built is checked, whatever that costs.
     """
 
     clearance: float

@@ -1,7 +1,7 @@
-"""A part that cannot be built: what is still looked at once that is known, and how much of it.
+"""A part that cannot be built: what is still checked once that is known, and how much of it.
 
     judge = InfeasiblePartJudge(context, first)
-    bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not looked at
+    bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not checked
     judge.left(target)                                         # configurations that may still be asked by then
 
 Work is counted in configurations that collision detection is asked about, and in the contacts found there, so that a
@@ -61,7 +61,7 @@ class InfeasiblePartJudge:
         self.lost = False
         self._judged_alone = 1  # targets, and what they cost
         self._work_alone = float(BRANCHES if context.window.is_fixed else TARGET_WORK)
-        self._suspect: int | None = None  # a target that was found lost: others near it are looked at first
+        self._suspect: int | None = None  # a target that was found lost: others near it are checked first
 
     def left(self, target: int) -> float:
         """Configurations that may still be asked once the targets before this one are dealt with."""
@@ -72,12 +72,12 @@ class InfeasiblePartJudge:
         return full_work(self.context, stop - first) <= self.left(stop)
 
     def charge(self, before: float) -> None:
-        """Count what has been asked since the context's counter stood at ``before``, in vain."""
+        """Count what has been asked since the context's counter stood at ``before`` without a result."""
         self.spent += self.context.work - before
         self.lost = True
 
     def knows(self, bead: BeadPlan, spent: float) -> None:
-        """Go on after a bead that was planned elsewhere, with what was asked about it in vain."""
+        """Go on after a bead that was planned elsewhere, with what was asked about it without a result."""
         if not bead.whole:
             self.spent += spent
             self.lost = True
@@ -124,7 +124,7 @@ class InfeasiblePartJudge:
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None,
     ) -> BeadPlan:
-        """A bead that is dear to search in vain."""
+        """A bead whose search without a result would be expensive."""
         before = self.context.work
         suspects = [] if self._suspect is None else [self._nearest(first, stop)]
         if self.lost:  # what is out of reach is known without a search
@@ -153,7 +153,7 @@ class InfeasiblePartJudge:
     def _judged(
         self, order: Iterable[int], first: int, stop: int, before: float, known: dict[int, TargetFailure] | None = None
     ) -> dict[int, TargetFailure]:
-        """Targets that are lost, of those that the budget allows to look at one after the other."""
+        """Targets that are lost, of those that the budget allows to check one after the other."""
         out: dict[int, TargetFailure] = {}
         some = [i for i in dict.fromkeys(order) if i not in (known or {})]
         while some and (left := self.left(stop) - (self.context.work - before)) > 0:
@@ -176,13 +176,13 @@ class InfeasiblePartJudge:
 
 
 def full_work(context: Context, targets: int) -> int:
-    """Configurations of some targets at all rolls that a search in full may look at."""
+    """Configurations of some targets at all rolls that a search in full may check."""
     rolls = context.window.samples(context.settings.roll_step / FINER_ROLLS)
     return targets * len(rolls) * BRANCHES
 
 
 def lost_bead(first: int, stop: int, target_failures: dict[int, TargetFailure]) -> BeadPlan:
-    """A bead of which some targets are lost and nothing else was looked at."""
+    """A bead of which some targets are lost and nothing else was checked."""
     rest = frozenset(range(first, stop)) - target_failures.keys()
     return BeadPlan(first, stop, (), {}, dict(sorted(target_failures.items())), rest)
 
@@ -207,7 +207,7 @@ def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFai
 
 
 def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFailure]:
-    """Targets that have no configuration at any roll, each looked at by itself.
+    """Targets that have no configuration at any roll, each checked by itself.
 
     Args:
         context: the arm and the cell.
@@ -215,7 +215,7 @@ def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFail
 
     Returns:
         What is wrong with those that have none, as a search of their bead says it; rolls between the samples are
-        looked at as well.
+        checked as well.
     """
     some: Ints = np.array(targets, dtype=np.int64)
     if context.window.is_fixed:
@@ -248,7 +248,7 @@ def _without_nodes(context: Context, some: Ints) -> dict[int, TargetFailure]:
 
 
 def _most_hit(search: StationSearch) -> Ints:
-    """Stations of a search in vain, as targets of the bead, those first at which most was found to collide."""
+    """Stations of a search without a result, as targets of the bead, those first at which most was found to collide."""
     hits = (search.known == HIT).sum(axis=(1, 2))
     return search.at[np.argsort(-hits, kind="stable")]
 

@@ -55,7 +55,7 @@ def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None 
     Args:
         context: what the search needs.
         bead_of_target: of the whole part, (n,), ascending; those of the context's span are planned.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The plan.
@@ -72,7 +72,7 @@ class KnownBead:
 
     Attributes:
         bead: its plan.
-        spent: what was asked about it in vain.
+        spent: what was asked about it without a result.
     """
 
     bead: BeadPlan

@@ -2,8 +2,8 @@
 
     stretch = StationSearch(bead, roll_step, ends).run()      # None: search in full
 
-Stations stand at most a ``Spacing`` apart along the bead. Every roll and branch is looked at there; between them only
-rolls near the way through the stations, in its branch. Where the way collides at a station, rolls around are looked at,
+Stations stand at most a ``Spacing`` apart along the bead. Every roll and branch is checked there; between them only
+rolls near the way through the stations, in its branch. Where the way collides at a station, rolls around are checked,
 and it goes elsewhere; where it collides between two, another station is put there. Nothing is taken on trust: a way
 counts when all of it has been followed and checked. What is not found here may still be there.
 
@@ -33,7 +33,7 @@ from .stations import STILL, Spacing, StationNodes, nodes_of_poses
 ROUNDS, LOOKS = 8, 24  # ways followed, and ways through the stations before each, until it is left to the full search
 MAX_TRIES = 4  # ways that are free, but near something, before the clearest of them is taken
 ROLL_SAMPLES_APART = 2  # samples the roll may change between stations
-BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls looked at between stations, samples
+BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls checked between stations, samples
 NEARBY = np.array([-1, 0, 1])  # of those, from target to target
 EARLIER, LATER = slice(None, -1), slice(1, None)
 MORE = 3  # stations put in at a time
@@ -68,7 +68,7 @@ class StationSearch:
         spacing: Spacing | None = None,
         nodes: StationNodes | None = None,
     ) -> None:
-        """Look at every node of the stations.
+        """Check every node of the stations.
 
         Args:
             bead: what to search a way along; see :meth:`suits`.
@@ -142,7 +142,7 @@ class StationSearch:
 
     @property
     def shut(self) -> bool:
-        """Whether nothing is left at some station: of a held roll, for which all is looked at, no way is then whole."""
+        """Whether nothing is left at some station: of a held roll, for which all is checked, no way is then whole."""
         left = np.isfinite(self.cost) & (self.known != HIT)
         return not left.any(axis=(1, 2)).all()
 
@@ -158,7 +158,7 @@ class StationSearch:
         return banded.cheapest(cost, banded.prices(self.chain, q, roll, self.bounds, NEARBY, circular=False), NEARBY)
 
     def _rolls_between(self, samples: Ints) -> Floats:
-        """Rolls to look at for every target, (t, b), around those chosen at the stations, (s,) samples."""
+        """Rolls to check for every target, (t, b), around those chosen at the stations, (s,) samples."""
         chosen, window = self.rolls[samples], self.context.window
         if window.is_fixed:
             return np.full((len(self.bead), 1), window.low)
@@ -169,7 +169,7 @@ class StationSearch:
     def _expected_cost_between(self, branch: int, roll: Floats) -> Floats:
         """What rolls (t, b) between stations are worth avoiding for what is known at the stations beside them, s."""
         expected_cost = np.where(self.known[:, branch] == HIT, COLLISION_PENALTY, self.expected_cost[:, branch])
-        if expected_cost.any():  # where something is near, what has not been looked at may be nearer
+        if expected_cost.any():  # where something is near, what has not been checked may be nearer
             expected_cost = np.where(
                 self.known[:, branch] == UNKNOWN, np.maximum(expected_cost, NEAR_COST), expected_cost
             )
@@ -241,7 +241,7 @@ class StationSearch:
         return wrap(turn) if self.context.window.is_full else turn
 
     def _look_around(self, s: Ints, g: int) -> None:
-        """Look at every second roll at one of some stations where the way collides; expect the same at the others."""
+        """Check every second roll at one of some stations where the way collides; expect the same at the others."""
         i = int(s[len(s) // 2])
         r = np.arange(0, len(self.rolls), 2)
         r = r[(self.known[i, g, r] == UNKNOWN) & np.isfinite(self.cost[i, g, r])]
@@ -256,7 +256,7 @@ class StationSearch:
             )
 
     def _avoid(self, targets: Ints, branch: int, roll: Floats) -> None:
-        """Expect no good of rolls (t,) at targets that are stations: they are free, but what lies between is not."""
+        """Penalise rolls (t,) at targets that are stations: these are free, but the edges between them are not."""
         s, count = np.searchsorted(self.at, targets), len(self.rolls)
         low, high = self._beside(roll)
         for r in (low - 1, low, high, high + 1):  # those beside it are hardly better

@@ -29,7 +29,7 @@ from .context import Context
 from .edges.edge_check import SearchedBead
 
 LEAST_STATIONS = 4
-EVERY = 4  # targets, of which one is looked at where beads are to be weighed
+EVERY = 4  # targets, of which one is checked where beads are to be weighed
 STILL = np.array([0])  # samples that a held roll changes by from target to target
 
 

@@ -260,7 +260,7 @@ def sweep(
         poses: from ``cell.grid``, or E1, E2 pairs, deg.
         processes: number of processes; default: one for each core.
         log: file of finished poses, one JSON a line; poses that it holds already are not computed again.
-        progress: told how far it is.
+        progress: called with how far it is.
         executor: used instead of processes of the sweep's own; it is left running.
 
     Returns:

@@ -4,7 +4,7 @@
     gap.position, gap.angle, gap.move                  # the greatest deviation, and on which move
     difference_of(written.program, again)              # what differs between two programs, or None
 
-Every row of the motion is held against the move that it lies on: the TCP's place and orientation in the part, and the
+Every row of the motion is compared with the move that it lies on: the TCP's place and orientation in the part, and the
 table's axes. Metres and radians.
 """
 
@@ -203,7 +203,7 @@ def difference_of(one: Program, other: Program) -> tuple[int, str] | None:
 
 
 def _happens(program: Program) -> list[tuple[str, int, float]]:
-    """What happens where; layers are not looked at, whose calls may be comments."""
+    """What happens where; layers are not checked, whose calls may be comments."""
     return [
         (event.kind.value, event.before, event.seconds)
         for event in program.events

@@ -2,7 +2,7 @@
 
     first_failure(job, E1_deg, E2_deg, [3, 7], None)       # infeasible targets of the first bead that has any
 
-Single targets are looked at before their bead is searched, since a target at which everything collides is what takes a
+Single targets are checked before their bead is searched, since a target at which everything collides is what takes a
 search of a bead longest.
 """
 
@@ -19,8 +19,8 @@ from ..planning.configurations import nodes_at_rolls
 from ..planning.context import FINER_ROLLS, Context
 from ..scene.scene import table_angles
 
-TRIED_TOGETHER = 8  # configurations looked at before asking whether one is free
-TARGETS_ALONE = 4  # targets of a bead that are looked at by themselves
+TRIED_TOGETHER = 8  # configurations checked before asking whether one is free
+TARGETS_ALONE = 4  # targets of a bead that are checked by themselves
 
 
 def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], wanted: set[int] | None) -> set[int]:

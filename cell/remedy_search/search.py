@@ -40,7 +40,7 @@ from .target_groups import TargetGroup, target_groups
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
 LARGE_PART = 600  # targets from which on parts get fewer of them
-CHECKS_OPEN = 2  # of a part that was lost before all of it was looked at
+CHECKS_OPEN = 2  # of a part that was lost before all of it was checked
 MAX_TRIES = 4  # times as much where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
 TRIES = 5  # growing sizes of one change
@@ -56,7 +56,7 @@ def remedies(
 
     Args:
         result: an infeasible verdict; a feasible one yields nothing.
-        progress: told how far it is.
+        progress: called with how far it is.
         seconds: processor time after which nothing further is tried (so a busy machine gives the same answer);
             infinite: more changes are tried.
         shown: largest number of changes for the whole part.
@@ -130,7 +130,7 @@ class _RemedySearch:
             deadline: when to stop, by ``time.process_time``.
         """
         self.result, self.count, self.deadline = result, count, deadline
-        # a changed case that fails is not looked at any further
+        # a changed case that fails is not checked any further
         job = replace(result.job, case=with_changes(result.job.case, checks=_reduced_budget(result.job.case.checks)))
         self.start = ChangeBase(job, *result.asked)
         self.bad = set(result.failures)
@@ -145,7 +145,7 @@ class _RemedySearch:
         self.screening = Screening(self.start, sorted(self.bad), good, must)
         self.screening.add(self.changes)
         self.checked: dict[tuple[Change, float], set[int]] = {}
-        self.unseen: dict[tuple[Change, float], int] = {}  # how many targets of these were not looked at
+        self.unseen: dict[tuple[Change, float], int] = {}  # how many targets of these were not checked
         self.left = self.tries = 0
 
     @property
@@ -301,7 +301,7 @@ class _RemedySearch:
             self.left -= 1
             self.count()
             found = check_fixed(*self.start.changed(change, size))
-            # what was not looked at is not mended either
+            # what was not checked is not mended either
             self.checked[change, size] = {i for i, row in enumerate(found.rows) if row.reason is not None}
             self.unseen[change, size] = found.not_looked_at
         bad = self.checked[change, size]

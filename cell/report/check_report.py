@@ -164,7 +164,7 @@ def _worst(result: Result, every: bool) -> RenderableType:
         xyz = ", ".join(f"{v:.0f}" for v in result.placed.position[i] / METRES_PER_MM)
         layer = f"{t.sub_volume[t.sub_volume_index[i]]}/{t.layer[i]}"
         table.add_row(str(i), layer, xyz, row.reason, in_words(row), "proved" if row.proved else "")
-    if len(bad) > shown:  # of those looked at
+    if len(bad) > shown:  # of those checked
         table.caption = f"and {len(bad) - shown} more; all of them with --verbose or --json"
         table.caption_justify = "left"
     return table

@@ -1,4 +1,4 @@
-"""Links whose shapes collide with nothing, and wires that are none: what a check does not look at.
+"""Links whose shapes collide with nothing, and wires that are none: what a check leaves out.
 
     links_without_shapes(model, arm_joints, table_joints, piece)      # typed warnings, one a model
     wires_told(model, wire_geom)                                      # likewise
@@ -62,7 +62,7 @@ def links_without_shapes(
 
 
 def wires_told(model: mujoco.MjModel, wire_geom: NDArray[np.bool_]) -> Iterator[Warning]:
-    """Say what is not looked at for the shapes that the case calls the wire.
+    """Say what is not checked for the shapes that the case calls the wire.
 
     Args:
         model: the compiled cell, with its contact bits.

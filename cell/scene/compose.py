@@ -171,7 +171,7 @@ def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
 
 
 def _without_home(case: Case, scene: Scene, arm: HeldJoints) -> tuple[Warning, ...]:
-    """What is not looked at where no home is known."""
+    """What is not checked where no home is known."""
     if scene.has_home:
         return ()
     has = f"its keys are {', '.join(map(repr, arm.keys))}" if arm.keys else "it has no keys"

@@ -35,7 +35,7 @@ ROUND_SHAPES = tuple(
 OFF_AXIS = 1e-4  # m, and rad: what a shape that turns about the last joint's own axis may be off it
 TOUCHING = 1e-3  # m: nearer than this, two shapes that never move against each other may touch
 AT_FLANGE = 1e-3  # m: a shape that begins this near the flange's face is bolted onto it
-TURNS = 25  # angles of the last joint at which the arm's own shapes are looked at
+TURNS = 25  # angles of the last joint at which the arm's own shapes are checked
 FAR_AWAY = 10.0  # m
 
 
@@ -95,7 +95,7 @@ def pair_tool_with_arm(pieces: CellAssembly) -> None:
 def _pair_links(wrist: _ToolPairs) -> None:
     """Name the pairs of links with two or more joints between that MuJoCo takes for a body and the one that carries it.
 
-    So they are where a body has several joints. What touches at every angle that is looked at is left out and said.
+    So they are where a body has several joints. What touches at every angle that is checked is left out and said.
     """
     pieces, left_out = wrist.pieces, []
     for outer, inner in wrist.unseen_links():
@@ -243,7 +243,7 @@ class _ToolPairs:
         return int(self.model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_CYLINDER) and bool(2 * half <= radius)
 
     def always_touch(self, tool: int, arm: int) -> bool:
-        """Whether two shapes touch at every angle of the joints between them that is looked at."""
+        """Whether two shapes touch at every angle of the joints between them that is checked."""
         model, data = self.model, mujoco.MjData(self.model)
         between = self.joints[int(self.moved_by[arm]) :]
         turns = np.linspace(0, 1, TURNS)

@@ -236,7 +236,7 @@ def add_positioner(pieces: CellAssembly) -> HeldJoints:
     """Attach the positioner where the case puts it.
 
     Axes that it does not have are joints that nothing hangs on, so that every cell has two: :data:`UNUSED`. A table
-    without any stands on a body of its own with both, so that it is held against the floor and what stands on it.
+    without any stands on a body of its own with both, so that it is checked against the floor and what stands on it.
 
     Returns:
         Where its joints stand that are not planned.

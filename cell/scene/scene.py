@@ -55,7 +55,7 @@ class Scene:
         has_axis: whether the positioner has E1, E2, (2,).
         base_body: id of the arm's base body.
         sites: ids of the sites flange, tcp, table and part.
-        warnings: what is left out of the cell or not looked at, one line each.
+        warnings: what is left out of the cell or not checked, one line each.
     """
 
     case: Case

@@ -35,7 +35,7 @@ from ..planning.context import FINER_ROLLS, LEAST_REACH, settings_of
 from ..scene.placement import PlacedTargets, place_targets
 from ..scene.scene import table_angles
 
-SPREAD = 32  # targets whose collisions are looked at
+SPREAD = 32  # targets whose collisions are checked
 NORMAL_MM = 20.0  # two targets a unit of normal apart count as this far from one another
 
 

@@ -31,7 +31,7 @@ from .table_turn import Angles
 
 SPARE = 1e-3  # m beyond the clearance asked for: a bead's way is narrower than its targets
 FEW_CONFIGURATIONS = 24  # configurations with which less and less is tried
-CHEAP = 8  # configurations that are looked at first: most targets are free in one of them
+CHEAP = 8  # configurations that are checked first: most targets are free in one of them
 
 
 def locked_layers(job: Job, poses: Sequence[Angles | None]) -> list[Ints]:
@@ -58,7 +58,7 @@ def _needs_of(job: Job, one: tuple[int, Angles | None], _: Tick) -> Ints:
 
 
 class _Neighbours:
-    """Looks at one sub-volume with more or less of the others there."""
+    """Checks one sub-volume with more or less of the others there."""
 
     def __init__(self, job: Job, own: int, pose: Angles) -> None:
         self.job, self.own, self.pose = job, own, pose

@@ -1,4 +1,4 @@
-"""Who looks at a part's table poses: workers, where the part is large enough for them to be worth their start.
+"""Who checks a part's table poses: workers, where the part is large enough for them to be worth their start.
 
 found = pool_for_poses(job).run(function, job, items)
 """

@@ -2,7 +2,7 @@
 
     for suited in suited_poses(job, group): ...      # suited.pose: E1, E2 in rad; the best first
 
-Looked at are poses on a grid of 5 degrees over both axes' ranges, endless axes once round; poses that hold the part
+Checked are poses on a grid of 5 degrees over both axes' ranges, endless axes once round; poses that hold the part
 alike with the tilt to the other side, (E1, E2) and (-E1, E2 +- 180), are both among them. They are taken by the
 greatest angle off upright, in steps of 5 degrees, then by the room that the arm has at single targets, in steps of 5
 mm. What no motion can help excludes a pose, as in a sweep.
@@ -34,10 +34,10 @@ from .table_turn import Angles
 GRID_DEG = 5.0
 BAND_DEG = 5.0  # steps in which angles off upright count as alike
 ROOM = 5e-3  # m: steps in which clearances count as alike
-APART = np.deg2rad(14.0)  # poses nearer to one another than this are not both looked at
+APART = np.deg2rad(14.0)  # poses nearer to one another than this are not both checked
 MOST_SCREENED = 40
 SURVIVORS = 5  # poses that nothing speaks against are enough
-ROOM_TARGETS = 8  # targets whose room is looked at
+ROOM_TARGETS = 8  # targets whose room is checked
 CHEAP = 6  # configurations of each
 ABSENT = np.iinfo(np.int64).max // 2  # number of a deposit that is never there
 
@@ -147,7 +147,7 @@ def suited_poses(job: Job, group: TableGroup) -> list[SuitedPose]:
         group: whose targets.
 
     Returns:
-        The poses; none where everything looked at is excluded.
+        The poses; none where everything checked is excluded.
     """
     own = alone(job, group)
     poses, band = upright_poses(job, group)

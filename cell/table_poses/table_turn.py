@@ -63,7 +63,7 @@ class TableTurn:
 
     @property
     def axes(self) -> Floats:
-        """All axes at the samples looked at, (k, j + 2), rad."""
+        """All axes at the samples checked, (k, j + 2), rad."""
         return np.concatenate([np.tile(self.q, (len(self.looked_at), 1)), self.looked_at], axis=1)
 
 

@@ -160,7 +160,7 @@ class _StepBounds:
 
 
 class _Pass:
-    """The steps in the order in which they are gone through, with what can follow on each."""
+    """The steps in the order in which they are processed, with what can follow on each."""
 
     def __init__(self, steps: _StepBounds, *, backwards: bool) -> None:
         self._steps, self._backwards = steps, backwards

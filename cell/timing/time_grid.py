@@ -43,7 +43,7 @@ def time_grid(s: Floats, zone: float, corners: Floats, fine: NDArray[np.bool_]) 
         s: path length at each sample, (m,).
         zone: over which corners are rounded.
         corners: path lengths of those that count.
-        fine: pieces that are gone through finely, (m - 1,); of the others only the ends are looked at.
+        fine: pieces that are processed finely, (m - 1,); of the others only the ends are checked.
     """
     count = np.where(fine, np.maximum(np.ceil(np.diff(s) * PER_ZONE / zone), 1), 1).astype(np.int64)
     if count.sum() > MOST_STEPS:

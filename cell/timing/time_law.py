@@ -29,7 +29,7 @@ from .blending import TRAVEL_ZONE, kept_zone, mirrored
 from .greatest_speeds import FLAT_SLOPE, GridBounds, greatest_squares
 from .time_grid import PER_ZONE, counting_corners, time_grid
 
-FEW = 1000  # grid steps, up to which all pieces are gone through finely
+FEW = 1000  # grid steps, up to which all pieces are processed finely
 EVEN = 0.99  # of the square of the speed: where it is less beside more, the speed changes
 TOGETHER = 50_000  # grid steps of paths that are worked out together
 

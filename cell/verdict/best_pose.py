@@ -30,7 +30,7 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
 
     Args:
         job: from ``cell.job.job.prepare``.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The verdict at the first pose that holds, of those that suit the part best; else at the one of those checked

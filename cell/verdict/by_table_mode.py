@@ -55,7 +55,7 @@ def prepare_and_check(case: Case, progress: Progress | None = None, *, processes
 
     Args:
         case: the case.
-        progress: told how far it is.
+        progress: called with how far it is.
         processes: as of :func:`check`.
 
     Returns:

@@ -50,7 +50,7 @@ class _ScheduleTrial:
     Attributes:
         way: of the table.
         blocked: targets at which the table itself is in the way.
-        lost: targets at which no configuration of the arm is free, of those looked at.
+        lost: targets at which no configuration of the arm is free, of those checked.
         seconds: that the table's slowest axis takes for the whole of it.
     """
 
@@ -66,7 +66,7 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
 
     Args:
         job: from ``cell.job.job.prepare``.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The verdict, of the first way of the table that holds, or of the one that loses least.

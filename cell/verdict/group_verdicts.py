@@ -4,8 +4,8 @@
     verdicts.look_ahead(trials)               # where there are workers; else nothing is done until it is asked for
     verdicts.of(trial)                        # a SpanVerdict; None where the pose cannot serve
 
-A verdict depends on its trial alone, so that looking ahead changes nothing but the time: what was worked out in vain is
-not asked for. Radians and metres.
+A verdict depends on its trial alone, so that looking ahead changes nothing but the time: results that are not needed
+are left aside. Radians and metres.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class GroupVerdicts:
 
         Args:
             job: from ``cell.job.job.prepare``, its layers in the order in which they are built.
-            progress: told how far each is.
+            progress: called with how far each is.
         """
         self._job, self._progress = job, progress
         self._known: dict[GroupTrial, SpanVerdict | InputError | None] = {}
@@ -80,7 +80,7 @@ class GroupVerdicts:
         return pool_for_poses(self._job).processes
 
     def first_alone(self, trials: Iterable[GroupTrial]) -> Iterator[Sequence[GroupTrial]]:
-        """Trials of which one is wanted: the first by itself, then as many at once as there are workers, looked at.
+        """Trials of which one is wanted: the first by itself, then as many at once as there are workers, checked.
 
         Args:
             trials: the best first; taken only as far as they are asked for.

@@ -78,7 +78,7 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
 
     Args:
         job: from ``cell.job.job.prepare``; its case's ``table.poses`` are taken, or searched where there are none.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The verdict; its job has the sub-volumes in the order in which they are built.

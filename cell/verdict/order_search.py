@@ -48,7 +48,7 @@ class OrderSearch:
                 poses, band = upright_poses(job, group)
                 self.suited[name] = [SuitedPose(int(band[0]), 0, (float(poses[0][0]), float(poses[0][1])))]
         best = [self.suited[name][0].pose if name in groups else None for name in job.targets.sub_volume]
-        # a part that is lost whatever comes first is not looked at for what locks out what
+        # a part that is lost whatever comes first is not checked for what locks out what
         self.needs = locked_layers(job, [None] * len(best) if lost else best)
         at = [pose or (0.0, 0.0) for pose in best]
         self.seconds = np.array([[turn_time(job, a, nearest_turn(job.scene, b, a)) for b in at] for a in at])

@@ -32,10 +32,10 @@ class TargetVerdict:
     """The verdict on one target.
 
     Attributes:
-        failure: what is wrong with it or on the way to it; None where it is feasible or was not looked at.
+        failure: what is wrong with it or on the way to it; None where it is feasible or was not checked.
         q: the configuration it is welded in, (j,), rad; None where infeasible.
         attempt: the best attempt at an infeasible target, (j,), rad, if there is one.
-        looked_at: False if the target was not looked at, because the part cannot be built anyway.
+        looked_at: False if the target was not checked, because the part cannot be built anyway.
     """
 
     failure: Failure | None
@@ -187,21 +187,21 @@ class Result:
 
     @property
     def infeasible(self) -> int:
-        """Number of targets that cannot be welded, of those that were looked at."""
+        """Number of targets that cannot be welded, of those that were checked."""
         return sum(row.failure is not None for row in self.rows)
 
     @property
     def looked_at(self) -> int:
-        """Number of targets that were looked at; all of them if the part is feasible."""
+        """Number of targets that were checked; all of them if the part is feasible."""
         return sum(row.looked_at for row in self.rows)
 
     @property
     def not_looked_at(self) -> int:
-        """Number of targets that were not looked at; above 0 only for a part that cannot be built."""
+        """Number of targets that were not checked; above 0 only for a part that cannot be built."""
         return len(self.rows) - self.looked_at
 
     @property
     def reasons(self) -> dict[str, int]:
-        """Number of infeasible targets by reason, of those that were looked at; 0 for reasons that do not occur."""
+        """Number of infeasible targets by reason, of those that were checked; 0 for reasons that do not occur."""
         count = Counter(row.reason for row in self.rows)
         return {reason: count[reason] for reason in REASONS}

@@ -23,7 +23,7 @@ from ..rigid import great_circle
 from ..scene.placement import PlacedTargets
 from .result import Result
 
-PLACES = np.linspace(0.0, 1.0, 9)  # between a target and the next at which the direction is looked at
+PLACES = np.linspace(0.0, 1.0, 9)  # between a target and the next at which the direction is checked
 STILL = np.deg2rad(0.01)  # a turn back by less is none
 NAMES = ("E1", "E2")
 

@@ -3,7 +3,7 @@
     seen = arm_along_motion(job, way, deposits_laid, runs)            # runs: stretches of samples without a stop
     at, nearest = nearest_along_motion(job, way, deposits_laid, seen.clear, runs)
 
-A long motion is cut into pieces where it stops, by its samples alone, and the pieces are looked at side by side where
+A long motion is cut into pieces where it stops, by its samples alone, and the pieces are checked side by side where
 there are workers: what is found does not depend on how many there are. Radians and metres.
 """
 
@@ -81,7 +81,7 @@ class ArmSeen:
 
 @dataclass(frozen=True, eq=False)
 class _MotionPiece:
-    """Samples that are looked at by one process; its runs' are counted from its first one on."""
+    """Samples that are checked by one process; its runs' are counted from its first one on."""
 
     first: int
     q: Floats
@@ -90,7 +90,7 @@ class _MotionPiece:
 
 
 def arm_along_motion(job: Job, way: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
-    """Look at the arm on all of a motion.
+    """Check the arm on all of a motion.
 
     Args:
         job: the job.

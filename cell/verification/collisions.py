@@ -176,7 +176,7 @@ def table_collisions(job: Job, way: SampledMotion, deposits_laid: Ints) -> list[
         deposits_laid: from :func:`deposits_laid_at`, (m,).
 
     Returns:
-        What was found; nothing is looked at twice at one pose of the table.
+        What was found; nothing is checked twice at one pose of the table.
     """
     scene = job.scene
     checker = TableChecker(scene, CLEARANCE_REACH)

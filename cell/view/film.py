@@ -135,7 +135,7 @@ def film(
         speed: seconds of motion per second of film.
         view: "cell" for the whole cell, "torch" for torch and part.
         colour: what the beads' colours show.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         How many frames it has; its length is that over the frame rate.

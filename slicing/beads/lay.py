@@ -127,7 +127,7 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool, all
 
 
 def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 0.01) -> list[Bead]:
-    """A layer's beads as its pattern has them: contours, then infill; seams, order and leads not yet looked at.
+    """A layer's beads as its pattern has them: contours, then infill; seams, order and leads not yet examined.
 
     Args:
         layer: the layer.

@@ -8,8 +8,8 @@ trim:   a bead ends where its thickness reaches the limit, found on the exact cu
 merge:  where a bead is too thin it is left out, and the bead of the layer above it takes over its thickness: what the
         layer above has to fill there reaches down to the layer below the one left out. It does so only where a
         bead of the layer above lies over it (half a bead's width sideways at most) and the sum stays within
-        h_max; elsewhere the bead stays and is reported, as it is where it is too thick. Layers are gone through from
-        the body outward, so that thickness taken over counts when the next layer is looked at.
+        h_max; elsewhere the bead stays and is reported, as it is where it is too thick. Layers are processed from
+        the body outward, so that thickness taken over counts when the next layer is examined.
 
 Thin places are found on every bead, seen closely (`slicing.beads.fine_thickness`).
 """

@@ -21,7 +21,7 @@ Ranks = npt.NDArray[np.int32]  # small: they are gathered by every edge
 
 @dataclass(frozen=True, eq=False)
 class CrossingNet:
-    """The triangles that are looked at, numbered by themselves, and where they lie among the levels.
+    """The triangles that are examined, numbered by themselves, and where they lie among the levels.
 
     Attributes:
         cut_at: (l,) heights over base of the cuts as they are made, ascending.

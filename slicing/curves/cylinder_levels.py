@@ -49,7 +49,7 @@ class CylinderLevels:
         Args:
             mesh: the solid.
             net: its triangles among the levels.
-            levels: the first of those that are looked at, and the one after the last.
+            levels: the first of those that are examined, and the one after the last.
             crossings: edges (c,) and the levels (c,) at which they cross.
             pieces: between the crossings.
             tolerance_mm: greatest distance between the exact curve and the chord of two successive points.

@@ -58,7 +58,7 @@ def intersect(
             it.
         tolerance_mm: greatest distance between the exact curve and the chord of two successive points.
         nudge_mm: how far outside the surface the cut is really made.
-        faces: (k,) numbers of the triangles to look at; all whose extent reaches the surface when not given.
+        faces: (k,) numbers of the triangles to examine; all whose extent reaches the surface when not given.
 
     Returns:
         Closed curves, outer loops counter-clockwise seen from outside, holes clockwise; empty if there are

@@ -57,7 +57,7 @@ def level_curves(
         heights: (l,) offsets, mm, ascending; above minus the radius of a cylinder.
         tolerance_mm: greatest distance between the exact curve and the chord of two successive points.
         nudge_mm: how far outside a level the cut is really made.
-        faces: (k,) numbers of the triangles to look at, ascending; all when not given.
+        faces: (k,) numbers of the triangles to examine, ascending; all when not given.
         batch: crossings of triangles and levels that are solved in one go: bounds the memory.
 
     Returns:

@@ -23,7 +23,7 @@ from ..mesh.mesh_edges import neighbours
 from .bands import HALF_FACET_RAD
 from .turned_faces import COPLANAR_RAD, FEW_SIDES_RAD
 
-SAMPLES = 1500  # faces looked at
+SAMPLES = 1500  # faces examined
 FROM_CURVED, FROM_PATCHES = 0.45, 0.35  # shares drawn from the curved ones by area, and evenly over their patches
 PAIRS, TRIPLES = 160, 300
 EDGE_DIRECTIONS, FLAT_DIRECTIONS, DIRECTIONS = 12, 8, 18
@@ -35,7 +35,7 @@ ROWS = 201  # of slopes, as cosines from -1 to 1
 UPRIGHT = 100  # number of the slope 0
 FINE, COARSE = 1, 5  # rows on either side that are one slope
 STEEP = 0.9  # cosine: normals nearer to the axis are no body's sides
-CLUSTERED = 3000  # edges and flats looked at
+CLUSTERED = 3000  # edges and flats examined
 SLOPES_TRIED = 2  # of a direction
 LEVEL = 1e-6  # z of a direction that is level
 

@@ -4,7 +4,7 @@
     found.pairs, found.points, found.depth_mm
 
 Boxes of the faces, in the order of a space-filling curve, make a binary tree; it is walked against itself level by
-level, in batches. Pairs whose boxes overlap and that share no vertex (neighbours do not count) are held against each
+level, in batches. Pairs whose boxes overlap and that share no vertex (neighbours do not count) are compared with each
 other's planes, and what is left is tested exactly: two triangles cross where a side of one pierces the other. A side
 that passes through the border between two faces crosses only if it pierces both, so that solids which merely touch do
 not count. Both ends of a piercing side lie more than `reach_mm` off the plane: rounding is no crossing.
@@ -22,7 +22,7 @@ from ..arrays import Bools, Floats, Ints
 
 Numbers = npt.NDArray[Any]  # of boxes (int32), and their sides (float32)
 
-BATCH = 200_000  # pairs of boxes looked at together
+BATCH = 200_000  # pairs of boxes examined together
 GRID = 2**16  # steps of the space-filling curve along an axis
 
 

@@ -124,7 +124,7 @@ def mesh_from_arrays(
         noise_mm: rounding of the coordinates, mm; found from the numbers when not given.
         units: what a length of 1 was before it was mm; for the line about an unlikely size.
         outward: whether a solid that is inside out is turned round, and one without a volume refused. Not of
-            shells that are looked at by themselves, as `slicing.mesh.load` does: some 10 µs a face.
+            shells that are examined by themselves, as `slicing.mesh.load` does: some 10 µs a face.
 
     Returns:
         The mesh.
@@ -192,7 +192,7 @@ def require_few_faces(name: str, faces: int) -> None:
 
 
 def require_near(name: str, points: Floats) -> None:
-    """Refuse coordinates that no part has; what is not finite is looked at elsewhere."""
+    """Refuse coordinates that no part has; what is not finite is examined elsewhere."""
     farthest = float(np.abs(points[np.isfinite(points)]).max(initial=0.0))
     if farthest > FARTHEST_MM:
         raise PartError(f"{name}: coordinates up to {farthest:.3g} mm; at most {FARTHEST_MM:g} mm are taken")

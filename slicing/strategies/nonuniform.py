@@ -119,7 +119,7 @@ class _Cutter:
     tolerance_mm: float
 
     def curves(self, surface: Cylinder | Plane) -> list[Curve]:
-        """Where a surface meets the mesh; only triangles as far from the body as it lies there are looked at."""
+        """Where a surface meets the mesh; only triangles as far from the body as it lies there are examined."""
         low, high = (mm - self.body.radius for mm in surface.away_from(self.body.axis_point, *self._sector))
         faces = self.intervals.between(low, high)
         return without_slivers(intersect(self.mesh, surface, self.tolerance_mm, faces=faces))

@@ -36,7 +36,7 @@ from .cylindrical import cylindrical_layers, span
 from .nonuniform import nonuniform_layers
 from .planar import planar_layers
 
-THIN_SPACING_MM = 0.25  # at which beads are looked at for thin places
+THIN_SPACING_MM = 0.25  # at which beads are examined for thin places
 SQUARELY = 0.9  # cosine: caps of a root lie so near the body's surface; walls that lean out over it do not
 GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it, or as far as the surface that is there
 

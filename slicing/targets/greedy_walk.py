@@ -4,7 +4,7 @@
 
 Every stretch is walked by itself: from its beginning the segment reaches as far as doubling, then halving finds the
 line to stay within the tolerance of it, but no less than the least segment; the next one begins there. All stretches
-take each step together, and all that they ask for in a step is looked at in one go. Where rounding could decide, the
+take each step together, and all that they ask for in a step is examined in one go. Where rounding could decide, the
 exact distance (`slicing.targets.chord_error.error`) does, so that what else is walked along changes nothing.
 """
 
@@ -20,7 +20,7 @@ from .chord_error import error
 
 SLACK, ROUNDING = 1e-9, 1e-14  # of the squared tolerance, of the squared size: nearer than this `error` decides
 SAME_DISTANCE = 1e-9  # relative: distances that rounding may change
-LOOKS = 4  # points of a long segment that are looked at before all of them are
+LOOKS = 4  # points of a long segment that are examined before all of them are
 MANY_POINTS = 200_000
 
 
@@ -34,7 +34,7 @@ class PolylineStretches:
         end: (s,) its last point.
         tolerance_mm: (s,) how far its line may stray from a segment.
         size2: (s,) squared size of its line, mm².
-        at_once: points that are looked at in one go: bounds the memory.
+        at_once: points that are examined in one go: bounds the memory.
     """
 
     columns: Floats

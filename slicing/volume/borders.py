@@ -1,4 +1,4 @@
-"""The borders of layers held against the solid: how long they are, how many loops, and whether they enclose anything.
+"""The borders of layers compared with the solid: how long they are, how many loops, and whether they enclose anything.
 
     lines = hold_borders("SV1", mesh, layers, cut_mm)   # one typed line for each layer that does not fit
 

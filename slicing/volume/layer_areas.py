@@ -1,4 +1,4 @@
-"""The layers of a sub-volume held against its own volume, and every layer's area against the solid itself.
+"""The layers of a sub-volume compared with its own volume, and every layer's area against the solid itself.
 
     held = hold_volume(sliced)
     held.volume_mm3, held.laid_mm3      # of the sub-volume outside the body; area times thickness of its layers
@@ -21,8 +21,8 @@ volume a line says so, and why where that can be told.
 
 How the fluxes are summed: `slicing.volume.solid_flux`. A layer is reported only if its area fits no surface within
 REACH_MM of its
-own: grazing tops move far. Layers on shoulders and end faces of a revolved body are not looked at by themselves: the
-field runs along them. Borders, also those that enclose no area, are looked at by `slicing.volume.borders`.
+own: grazing tops move far. Layers on shoulders and end faces of a revolved body are not examined by themselves: the
+field runs along them. Borders, also those that enclose no area, are examined by `slicing.volume.borders`.
 """
 
 from __future__ import annotations

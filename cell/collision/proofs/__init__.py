@@ -1,4 +1,4 @@
-"""Clearances proved between the configurations that were looked at.
+"""Clearances proved between the configurations that were checked.
 
 Modules: ``reach_radii`` and ``motion_bounds`` (how far a step can carry any point of the arm), ``open_steps`` (steps
 not settled yet), ``between_samples`` (steps proved by what there is at their ends against travel), ``convex_shapes``,

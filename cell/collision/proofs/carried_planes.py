@@ -31,7 +31,7 @@ class PairsBelow:
         cluster: whose they are, (p,).
         geom: the shape of the arm, (p,).
         other: what stands still, (p,).
-        normal: from that towards the shape in the sample that was looked at, base frame, (p, 3).
+        normal: from that towards the shape in the sample that was checked, base frame, (p, 3).
     """
 
     cluster: Ints

@@ -28,7 +28,7 @@ def covered_pairs(
         links: the arm, with the covers.
         poses: at the samples.
         clusters: of steps.
-        near: pairs that were seen at the samples of the clusters that were looked at.
+        near: pairs that were seen at the samples of the clusters that were checked.
         need: how far apart they have to be told, (c,), m.
 
     Returns:

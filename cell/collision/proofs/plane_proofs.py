@@ -40,7 +40,7 @@ from .shared_planes import ONE_PLANE, SeparatingPlanes, SharedPlanes
 from .sheet_pieces import SheetPieces
 from .step_clusters import StepClusters, gather_steps
 
-SPACINGS = (0.2, 0.1, 0.05, 0.02, 0.0)  # m of travel between the samples that are looked at, one after the other
+SPACINGS = (0.2, 0.1, 0.05, 0.02, 0.0)  # m of travel between the samples that are checked, one after the other
 FEW_SHAPES = 100  # that stand still, beyond which looks as far out as the widest spacing asks for cost too much
 BEYOND_STILL, BEYOND_ITSELF = 0.16, 0.2  # m: how much further than what is wanted is looked out to at most
 COVERED = 2  # spacings at which what is laid is taken as a whole first, where it has many shapes
@@ -54,7 +54,7 @@ class ProvedSteps:
 
     Attributes:
         kept: no pair is nearer than this on each, (k,), m.
-        seen: nearest pairs at the samples that were looked at, (m,); nothing at all others.
+        seen: nearest pairs at the samples that were checked, (m,); nothing at all others.
     """
 
     kept: Floats
@@ -63,7 +63,7 @@ class ProvedSteps:
 
 @dataclass(frozen=True, eq=False)
 class _SeenClusters:
-    """What was seen at the samples of clusters that were looked at.
+    """What was seen at the samples of clusters that were checked.
 
     Attributes:
         near: pairs there.
@@ -95,7 +95,7 @@ class PlaneProofs:
 
         Args:
             checker: of all pairs, of an arm at a table that stands.
-            spacings: travel between samples that are looked at, one after the other, m; what suits the scene where left
+            spacings: travel between samples that are checked, one after the other, m; what suits the scene where left
                 out.
             beyond: how much further than what is wanted is looked out to at most, of what stands still and of the arm
                 itself, m.
@@ -158,7 +158,7 @@ class PlaneProofs:
             q: samples, (m, n), rad.
             pieces: of k.
             wanted: clearance that is wanted, m: where it is proved no more is asked for.
-            spacings: travel between samples that are looked at, one after the other, m.
+            spacings: travel between samples that are checked, one after the other, m.
 
         Returns:
             No pair is nearer than this on each, (k,), m.
@@ -221,7 +221,7 @@ class PlaneProofs:
     ) -> tuple[ProvedSteps, Floats]:
         """What is proved of steps as they are, and what was taken off for what is between their ends, (k,), m.
 
-        Where that is more than ``most_bend`` and is all that is missing, nothing more is looked at.
+        Where that is more than ``most_bend`` and is all that is missing, nothing more is checked.
         """
         kept, seen = np.full(len(step), np.inf), Clearances.none(len(q))
         turn, links = np.abs(q[step + 1] - q[step]), self._links
@@ -279,7 +279,7 @@ class PlaneProofs:
         asked: tuple[float, float, float, float],
         seen: NearPairs | None = None,
     ) -> _SeenClusters:
-        """Look at the samples of clusters, as far out as the arm's travel in each asks for.
+        """Check the samples of clusters, as far out as the arm's travel in each asks for.
 
         Args:
             group: pairs that count.
@@ -311,7 +311,7 @@ class PlaneProofs:
         Args:
             poses: at the samples.
             clusters: of steps.
-            look: what was seen at the samples that were looked at.
+            look: what was seen at the samples that were checked.
             wanted: what is wanted, m.
             bends: of the steps, where planes may be carried.
 

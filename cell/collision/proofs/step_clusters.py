@@ -1,7 +1,7 @@
 """Steps of a motion gathered into clusters that lie close together, each to be proved from one sample of it.
 
     clusters, of = gather_steps(places, step, laid, spacing)  # places (m, f) m: of some of the arm's shapes at samples
-    clusters.at                                                  # (c,) the sample of each cluster that is looked at
+    clusters.at                                                  # (c,) the sample of each cluster that is checked
     clusters.sample[of], clusters.sample[of + 1]                    # both ends of each step
 
 Lines beside one another, as those of a zigzag, share their clusters: what counts is where the arm is, not when. Metres.
@@ -25,7 +25,7 @@ class StepClusters:
     """Steps that lie close together.
 
     Attributes:
-        at: the sample of each that is looked at, (c,).
+        at: the sample of each that is checked, (c,).
         laid: deposits laid there, (c,).
         cluster: cluster of each sample of the steps, ascending, (t,).
         sample: likewise, (t,): the ends of a step follow one another.

@@ -1,4 +1,4 @@
-"""Beads and travels as a controller runs them, corners rounded, held against the cell.
+"""Beads and travels as a controller runs them, corners rounded, checked in the cell.
 
     failures = bead_corners(context, blend, stretches)          # by target: where a rounded corner comes too near
     failure = travel_corners(context, q, clearances, deposits_laid)     # None: the rounded travel is free
@@ -109,13 +109,13 @@ def travel_corners(
 def free_travels(
     checker: Checker, context: Context, ways: Sequence[tuple[Floats, Clearances, Floats, int]], least: float
 ) -> list[bool]:
-    """Whether travels are free when their corners are rounded: of many, which are looked at together.
+    """Whether travels are free when their corners are rounded: of many, which are checked together.
 
     Args:
         checker: collision detection, of the whole cell or of the wire.
         context: what the search uses.
         ways: rows, (m, j), rad, that are free themselves; their clearances at least; what is kept at least on the steps
-            between them, (m,), m, -inf where a step is not looked at; and deposits laid by then.
+            between them, (m,), m, -inf where a step is not checked; and deposits laid by then.
         least: clearance to be kept, m; 0: nothing is touched.
 
     Returns:

@@ -26,7 +26,7 @@ from ...scene.placement import PlacedTargets
 from ..context import Context
 from .edge_tracking import Track, track_edges
 
-STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: along a bead a joint that turns faster is dear, as it may be a flip
+STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: along a bead a joint that turns faster costs more, as it may be a flip
 UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
 
 
@@ -80,7 +80,7 @@ class SearchedBead:
 
     @classmethod
     def apart(cls, context: Context, targets: Ints) -> SearchedBead:
-        """Targets that are looked at one by one, with no way between them; they count from 0."""
+        """Targets that are checked one by one, with no way between them; they count from 0."""
         bead = cls.of(context, 0, 1)
         none = np.full(max(len(targets) - 1, 0), np.inf)
         placed, before = context.placed.rows(targets), context.deposits_before[targets]

@@ -3,7 +3,7 @@
     legs = retract_legs(context, [(stretch, -1), (other, 0)], distance)    # the end of one, the start of the other
     legs[0].q, legs[0].failure
 
-Straight lines of the TCP at the bead's own roll; what is in their way is not looked at. Metres, radians.
+Straight lines of the TCP at the bead's own roll; what is in their way is not checked. Metres, radians.
 """
 
 from __future__ import annotations

@@ -126,7 +126,7 @@ def connect(space: Space, trees: TreeRoots, free: Free, attempts: int, seed: int
         seed: of the random numbers.
 
     Returns:
-        What was found; the way's edges have all been looked at by ``free``.
+        What was found; the way's edges have all been checked by ``free``.
     """
     rng = np.random.default_rng(seed)
     a, b = _Tree(trees.starts), _Tree(trees.goals)

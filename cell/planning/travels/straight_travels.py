@@ -1,4 +1,4 @@
-"""Straight travels between many beads, looked at together: one look at all of them costs less than one at each.
+"""Straight travels between many beads, checked together: one look at all of them costs less than one at each.
 
     ways = straight_travels(context, [BeadGap(end, start, deposits_laid)])     # None: it takes ``travel``
 
@@ -28,7 +28,7 @@ from .legs import retract_legs
 from .rrt_connect import sampled
 from .travel import TravelPath
 
-ENDS = 3  # samples of either end of a travel that are looked at in any case
+ENDS = 3  # samples of either end of a travel that are checked in any case
 WIRE_ROOM = 1e-9  # m: a wire that comes nearer to something is left to ``travel``
 
 
@@ -49,7 +49,7 @@ class BeadGap:
 
 @dataclass(frozen=True, eq=False)
 class _Route:
-    """A straight way between two beads, not looked at yet.
+    """A straight way between two beads, not checked yet.
 
     Attributes:
         gap: its number.
@@ -110,7 +110,7 @@ def _kept(
 ) -> list[TravelPath | None]:
     """Ways (samples and deposits laid) with room at every sample that keep a clearance between them.
 
-    Those that keep the room between their samples as well are mostly proved to by few looks; all others are looked at
+    Those that keep the room between their samples as well are mostly proved to by few looks; all others are checked
     sample by sample.
     """
     if not ways:
@@ -148,7 +148,7 @@ def _near_ends(of: Ints) -> Ints:
 def _looked_at(
     checker: Checker, context: Context, ways: Sequence[tuple[Floats, int]], room: float, least: float
 ) -> list[TravelPath | None]:
-    """The same, all of whose samples are looked at."""
+    """The same, all of whose samples are checked."""
     if not ways:
         return []
     of = np.repeat(np.arange(len(ways)), [len(q) for q, _ in ways])

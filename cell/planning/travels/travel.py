@@ -60,7 +60,7 @@ class TravelPath(NamedTuple):
 
     @classmethod
     def of(cls, checker: Checker, radius: Floats, q: Floats, seen: Clearances) -> TravelPath:
-        """One all of whose samples were looked at by a checker."""
+        """One all of whose samples were checked by a checker."""
         low = np.minimum(seen.distance, checker.reach)
         return cls(q, seen, low, kept_on_steps(low, q, radius))
 
@@ -134,7 +134,7 @@ class _TravelSearch:
         self.wire = context.wire
 
     def search(self) -> TravelPath | Failure:
-        """The first way that is free with room, of ever dearer ones; without room, the one that has most of it."""
+        """The first way that is free with room, of ever costlier ones; without room, the one that has most of it."""
         clearest: TravelPath | None = None
         leaves: list[Leg] = []
         arrives: list[Leg] = []

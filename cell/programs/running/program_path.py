@@ -252,7 +252,7 @@ class _CartesianMoves:
     def refined(self, at: Ints, share: Floats) -> tuple[Ints, Floats, Floats]:
         """Samples between which a straight line of the axes is the programmed way, within ``OFF`` and ``TURNED``."""
         axes = self.solved(at, share)
-        open_ = np.ones(len(at), dtype=bool)  # whether the step that ends here is still to be looked at
+        open_ = np.ones(len(at), dtype=bool)  # whether the step that ends here is still to be checked
         for _ in range(HALVINGS):
             before = np.concatenate([np.append(self.q, self.ext_start[0])[None], axes[:-1]])
             since = np.where(np.diff(at, prepend=-1) == 0, np.concatenate([[0.0], share[:-1]]), 0.0)
@@ -261,7 +261,7 @@ class _CartesianMoves:
             open_[:] = False
             if not len(bad):
                 break
-            # a sample in the middle of each: both halves are looked at again
+            # a sample in the middle of each: both halves are checked again
             open_[bad] = True
             at, share = np.insert(at, bad, at[bad]), np.insert(share, bad, (since[bad] + share[bad]) / 2)
             open_ = np.insert(open_, bad, True)

@@ -8,7 +8,7 @@ Assumed of the controller, beside what ``interpolation`` says: a PTP moves all a
 on a line E1 and E2 run in proportion to the way; $VEL.CP is the TCP's speed in the base, which a coupled table carries
 along; every axis keeps its own speed and acceleration, which slow the whole move down; C_DIS rounds a corner within its
 distance, at most from half of the longer move at it; without it the arm stops in the point, as it does where the arc
-goes on or off, where it waits, and between a PTP and a line (the corner that is left there is looked at too). C_VEL
+goes on or off, where it waits, and between a PTP and a line (the corner that is left there is checked too). C_VEL
 rounds within the way on which a controller of ``BRAKES`` slows to its share, C_PTP within its share of half the longer
 way. Metres, radians, seconds.
 """
@@ -272,7 +272,7 @@ class _Clock:
     def _mixed_corners(self, axes: Floats, move: Ints) -> list[BlendedRows]:
         """Rounded corners between moves that are timed apart: a PTP and a line, or another tool or base.
 
-        The arm is taken to stop there; where it does not, it leaves the corner, and that way is looked at as well.
+        The arm is taken to stop there; where it does not, it leaves the corner, and that way is checked as well.
         """
         m = self.moves
         other = (m.kind[1:] == MoveKind.AXES) != (m.kind[:-1] == MoveKind.AXES)
