@@ -60,7 +60,7 @@ def test_an_error_counts_only_where_its_trial_is_asked_for(tmp_path: Path, monke
         return trial.pose
 
     class Two:
-        jobs = 2
+        processes = 2
 
         def run(self, function, shared, items, tick):
             return [function(shared, item, tick) for item in items]
