@@ -1,7 +1,7 @@
-"""A part that cannot be built: what is still looked at once that is known, and how much of it.
+"""A part that cannot be built: what is still checked once that is known, and how much of it.
 
     judge = InfeasiblePartJudge(context, first)
-    bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not looked at
+    bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not checked
     judge.left(target)                                         # configurations that may still be asked by then
 
 Work is counted in configurations that collision detection is asked about, and in the contacts found there, so that a
@@ -30,11 +30,12 @@ from ik.chain import Floats
 from ik.reachability_proof import certify
 
 from ..arrays import Ints
-from .bead_search import BeadPlan, BeadSearch, TargetFailure
+from .bead_outcome import BeadPlan, TargetFailure
+from .bead_search import BeadSearch
 from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhere
-from .configurations import evaluate
+from .configurations import nodes_at_rolls
 from .context import FINER_ROLLS, Context
-from .edge_check import SearchedBead
+from .edges.edge_check import SearchedBead
 from .station_search import HIT, Ends, StationSearch
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
@@ -107,12 +108,12 @@ class InfeasiblePartJudge:
         return full_work(self.context, stop - first) <= self.left(stop)
 
     def charge(self, before: float) -> None:
-        """Count what has been asked since the context's counter stood at ``before``, in vain."""
+        """Count what has been asked since the context's counter stood at ``before`` without a result."""
         self.spent += self.context.work - before
         self.lost = True
 
     def knows(self, bead: BeadPlan, spent: float) -> None:
-        """Go on after a bead that was planned elsewhere, with what was asked about it in vain."""
+        """Go on after a bead that was planned elsewhere, with what was asked about it without a result."""
         if not bead.whole:
             self.spent += spent
             self.lost = True
@@ -163,7 +164,7 @@ class InfeasiblePartJudge:
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None,
     ) -> BeadPlan | None:
-        """A bead that is dear to search in vain."""
+        """A bead that is expensive to search in full."""
         before = self.context.work
         suspects = [] if self._suspect is None else [self._nearest(first, stop)]
         spent = self._first_pass and self.left(stop) < 0
@@ -198,7 +199,7 @@ class InfeasiblePartJudge:
     def _judged(
         self, order: Iterable[int], first: int, stop: int, before: float, known: dict[int, TargetFailure] | None = None
     ) -> dict[int, TargetFailure]:
-        """Targets that are lost, of those that the budget allows to look at one after the other."""
+        """Targets that are lost, of those that the budget allows to check one after the other."""
         out: dict[int, TargetFailure] = {}
         some = [i for i in dict.fromkeys(order) if i not in (known or {})]
         while some and (left := self.left(stop) - (self.context.work - before)) > 0:
@@ -221,13 +222,13 @@ class InfeasiblePartJudge:
 
 
 def full_work(context: Context, targets: int) -> int:
-    """Configurations of some targets at all rolls that a search in full may look at."""
+    """Configurations of some targets at all rolls that a search in full may check."""
     rolls = context.window.samples(context.settings.roll_step / FINER_ROLLS)
     return targets * len(rolls) * BRANCHES
 
 
 def lost_bead(first: int, stop: int, target_failures: dict[int, TargetFailure]) -> BeadPlan:
-    """A bead of which some targets are lost and nothing else was looked at."""
+    """A bead of which some targets are lost and nothing else was checked."""
     rest = frozenset(range(first, stop)) - target_failures.keys()
     return BeadPlan(first, stop, (), {}, dict(sorted(target_failures.items())), rest)
 
@@ -242,7 +243,9 @@ def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFai
     out: dict[int, TargetFailure] = {}
     for k in range(0, len(bad), BLOCK):
         some = bad[k : k + BLOCK]
-        nodes = evaluate(solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits)
+        nodes = nodes_at_rolls(
+            solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
+        )
         for n, i in enumerate(some.tolist()):
             failure, attempt = nodes.why_not(n)
             out[i] = TargetFailure(replace(failure, proved=True), attempt)
@@ -250,7 +253,7 @@ def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFai
 
 
 def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFailure]:
-    """Targets that have no configuration at any roll, each looked at by itself.
+    """Targets that have no configuration at any roll, each checked by itself.
 
     Args:
         context: the arm and the cell.
@@ -258,7 +261,7 @@ def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFail
 
     Returns:
         What is wrong with those that have none, as a search of their bead says it; rolls between the samples are
-        looked at as well.
+        checked as well.
     """
     some: Ints = np.array(targets, dtype=np.int64)
     if context.window.is_fixed:
@@ -283,7 +286,7 @@ def _without_nodes(context: Context, some: Ints) -> dict[int, TargetFailure]:
     """Targets without a node that is free, with why."""
     if not len(some):
         return {}
-    nodes = evaluate(
+    nodes = nodes_at_rolls(
         context.solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
     )
     found = BeadSearch(SearchedBead.apart(context, some), nodes).lost_alone()
@@ -291,7 +294,7 @@ def _without_nodes(context: Context, some: Ints) -> dict[int, TargetFailure]:
 
 
 def _most_hit(search: StationSearch) -> Ints:
-    """Stations of a search in vain, as targets of the bead, those first at which most was found to collide."""
+    """Stations of a search without a result, as targets of the bead, those first at which most was found to collide."""
     hits = (search.known == HIT).sum(axis=(1, 2))
     return search.at[np.argsort(-hits, kind="stable")]
 

@@ -1,6 +1,6 @@
 """The way of the arm through every bead and from bead to bead.
 
-    plan = plan_part(context, path)             # path (n,): bead of each target
+    plan = plan_part(context, bead_of_target)    # (n,), ascending
     plan.beads[0].stretches               # what can be run through; edge_failures and target_failures say what cannot
     plan.travels, plan.travel_failures    # between the beads, and the failures of those that are not found
 
@@ -18,15 +18,15 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..failure import Failure, Place, Where
-from ..progress import Progress, counted
+from ..failure import Failure, FailurePlace, Where
+from ..progress import Progress, counted_progress
+from .bead_outcome import BeadPlan
 from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
-from .bead_search import BeadPlan
 from .beads_ahead import BeadsAhead
 from .context import Context
-from .edge_check import Stretch
+from .edges.edge_check import Stretch
 from .infeasible_part import InfeasiblePartJudge, Judged, lost_bead
-from .travels.travel import TravelWay, travel
+from .travels.travel import TravelPath, travel
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class PartPlan:
     """
 
     beads: tuple[BeadPlan, ...]
-    travels: tuple[TravelWay, ...]
+    travels: tuple[TravelPath, ...]
     travel_failures: dict[int, Failure]
 
     @property
@@ -49,19 +49,19 @@ class PartPlan:
         return [stretch for bead in self.beads for stretch in bead.stretches]
 
 
-def plan_part(context: Context, path: Ints, progress: Progress | None = None) -> PartPlan:
+def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None = None) -> PartPlan:
     """Plan bead after bead and the travels between them.
 
     Args:
         context: what the search needs.
-        path: bead of each target of the part, (n,), ascending; those of the context's span are planned.
-        progress: told how far it is.
+        bead_of_target: of the whole part, (n,), ascending; those of the context's span are planned.
+        progress: called with how far it is.
 
     Returns:
         The plan.
     """
     span = context.span
-    firsts = [i for i in np.flatnonzero(np.diff(path, prepend=-1)).tolist() if span.first <= i < span.stop]
+    firsts = [i for i in np.flatnonzero(np.diff(bead_of_target, prepend=-1)).tolist() if span.first <= i < span.stop]
 
     def planned(runs: Sequence[BeadRun], count: Callable[[], None]) -> list[PlannedRun]:
         return [plan_run(context, run, count) for run in runs]
@@ -167,14 +167,14 @@ def plan_runs(
     Returns:
         The plan of each run. Where the part is lost, beads that were put off are left open.
     """
-    with counted(progress, "beads", sum(run.beads_left for run in runs)) as count:
+    with counted_progress(progress, "beads", sum(run.beads_left for run in runs)) as count:
         found = planned(runs, count)
     doubtful = _doubtful(found)
     if not doubtful or any(run.lost for run in found):
         return [run.plan for run in found]
     searches = 1
     goes_on = [replace(runs[k], begun=found[k].put_off) for k in doubtful]
-    with counted(progress, "beads from doubtful ones on", sum(run.beads_left for run in goes_on)) as count:
+    with counted_progress(progress, "beads from doubtful ones on", sum(run.beads_left for run in goes_on)) as count:
         while doubtful := _doubtful(found):
             lost = any(run.lost for run in found)
             some = [replace(runs[k], begun=found[k].put_off, full_searches=searches, lost=lost) for k in doubtful]
@@ -215,7 +215,7 @@ class _RunSearch:
         self.reduced = reduced_budget(context)
         self.judge = InfeasiblePartJudge(context, run.firsts[0], run.share, run.full_searches)
         self.beads: list[BeadPlan] = []
-        self.travels: list[TravelWay] = []
+        self.travels: list[TravelPath] = []
         self.travel_failures: dict[int, Failure] = {}
         self.put_off: PutOff | None = None
         if run.begun is not None:
@@ -269,7 +269,7 @@ class _RunSearch:
         whole = not reduced and not self.travel_failures and all(bead.whole for bead in self.beads)
         known = not self.beads[-1].open and self.judge.left(bead.stop) > 0
         straight = self.ahead.travel(last, bead)
-        way: TravelWay | Failure
+        way: TravelPath | Failure
         if straight is not None:
             way = straight
         elif whole or known:
@@ -308,4 +308,4 @@ def known_bead(context: Context, first: int, stop: int, q_before: Floats | None,
 
 def travel_failure(travel: Failure, last: Stretch, first: int) -> Failure:
     """Why no travel leads from what was welded last to a bead that begins at a target."""
-    return travel.at(Place(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
+    return travel.at(FailurePlace(Where.TRAVEL, from_target=last.stop - 1, to_target=first))

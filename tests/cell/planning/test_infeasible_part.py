@@ -20,7 +20,7 @@ from cell.part_chunks.chunking import Chunking
 from cell.planning import infeasible_part, part_plan
 from cell.planning.collision_free_rolls import _looked_at, collision_free_rolls, free_nowhere
 from cell.planning.context import Context
-from cell.planning.edge_check import SearchedBead
+from cell.planning.edges.edge_check import SearchedBead
 from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone, unreachable
 from cell.planning.station_search import HIT, Ends, StationSearch
 from cell.scene.scene import table_angles
@@ -280,10 +280,10 @@ def test_of_targets_that_are_free_a_few_rolls_are_looked_at(job_with):
 @pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
 def test_rolls_that_a_quick_search_takes_for_lost_collide(job_with, fixture):
     context = context_of(job_with(fixture))
-    firsts = np.flatnonzero(np.diff(job_with(fixture).targets.path, prepend=-1))
+    firsts = np.flatnonzero(np.diff(job_with(fixture).targets.bead, prepend=-1))
     search = StationSearch(SearchedBead.of(context, int(firsts[-1]), len(context.laid)), np.deg2rad(10), Ends())
     before = context.asked
-    assert search.way() is None
+    assert search.cheapest_path() is None
     looks = context.asked - before
     s, g, r = np.nonzero((search.known == HIT) & np.isfinite(search.cost))
     assert len(s) > 2 * looks > 0  # most were not looked at

@@ -13,7 +13,7 @@ from cell.job.job import Job
 from cell.part_chunks.chunked_plan import Shared, plan_in_chunks
 from cell.part_chunks.chunking import Chunking
 from cell.planning import infeasible_part, part_plan
-from cell.planning.bead_search import BeadPlan
+from cell.planning.bead_outcome import BeadPlan
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.infeasible_part import Judged
 from cell.planning.part_plan import BeadRun, PartPlan, PlannedRun, PutOff, plan_part, plan_runs
@@ -31,7 +31,7 @@ def job() -> Job:
 def planned(job: Job, chunking: Chunking | None) -> PartPlan:
     context = context_of(job)
     if chunking is None:
-        return plan_part(context, job.targets.path)
+        return plan_part(context, job.targets.bead)
     return plan_in_chunks(Shared.of(job, context), chunking.chunks(job.targets, context.span))
 
 
