@@ -63,7 +63,6 @@ def doubtful(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
         monkeypatch.setattr(StationSearch, "suits", lambda *_: False)
         if no_budget:
             monkeypatch.setattr(infeasible_part, "FLOOR", 0)
-            monkeypatch.setattr(infeasible_part, "PER_TARGET", 0)
         searched: list[int] = []
         really = part_plan.plan_bead
 
