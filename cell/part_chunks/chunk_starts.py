@@ -15,9 +15,9 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..planning.configurations import evaluate
+from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
-from ..planning.edge_check import UNKNOWN_SPEED
+from ..planning.edges.edge_check import UNKNOWN_SPEED
 from ..planning.part_plan import KnownBead, known_bead
 from .chunking import Chunk
 
@@ -41,7 +41,7 @@ def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead, li
     q = stretches[-1].q_targets[-1] if stretches else start
     found: list[Floats | None] = [start]
     before = [chunk.firsts[0] - 1 for chunk in chunks[1:]]
-    nodes = evaluate(
+    nodes = nodes_at_rolls(
         context.solver, context.placed.rows(before), context.window, context.settings.roll_step, context.limits
     )
     for i, of_target, cost in zip(before, nodes.q, nodes.cost, strict=True):

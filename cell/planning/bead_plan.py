@@ -20,13 +20,14 @@ from ik.chain import Floats
 from ik.roll import wrap
 
 from ..failure import Failure
-from .bead_search import MOST_SEARCHES, BeadPlan, BeadSearch
+from .bead_outcome import BeadPlan
+from .bead_search import MOST_SEARCHES, BeadSearch
 from .collision_free_rolls import Stretches, collision_free_rolls, stabbing
-from .configurations import evaluate
+from .configurations import nodes_at_rolls
 from .context import FINER_ROLLS, Context
-from .edge_check import SearchedBead, Stretch
+from .edges.edge_check import SearchedBead, Stretch
 from .station_search import ELSEWHERE, Ends, StationSearch
-from .travels.travel import TravelWay, can_leave, travel, turned
+from .travels.travel import TravelPath, can_leave, travel, turned_to_travel_end
 
 FINEST_ROUNDS = 60  # searches of such a bead until it is given up
 BEGINNINGS = 4  # of a bead that no travel leads to
@@ -54,7 +55,7 @@ def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = (
     return bead, False
 
 
-def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, TravelWay | Failure]:
+def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, TravelPath | Failure]:
     """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it."""
     deposits_laid = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
     avoid: list[Floats] = []
@@ -64,7 +65,7 @@ def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan
         start = tried.stretches[0]
         way = travel(context, last, start, deposits_laid)
         if not isinstance(way, Failure):
-            return replace(tried, stretches=(turned(start, way),)), way
+            return replace(tried, stretches=(turned_to_travel_end(start, way),)), way
         failed = failed or way
         avoid.append(start.q_targets[0])
         if len(avoid) == BEGINNINGS or _cannot_leave(way):
@@ -111,14 +112,14 @@ def plan_bead(
     free = _free_between(context, plan, step / FINER_ROLLS)
     lost = {i for i in plan.target_failures if not free.get(i)}
     left = np.inf if most is None or not lost else most - (context.work - begun)
-    finer = _search(bead, ends, step / FINER_ROLLS, _Rolls(_all(free), most=left))
+    finer = _search(bead, ends, step / FINER_ROLLS, _FastRollSearch(_all(free), most=left))
     if finer.open:
         return plan.only(lost)
     plan = _better(plan, finer)
     if plan.whole or not all(i in free and free[i] for i in plan.target_failures):
         return plan
     free |= _free_between(context, plan, step / FINER_ROLLS, free)
-    rolls = _Rolls(_all(free), FINEST_ROUNDS)
+    rolls = _FastRollSearch(_all(free), FINEST_ROUNDS)
     return _better(plan, _search(bead, ends, step / FINER_ROLLS**2, rolls))
 
 
@@ -142,7 +143,7 @@ def _all(found: Mapping[int, Stretches]) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rolls:
+class _FastRollSearch:
     """How a bead is searched whose roll turns as fast as the joints can.
 
     Attributes:
@@ -156,7 +157,7 @@ class _Rolls:
     most: float = np.inf
 
 
-def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | None = None) -> BeadPlan:
+def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _FastRollSearch | None = None) -> BeadPlan:
     """Search a bead: quickly, and in full where that finds none."""
     if StationSearch.suits(bead):
         stretch = StationSearch(bead, roll_step, ends).run()
@@ -165,10 +166,10 @@ def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | Non
     return _in_full(bead, ends, roll_step, free)
 
 
-def _in_full(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | None = None) -> BeadPlan:
+def _in_full(bead: SearchedBead, ends: Ends, roll_step: float, free: _FastRollSearch | None = None) -> BeadPlan:
     """Search a bead at all rolls of every target."""
     context, also = bead.context, None if free is None else free.also
-    nodes = evaluate(context.solver, bead.placed, context.window, roll_step, context.limits, also)
+    nodes = nodes_at_rolls(context.solver, bead.placed, context.window, roll_step, context.limits, also)
     for at, q in [*((0, q) for q in ends.begin_off), *((-1, q) for q in ends.end_off)]:
         # whole turns are the travel's own to try
         off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)

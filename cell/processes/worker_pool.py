@@ -1,6 +1,6 @@
 """Work shared out among processes, with results that do not depend on how many there are.
 
-    with working(jobs=2):                                     # this process and one worker beside it
+    with working(processes=2):                                # this process and one worker beside it
         found = pool().run(function, shared, items, tick)     # [function(shared, item, tick) for item in items]
 
 A function that is run computes its result from what is shared and from its item alone, and changes no item, so that who
@@ -36,13 +36,13 @@ R = TypeVar("R")
 class WorkerPool:
     """This process and workers beside it, which are started when there is something to share out."""
 
-    def __init__(self, jobs: int) -> None:
+    def __init__(self, processes: int) -> None:
         """Start nothing yet.
 
         Args:
-            jobs: processes to share work out among, this one among them; with 1 it is all done in this one.
+            processes: to share work out among, this one among them; with 1 it is all done in this one.
         """
-        self.jobs = jobs
+        self.processes = processes
         # s of processor time: of each round what the worker that had most to do had more to do than this process in it,
         # together, but for what of its start this process had something else to do meanwhile
         self.busiest = 0.0
@@ -81,7 +81,7 @@ class WorkerPool:
             WorkerKilledError: a worker was killed; none is left then.
         """
         tick, meanwhile = tick or _nothing, meanwhile or _nothing
-        count = min(self.jobs, len(items))
+        count = min(self.processes, len(items))
         if count <= 1:
             meanwhile()
             return [function(shared, item, tick) for item in items]
@@ -121,7 +121,7 @@ class WorkerPool:
             count: how many items there will be for them.
             module: what they import.
         """
-        before, count = len(self._workers), min(self.jobs, count)
+        before, count = len(self._workers), min(self.processes, count)
         if count > 1 and not may_fork():
             self._start(count - 1)
             for worker in self._workers[before:]:
@@ -135,7 +135,7 @@ class WorkerPool:
             count: how many items it will be given.
             copies: whether copies of this process begin as well: what is worked out before, they need not.
         """
-        count = min(self.jobs, count)
+        count = min(self.processes, count)
         if count > 1 and (copies or not may_fork()):
             if self._number == 0 or shared is not self._shared:
                 self._shared, self._packed = shared, None
@@ -236,19 +236,19 @@ def pool(*, large: bool = True) -> WorkerPool:
 
 
 @contextmanager
-def working(jobs: int) -> Iterator[WorkerPool]:
+def working(processes: int) -> Iterator[WorkerPool]:
     """Share work out among processes, which end with the block and with their parent.
 
     Args:
-        jobs: how many; with 1 whoever is at work already goes on.
+        processes: how many; with 1 whoever is at work already goes on.
 
     Yields:
         The workers.
     """
-    if jobs <= 1:
+    if processes <= 1:
         yield pool()
         return
-    mine = WorkerPool(jobs)
+    mine = WorkerPool(processes)
     token = _pool.set(mine)
     try:
         yield mine

@@ -15,14 +15,14 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ...failure import Failure, Place, Where
+from ...failure import Failure, FailurePlace, Where
+from ..bead_outcome import BeadPlan
 from ..bead_plan import BEGINNINGS, REDUCED, searched_again
-from ..bead_search import BeadPlan
 from ..context import Context
-from ..edge_check import Stretch
+from ..edges.edge_check import Stretch
 from ..part_plan import PartPlan
 from ..station_search import Ends
-from .travel import TravelWay, travel, turned
+from .travel import TravelPath, travel, turned_to_travel_end
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +34,8 @@ class HomeTravels:
         back: from the last; None where there is none, or where the arm goes to is not known.
     """
 
-    out: TravelWay | None
-    back: TravelWay | None
+    out: TravelPath | None
+    back: TravelPath | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +68,8 @@ class FoundWays:
     first: BeadPlan
     last: BeadPlan
     at_home: tuple[Failure | None, Failure | None]
-    out: TravelWay | Failure | None
-    back: TravelWay | Failure | None
+    out: TravelPath | Failure | None
+    back: TravelPath | Failure | None
 
 
 def found_ways(context: Context, first: BeadPlan, last: BeadPlan) -> FoundWays:
@@ -83,8 +83,8 @@ def found_ways(context: Context, first: BeadPlan, last: BeadPlan) -> FoundWays:
     start, end = context.span.start, context.span.end
     laid = int(context.laid[last.stop - 1])
     at_home = _home_itself(context, start, context.begun, first.first), _home_itself(context, end, laid, last.stop - 1)
-    out: TravelWay | Failure | None = at_home[0]
-    back: TravelWay | Failure | None = at_home[1]
+    out: TravelPath | Failure | None = at_home[0]
+    back: TravelPath | Failure | None = at_home[1]
     if out is None and first.whole and start is not None:
         out = _way(context, None, first.stretches[0])
     if back is None and last.whole and end is not None:
@@ -100,10 +100,10 @@ def _home_itself(context: Context, home: Floats | None, deposits_laid: int, targ
     found = context.checker.clearances(axes, np.array([deposits_laid]))
     if found.distance[0] >= context.settings.clearance:
         return None
-    return context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
+    return context.describe(found, 0, FailurePlace(Where.TRAVEL, at_home=True))
 
 
-def _way(context: Context, end: Stretch | None, start: Stretch | None) -> TravelWay | Failure:
+def _way(context: Context, end: Stretch | None, start: Stretch | None) -> TravelPath | Failure:
     deposits_laid = context.begun if end is None else int(context.laid[end.stop - 1])
     return travel(context, end, start, deposits_laid)
 
@@ -165,7 +165,7 @@ class _Home:
         if target not in (*bead.target_failures, *bead.edge_failures, *self.travel_failures):
             self.travel_failures[target] = failure
 
-    def _otherwise(self, k: int) -> tuple[TravelWay | None, TravelWay | None] | None:
+    def _otherwise(self, k: int) -> tuple[TravelPath | None, TravelPath | None] | None:
         """Ways to and from the first or last bead, begun or ended elsewhere; None where that does not help."""
         bead = self.beads[k]
         begin_off: list[Floats] = []
@@ -185,7 +185,7 @@ class _Home:
                 return found
         return None
 
-    def _joined(self, k: int, bead: BeadPlan) -> tuple[TravelWay | None, TravelWay | None] | None:
+    def _joined(self, k: int, bead: BeadPlan) -> tuple[TravelPath | None, TravelPath | None] | None:
         """The ways to and from a bead if they are free, None where none is needed; the bead and they take their places.
 
         None alone: they are not free.
@@ -194,13 +194,13 @@ class _Home:
         before = self.beads[k - 1].stretches[0] if k else None
         after = self.beads[k + 1].stretches[0] if k + 1 < len(self.beads) else None
         span = self.context.span
-        into: TravelWay | None = None
-        on: TravelWay | None = None
+        into: TravelPath | None = None
+        on: TravelPath | None = None
         if before is not None or span.start is not None:
             found = _way(self.context, before, start)
             if isinstance(found, Failure):
                 return None
-            into, start = found, turned(start, found)
+            into, start = found, turned_to_travel_end(start, found)
         if after is not None or span.end is not None:
             found = _way(self.context, start, after)
             if isinstance(found, Failure) or (after is not None and (found[0][-1] != after.axes[0]).any()):

@@ -12,8 +12,8 @@ from support.jobs.cases import little_case
 from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.collision.model_copies import AWAY, MOST_SPARE, borrowed
-from cell.collision.pair_groups import PairGroup, pair_groups
-from cell.collision.table import TableChecker
+from cell.collision.pair_groups import PairGroupChecker, pair_groups
+from cell.collision.table_clearances import TableChecker
 from cell.collision.wire import wire_checker
 from cell.job.job import prepare
 
@@ -69,7 +69,7 @@ def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_pat
     assert (fresh.distance < 0).any()
     assert fresh.distance[0] > 0
     del both
-    groups = [PairGroup(made(), itself=itself) for itself in (False, True)]
+    groups = [PairGroupChecker(made(), itself=itself) for itself in (False, True)]
     wires = [wire_checker(made()) for _ in range(2)]
     tables = [TableChecker(scene, 0.05) for _ in range(2)]
     for group in groups:

@@ -150,9 +150,9 @@ def test_alone_work_is_done_here() -> None:
     found = WorkerPool(1).run(powered, 1.1, [0, 1, 2], lambda: steps.append(None))
     assert {pid for pid, _ in found} == {os.getpid()}
     assert len(steps) == 3
-    assert pool().jobs == 1
+    assert pool().processes == 1
     with working(1) as mine:
-        assert mine.jobs == 1
+        assert mine.processes == 1
         assert not mine.workers()
 
 
@@ -264,7 +264,7 @@ def told_of(shared: int, item: float, _: Tick) -> tuple[bool, int, bool, bool]:
     time.sleep(item)
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     default = all(signal.getsignal(k) == signal.SIG_DFL for k in ENDING)
-    return os.getpid() == shared, pool().jobs, blocked.isdisjoint(ENDING), default
+    return os.getpid() == shared, pool().processes, blocked.isdisjoint(ENDING), default
 
 
 class Nobody:
