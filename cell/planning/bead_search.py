@@ -172,7 +172,7 @@ class BeadSearch:
         return bool(np.isfinite(self.cost).any(axis=(1, 2, 3)).all())
 
     def _check(self, index: Ints) -> np.ndarray:
-        """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
+        """Check nodes (m, 4); marks them free or forbidden and says which collide."""
         # configurations that differ by whole turns of a joint are checked once; a branch may have several others
         angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME_ANGLE / 3) / SAME_ANGLE).astype(np.int64)
         first, same = distinct(*index[:, :3].T, *angle.T)
