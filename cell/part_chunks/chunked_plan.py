@@ -19,11 +19,11 @@ from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import reduced_budget
 from ..planning.context import Context
 from ..planning.edges.edge_check import Stretch
-from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, travel_failure
+from ..planning.part_plan import BeadRun, PartPlan, PlannedRun, plan_part, plan_run, plan_runs, travel_failure
 from ..planning.travels.travel import TravelPath
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
-from ..progress import Progress, counted_progress
+from ..progress import Progress
 from .chunk_starts import beginnings
 from .chunking import Chunk, pool_for_chunks
 from .joins import JoinedBead, joint_of, same_end, turned_to_chunk_before
@@ -65,14 +65,18 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     workers.get_ready(shared, len(chunks), copies=False)
     known, q_before = beginnings(context, chunks)
     workers.get_ready(shared, len(chunks))  # before a bar is shown, which has a thread of its own
-    with counted_progress(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
-        share = 1 / len(chunks)
-        runs = [
-            BeadRun(chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share)
-            for chunk, q in zip(chunks, q_before, strict=True)
-        ]
-        plans = workers.run(_planned, shared, runs, count, [len(chunk) for chunk in chunks])
-    return join_chunks(shared, plans, workers)
+    share = 1 / len(chunks)
+    runs = [
+        BeadRun(
+            chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share, lost=not known.bead.whole
+        )
+        for chunk, q in zip(chunks, q_before, strict=True)
+    ]
+
+    def planned(some: Sequence[BeadRun], count: Tick) -> list[PlannedRun]:
+        return workers.run(_planned, shared, some, count, [run.targets_left for run in some])
+
+    return join_chunks(shared, plan_runs(runs, planned, progress), workers)
 
 
 def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool | None = None) -> PartPlan:
@@ -89,8 +93,8 @@ def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool |
     return _Joining(shared, plans, workers or WorkerPool(1)).plan()
 
 
-def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PartPlan:
-    return plan_beads(shared.context, run, tick)
+def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PlannedRun:
+    return plan_run(shared.context, run, tick)
 
 
 def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBead:

@@ -5,11 +5,16 @@
     judge.left(target)                                         # configurations that may still be asked by then
 
 Work is counted in configurations that collision detection is asked about, and in the contacts found there, so that a
-verdict does not hang on the machine. Beads that come out whole cost what they cost in a part that can be built. All
-else has a budget: FLOOR (LARGE_FLOOR for parts of more than SMALL targets), and PER_TARGET for each target of the part,
-spent evenly along it. What the budget allows is judged as if there were none.
-Beyond it a bead is lost as soon as one of its targets is proved out of reach, or is free at no roll; a few others are
-judged with it, and the rest is left open: neither feasible nor infeasible.
+verdict does not depend on the machine. It has a budget: FLOOR (LARGE_FLOOR for parts of more than SMALL targets), and
+PER_TARGET for each target of the part, spent evenly along it. What is asked about beads that do not come out whole is
+charged to it, and of those that do what exceeds EASY for each of their targets. What the budget allows is judged as if
+there were none.
+
+Beyond the budget, a bead of a part that is not known to be lost is put off: ``plan`` gives None, and
+``cell.planning.part_plan`` comes back to it if nothing else is lost. So is a bead that the quick search does not find
+and whose full search the budget does not allow. In a part that is lost, such a bead is lost as soon as one of its
+targets is proved out of reach, or is free at no roll; a few others are judged with it, and the rest is left open:
+neither feasible nor infeasible.
 
 Metres and radians.
 """
@@ -17,7 +22,7 @@ Metres and radians.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +41,7 @@ from .station_search import HIT, Ends, StationSearch
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
 LARGE_FLOOR = 500  # of all others
 PER_TARGET = 1  # and for each of its targets
+EASY = 5  # configurations that a target of a bead that comes out whole may take; what it takes beyond is charged
 BRANCHES = 8  # configurations of a target at a roll
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
 TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
@@ -43,25 +49,55 @@ FEW, TOGETHER = 4, 48  # targets judged in one go, at least and at most
 BLOCK = 256  # targets evaluated together
 
 
+@dataclass(frozen=True)
+class Judged:
+    """What a judge has spent and learned.
+
+    Attributes:
+        spent: configurations asked about what cannot be welded.
+        lost: whether a bead is known not to come out whole.
+        suspect: a target that was found lost, or None.
+    """
+
+    spent: float = 0.0
+    lost: bool = False
+    suspect: int | None = None
+
+
 class InfeasiblePartJudge:
     """Plans the beads of a part, and keeps count of what is asked about those that are lost."""
 
-    def __init__(self, context: Context, first: int, share: float = 1.0) -> None:
+    def __init__(self, context: Context, first: int, share: float = 1.0, full_searches: float = np.inf) -> None:
         """Begin a part, or a chunk of one.
 
         Args:
             context: what the search needs.
             first: its first target.
             share: of what a whole part may cost whatever its size.
+            full_searches: how many beads may be searched in full that are dear to search, as long as none is lost.
         """
+        self._first_pass = full_searches == 0
         self.floor = share * (FLOOR if len(context.deposits_before) <= SMALL else LARGE_FLOOR)
         self.context, self.every = context, context.settings.every_target
         self.first = first
-        self.spent = 0.0
-        self.lost = False
+        self.full_searches = full_searches
+        self.go_on(Judged())
         self._judged_alone = 1  # targets, and what they cost
         self._work_alone = float(BRANCHES if context.window.is_fixed else TARGET_WORK)
-        self._suspect: int | None = None  # a target that was found lost: others near it are checked first
+
+    @property
+    def judged(self) -> Judged:
+        """What has been spent and learned so far."""
+        return Judged(self.spent, self.lost, self._suspect)
+
+    def go_on(self, judged: Judged) -> None:
+        """Go on from there.
+
+        Args:
+            judged: what was spent and learned.
+        """
+        self.spent, self.lost = judged.spent, judged.lost
+        self._suspect = judged.suspect  # others near it are looked at first
 
     def left(self, target: int) -> float:
         """Configurations that may still be asked once the targets before this one are dealt with."""
@@ -90,7 +126,7 @@ class InfeasiblePartJudge:
         q_before: Floats | None,
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None = None,
-    ) -> BeadPlan:
+    ) -> BeadPlan | None:
         """Plan a bead.
 
         Args:
@@ -101,7 +137,7 @@ class InfeasiblePartJudge:
             vain: a quick search of it that found no way.
 
         Returns:
-            The plan.
+            The plan; None of a bead that has to be searched in full and may not be.
         """
         before = self.context.work
         if self.every:
@@ -111,7 +147,11 @@ class InfeasiblePartJudge:
             if self.affords(first, stop)
             else self._sparingly(first, stop, q_before, in_full, vain)
         )
-        if not bead.whole:
+        if bead is None:
+            self.spent += self.context.work - before
+        elif bead.whole:
+            self.spent += max(self.context.work - before - EASY * (stop - first), 0)
+        else:
             self.charge(before)
             self._suspect = next(iter(bead.target_failures), self._suspect)
         return bead
@@ -123,12 +163,15 @@ class InfeasiblePartJudge:
         q_before: Floats | None,
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None,
-    ) -> BeadPlan:
-        """A bead whose search without a result would be expensive."""
+    ) -> BeadPlan | None:
+        """A bead that is expensive to search in full."""
         before = self.context.work
         suspects = [] if self._suspect is None else [self._nearest(first, stop)]
-        if self.lost:  # what is out of reach is known without a search
+        spent = self._first_pass and self.left(stop) < 0
+        if self.lost or spent:  # what is out of reach is known without a search
             target_failures = unreachable(self.context, range(first, stop))
+            if not target_failures and not self.lost:
+                return None
             target_failures.update(self._judged(suspects, first, stop, before) if not target_failures else {})
             if target_failures or self.left(stop) < 0:
                 target_failures.update(self._judged(_spread(first, stop), first, stop, before, target_failures))
@@ -144,7 +187,10 @@ class InfeasiblePartJudge:
         if not target_failures and not self.lost:
             some = list(dict.fromkeys(suspects))[:TRIED_FIRST]
             target_failures = lost_alone(self.context, some)
+            if not target_failures and self.full_searches <= 0:
+                return None
             if not target_failures:
+                self.full_searches -= 1
                 return in_full(self.left(stop))
         order = [*suspects, *_spread(first, stop)]
         target_failures.update(self._judged(order, first, stop, before, target_failures))

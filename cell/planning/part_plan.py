@@ -9,7 +9,7 @@ How one bead is planned, and led to, is in ``cell.planning.bead_plan``. Metres, 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -25,7 +25,7 @@ from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
 from .beads_ahead import BeadsAhead
 from .context import Context
 from .edges.edge_check import Stretch
-from .infeasible_part import InfeasiblePartJudge
+from .infeasible_part import InfeasiblePartJudge, Judged, lost_bead
 from .travels.travel import TravelPath, travel
 
 
@@ -62,8 +62,11 @@ def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None 
     """
     span = context.span
     firsts = [i for i in np.flatnonzero(np.diff(bead_of_target, prepend=-1)).tolist() if span.first <= i < span.stop]
-    with counted_progress(progress, "beads", len(firsts)) as count:
-        return plan_beads(context, BeadRun(tuple(firsts), span.stop, span.start), count)
+
+    def planned(runs: Sequence[BeadRun], count: Callable[[], None]) -> list[PlannedRun]:
+        return [plan_run(context, run, count) for run in runs]
+
+    return plan_runs([BeadRun(tuple(firsts), span.stop, span.start)], planned, progress)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +75,24 @@ class KnownBead:
 
     Attributes:
         bead: its plan.
-        spent: what was asked about it without a result.
+        spent: configurations that were asked about it without success.
     """
 
     bead: BeadPlan
     spent: float
+
+
+@dataclass(frozen=True, eq=False)
+class PutOff:
+    """A run up to its first bead that was put off.
+
+    Attributes:
+        plan: of the beads before it.
+        judged: what was spent on these, and what was learned.
+    """
+
+    plan: PartPlan
+    judged: Judged
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +106,9 @@ class BeadRun:
         known: the first of them, where it is planned already.
         reduced: whether travels are searched with few attempts from the beginning.
         share: of what the whole part may cost where it is lost.
+        begun: where to go on; None: at the first bead.
+        full_searches: how many doubtful beads may be searched in full, from there on.
+        lost: whether the part is known to be lost.
     """
 
     firsts: tuple[int, ...]
@@ -98,10 +117,84 @@ class BeadRun:
     known: KnownBead | None = None
     reduced: bool = False
     share: float = 1.0
+    begun: PutOff | None = None
+    full_searches: int = 0
+    lost: bool = False
+
+    @property
+    def done(self) -> int:
+        """How many of the beads are planned already."""
+        return 0 if self.begun is None else len(self.begun.plan.beads)
+
+    @property
+    def beads_left(self) -> int:
+        """How many beads are to be planned."""
+        return len(self.firsts) - self.done
+
+    @property
+    def targets_left(self) -> int:
+        """How many targets these have."""
+        return self.stop - self.firsts[self.done]
 
 
-def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> PartPlan:
+@dataclass(frozen=True, eq=False)
+class PlannedRun:
+    """What became of a run.
+
+    Attributes:
+        plan: of its beads; of a run that went on from one that was put off, up to the next.
+        lost: whether a bead is known not to come out whole.
+        put_off: the run up to the first bead that was put off; None where none was.
+    """
+
+    plan: PartPlan
+    lost: bool
+    put_off: PutOff | None
+
+
+def plan_runs(
+    runs: Sequence[BeadRun],
+    planned: Callable[[Sequence[BeadRun], Callable[[], None]], list[PlannedRun]],
+    progress: Progress | None = None,
+) -> list[PartPlan]:
+    """Plan the runs of a part; doubtful beads come last, and are searched in full only as long as no bead is lost.
+
+    Args:
+        runs: all beads of the part, in order.
+        planned: plans some runs, in order, whoever does it; calls its second argument for every bead.
+        progress: told how far it is.
+
+    Returns:
+        The plan of each run. Where the part is lost, beads that were put off are left open.
+    """
+    with counted_progress(progress, "beads", sum(run.beads_left for run in runs)) as count:
+        found = planned(runs, count)
+    doubtful = _doubtful(found)
+    if not doubtful or any(run.lost for run in found):
+        return [run.plan for run in found]
+    searches = 1
+    goes_on = [replace(runs[k], begun=found[k].put_off) for k in doubtful]
+    with counted_progress(progress, "beads from doubtful ones on", sum(run.beads_left for run in goes_on)) as count:
+        while doubtful := _doubtful(found):
+            lost = any(run.lost for run in found)
+            some = [replace(runs[k], begun=found[k].put_off, full_searches=searches, lost=lost) for k in doubtful]
+            for k, again in zip(doubtful, planned(some, count), strict=True):
+                found[k] = again
+            searches *= 2
+    return [run.plan for run in found]
+
+
+def _doubtful(found: Sequence[PlannedRun]) -> list[int]:
+    return [k for k, run in enumerate(found) if run.put_off is not None]
+
+
+def plan_run(context: Context, run: BeadRun, count: Callable[[], None]) -> PlannedRun:
     """Plan some beads of a part and the travels between them.
+
+    A bead that the quick search does not find, and that may cost more than the budget of a lost part allows, is
+    doubtful. A run that begins puts it off: the beads after it are planned as if it had not been there, to learn
+    whether the part is lost anyway. One that goes on from a doubtful bead searches it in full, with what else it may,
+    and ends before the next.
 
     Args:
         context: what the search needs.
@@ -109,51 +202,89 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
         count: called for every bead.
 
     Returns:
-        The plan of these beads; no travel leads to the first.
+        What became of them; no travel leads to the first.
     """
-    beads: list[BeadPlan] = []
-    travels: list[TravelPath] = []
-    travel_failures: dict[int, Failure] = {}
-    last: Stretch | None = None
-    way: TravelPath | Failure
-    reduced = reduced_budget(context)
-    judge, ahead = InfeasiblePartJudge(context, run.firsts[0], run.share), BeadsAhead(context, run.firsts, run.stop)
-    for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
-        if run.known is not None and run.known.bead.first == first:
-            bead = run.known.bead
-            judge.knows(bead, run.known.spent)
+    return _RunSearch(context, run).planned(count)
+
+
+class _RunSearch:
+    """Beads planned one after the other, so far."""
+
+    def __init__(self, context: Context, run: BeadRun) -> None:
+        self.context, self.run = context, run
+        self.reduced = reduced_budget(context)
+        self.judge = InfeasiblePartJudge(context, run.firsts[0], run.share, run.full_searches)
+        self.beads: list[BeadPlan] = []
+        self.travels: list[TravelPath] = []
+        self.travel_failures: dict[int, Failure] = {}
+        self.put_off: PutOff | None = None
+        if run.begun is not None:
+            plan = run.begun.plan
+            self.beads, self.travels = list(plan.beads), list(plan.travels)
+            self.travel_failures = dict(plan.travel_failures)
+            self.judge.go_on(run.begun.judged)
+        self.judge.lost |= run.lost
+        self.ahead = BeadsAhead(context, run.firsts[len(self.beads) :], run.stop)
+
+    def planned(self, count: Callable[[], None]) -> PlannedRun:
+        """Plan what is left of them."""
+        stops = [*self.run.firsts[1:], self.run.stop]
+        last = next((bead.stretches[-1] for bead in reversed(self.beads) if bead.stretches), None)
+        for first, stop in list(zip(self.run.firsts, stops, strict=True))[len(self.beads) :]:
+            judged = self.judge.judged
+            bead = self._bead(first, stop, last)
+            if bead is None:
+                self.put_off = self.put_off or PutOff(self._plan(), judged)
+                if self.run.begun is not None:
+                    break
+                bead = lost_bead(first, stop, {})
+            if bead.whole and stop < self.context.span.stop and not self.ahead.can_leave(last, bead):
+                bead, _ = that_can_leave(self.context, bead)
+            if last is not None and bead.whole:
+                bead = self._led_to(bead, last)
+            self.beads.append(bead)
+            last = bead.stretches[-1] if bead.stretches else last
+            count()
+        return PlannedRun(self._plan(), self.judge.lost, self.put_off)
+
+    def _plan(self) -> PartPlan:
+        return PartPlan(tuple(self.beads), tuple(self.travels), dict(self.travel_failures))
+
+    def _bead(self, first: int, stop: int, last: Stretch | None) -> BeadPlan | None:
+        """A bead; None: it is put off."""
+        if self.run.known is not None and self.run.known.bead.first == first:
+            self.judge.knows(self.run.known.bead, self.run.known.spent)
+            return self.run.known.bead
+        q_before = self.run.q_before if last is None else last.q_targets[-1]
+        found = self.ahead.bead(first, q_before)
+        vain = self.ahead.in_vain(first, q_before)
+        in_full = partial(plan_bead, self.context, first, stop, q_before, quickly=vain is None)
+        return found or self.judge.plan(first, stop, q_before, in_full, vain)
+
+    def _led_to(self, bead: BeadPlan, last: Stretch) -> BeadPlan:
+        """A whole bead with the travel to it, or why there is none."""
+        # where the part is lost, what is still searched for is what to report
+        context, before, first = self.context, self.context.work, bead.first
+        reduced = self.run.reduced or self.put_off is not None
+        whole = not reduced and not self.travel_failures and all(bead.whole for bead in self.beads)
+        known = not self.beads[-1].open and self.judge.left(bead.stop) > 0
+        straight = self.ahead.travel(last, bead)
+        way: TravelPath | Failure
+        if straight is not None:
+            way = straight
+        elif whole or known:
+            bead, way = travel_to(context if whole else self.reduced, last, bead)
         else:
-            q_before = run.q_before if last is None else last.q_targets[-1]
-            found = ahead.bead(first, q_before)
-            vain = ahead.in_vain(first, q_before)
-            in_full = partial(plan_bead, context, first, stop, q_before, quickly=vain is None)
-            bead = found or judge.plan(first, stop, q_before, in_full, vain)
-        if bead.whole and stop < context.span.stop and not ahead.can_leave(last, bead):
-            bead, _ = that_can_leave(context, bead)
-        if last is not None and bead.whole:
-            # where the part is lost, what is still searched for is what to report
-            before = context.work
-            whole = not run.reduced and not travel_failures and all(bead.whole for bead in beads)
-            known = not beads[-1].open and judge.left(stop) > 0
-            straight = ahead.travel(last, bead)
-            if straight is not None:
-                way = straight
-            elif whole or known:
-                bead, way = travel_to(context if whole else reduced, last, bead)
-            else:
-                way = travel(reduced_budget(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
-            if isinstance(way, Failure) and not run.reduced:
-                judge.charge(before)  # of a chunk's own beads it is not known yet that none is found
-            if isinstance(way, Failure) and not (whole or known):
-                bead = replace(bead, open=frozenset([first]))
-            elif isinstance(way, Failure):
-                travel_failures[first] = travel_failure(way, last, first)
-            else:
-                travels.append(way)
-        beads.append(bead)
-        last = bead.stretches[-1] if bead.stretches else last
-        count()
-    return PartPlan(tuple(beads), tuple(travels), travel_failures)
+            way = travel(reduced_budget(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
+        if not isinstance(way, Failure):
+            self.travels.append(way)
+            return bead
+        if not reduced:
+            self.judge.charge(before)  # of a chunk's own beads it is not known yet that none is found
+        if not (whole or known):
+            return replace(bead, open=frozenset([first]))
+        self.travel_failures[first] = travel_failure(way, last, first)
+        return bead
 
 
 def known_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> KnownBead:
@@ -169,8 +300,9 @@ def known_bead(context: Context, first: int, stop: int, q_before: Floats | None,
     Returns:
         The bead.
     """
-    judge = InfeasiblePartJudge(context, first, share)
+    judge = InfeasiblePartJudge(context, first, share, full_searches=1)
     bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
+    assert bead is not None  # one may be searched in full
     return KnownBead(bead, judge.spent)
 
 
