@@ -4,7 +4,7 @@
 
 A cell's joints each move by themselves. A coupling between what the planned joints move apart would not hold in its
 motions, so that the model is refused; one within what moves together, one to a body that a user drags and one that is
-not active change nothing and are told.
+not active change nothing and are reported.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ BALL, FREE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_FREE
 MM = 1e-3
 SAME = 1e-9  # m, and rad
 UNNAMED = "joint without a name "
-MANY = 4  # joints without a name, said to stand at one place, that are told together
+MANY = 4  # joints without a name, said to stand at one place, that are reported together
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> HeldJoi
     if not (free or coupled or "home" in keys):
         return HeldJoints(has, {}, keys, ())
     try:
-        with warnings.catch_warnings():  # of flexes, which are left out and told
+        with warnings.catch_warnings():  # of flexes, which are left out and reported
             warnings.simplefilter("ignore")
             model = spec.copy().compile()
     except ValueError as error:

@@ -129,8 +129,8 @@ class BeadSearch:
     def _runs(self, q_before: Floats | None) -> list[Run]:
         start = None
         if q_before is not None:
-            way = (np.abs(self.nodes.q[0] - q_before) / self.bead.speed).max(axis=-1)
-            start = np.nan_to_num(way, nan=np.inf)
+            time = (np.abs(self.nodes.q[0] - q_before) / self.bead.speed).max(axis=-1)
+            start = np.nan_to_num(time, nan=np.inf)
         return best_runs(
             self.nodes.q,
             self.cost,
@@ -156,8 +156,8 @@ class BeadSearch:
         Returns:
             Whether to search again: one collides, or is near to something, so that another way may be better.
         """
-        way = [(run.start + i, *node) for run in runs for i, node in enumerate(run.nodes.tolist())]
-        index = np.array(way, dtype=np.int64).reshape(-1, 4)
+        path = [(run.start + i, *node) for run in runs for i, node in enumerate(run.nodes.tolist())]
+        index = np.array(path, dtype=np.int64).reshape(-1, 4)
         index = index[~self._free[tuple(index.T)]]
         before = self.cost[tuple(index.T)]
         hit = self._check(index)
@@ -172,7 +172,7 @@ class BeadSearch:
         return bool(np.isfinite(self.cost).any(axis=(1, 2, 3)).all())
 
     def _check(self, index: Ints) -> np.ndarray:
-        """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
+        """Check nodes (m, 4); marks them free or forbidden and says which collide."""
         # configurations that differ by whole turns of a joint are checked once; a branch may have several others
         angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME_ANGLE / 3) / SAME_ANGLE).astype(np.int64)
         first, same = distinct(*index[:, :3].T, *angle.T)

@@ -3,7 +3,7 @@
     set_contact_bits(pieces)                  # everything against everything, but for the wire on the part
     pair_tool_with_arm(pieces)                # the tool against the links that MuJoCo leaves out
 
-Pieces are told apart by the bodies they belong to, never by what a shape is called.
+Pieces are distinguished by the bodies they belong to, never by what a shape is called.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def pair_tool_with_arm(pieces: CellAssembly) -> None:
 def _pair_links(wrist: _ToolPairs) -> None:
     """Name the pairs of links with two or more joints between that MuJoCo takes for a body and the one that carries it.
 
-    So they are where a body has several joints. What touches at every angle that is checked is left out and said.
+    So they are where a body has several joints. What touches at every angle that is checked is left out and reported.
     """
     pieces, left_out = wrist.pieces, []
     for outer, inner in wrist.unseen_links():

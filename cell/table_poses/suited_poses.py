@@ -104,7 +104,7 @@ def pose_grid(scene: Scene) -> Floats:
 
 
 def with_targets_of(job: Job, group: TableGroup) -> Job:
-    """The job with a group's targets alone; deposits are numbered as ever."""
+    """The job with a group's targets alone; deposits are numbered as usual."""
     t, mine = job.targets, slice(group.first, group.stop)
     names = ("sub_volume_index", "layer", "bead", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
     return replace(job, targets=replace(t, **{name: getattr(t, name)[mine] for name in names}))

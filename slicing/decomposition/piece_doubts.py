@@ -4,7 +4,7 @@
 
 A bar that is not round, with a round spigot at its end, is found as a spigot with one large sub-volume round its foot;
 the rounded edges of an octagonal bar stand out of the cylinder that fits it best. Neither can be told from what is
-meant to stand on a round body by its shape alone: both are told of.
+meant to stand on a round body by its shape alone: both are reported.
 """
 
 from __future__ import annotations

@@ -7,10 +7,10 @@ hundredth of the area. Two questions are asked of every layer:
 
 - *What does the solid say?* The mesh, its faces made small, is cut by the layer's surface face by face, straight
   between the sides of each: lengths and number of loops follow from which faces are neighbours. None of the exact
-  curves are used. A layer is told of only if its border fits no surface within REACH_MM of its own.
+  curves are used. A layer is reported only if its border fits no surface within REACH_MM of its own.
 - *Does every border part material from what is none?* Where the region has nothing on either side of a border it is a
   bridge of no width: a bead would be laid in the air. Where it has material on both sides (solids that touch) two
-  beads would run on one another; that is told of, and no more.
+  beads would run on one another; that is reported, and no more.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from .convex_shapes import ConvexShape, convex_shape
 from .laid_covers import covers_of
 
 WORLD = -1
-LAST_LINKS = 3  # by whose places it is told which samples are alike: where these are, the others hardly differ
+LAST_LINKS = 3  # by whose places samples are taken as alike: where these are, the others hardly differ
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,12 +45,12 @@ class SpanEnds:
     Attributes:
         first: the first of them.
         last: the last.
-        ways: to the first and from the last.
+        paths: to the first and from the last.
     """
 
     first: Stretch
     last: Stretch
-    ways: HomeTravels
+    paths: HomeTravels
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@
     found.vertices, found.faces, found.lines
 
 Which of the two a file is follows from its bytes, not from its first word: many binary files begin with "solid".
-Bytes after the last triangle that the header counts are told of; a second file put behind the first one is read.
+Bytes after the last triangle that the header counts are reported; a second file put behind the first one is read.
 """
 
 from __future__ import annotations
