@@ -20,7 +20,7 @@ from ..planning.bead_plan import reduced_budget
 from ..planning.context import Context
 from ..planning.edges.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, PlannedRun, plan_part, plan_run, plan_runs, travel_failure
-from ..planning.travels.home import FoundWays, found_ways
+from ..planning.travels.home import FoundHomeTravels, search_home_travels
 from ..planning.travels.travel import TravelPath
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
@@ -54,11 +54,11 @@ class ChunkedPlan:
 
     Attributes:
         plan: the plan.
-        ways: from home and back, where they are known by then.
+        home: the travels from home and back, where they are known by then.
     """
 
     plan: PartPlan
-    ways: FoundWays | None = None
+    home: FoundHomeTravels | None = None
 
 
 def plan_in_chunks(
@@ -76,7 +76,7 @@ def plan_in_chunks(
         meanwhile: what this process does first while workers plan, where the part has several chunks.
 
     Returns:
-        The plan; of a part in one chunk, what ``plan_part`` gives, and no ways.
+        The plan; of a part in one chunk, what ``plan_part`` gives, and no travels from home.
     """
     context = shared.context
     if len(chunks) == 1:
@@ -143,18 +143,18 @@ class _Joining:
 
     def plan(self) -> ChunkedPlan:
         """The plan of the part."""
-        ways: list[FoundWays] = []
+        home: list[FoundHomeTravels] = []
         span, first, last = self.context.span, self.beads[0], self.beads[-1]
 
-        def find_ways() -> None:
+        def search_travels() -> None:
             """While workers lead from chunk to chunk, which seldom changes the part's last bead."""
             if not self.travel_failures and all(bead.whole for bead in self.beads):
-                ways.append(found_ways(self.context, first, last))
+                home.append(search_home_travels(self.context, first, last))
 
         befores = {k: self._before(k) for k in self.joins}
         ends = [(befores[k], self.beads[k]) for k in self.joins]
         goes_home = span.start is not None or span.end is not None
-        found = self.workers.run(_joined, self.shared, ends, meanwhile=find_ways if goes_home else None)
+        found = self.workers.run(_joined, self.shared, ends, meanwhile=search_travels if goes_home else None)
         reduced = reduced_budget(self.context)
         for k, joint in zip(self.joins, found, strict=True):
             # one that led on from another end is found once more
@@ -163,7 +163,7 @@ class _Joining:
             self._search_on()
         travels = tuple(self.travels[bead.first] for bead in self.beads if bead.first in self.travels)
         plan = PartPlan(tuple(self.beads), travels, dict(sorted(self.travel_failures.items())))
-        return ChunkedPlan(plan, ways[0] if ways else None)
+        return ChunkedPlan(plan, home[0] if home else None)
 
     def _search_on(self) -> None:
         """Search travels that were not found with all attempts, as long as the part may be whole."""

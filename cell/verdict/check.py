@@ -146,7 +146,7 @@ def check_span(
         return SpanVerdict(tuple(failed(blocked, i) for i in range(span.first, span.stop)))
     chunks, shared = chunking.chunks(job.targets, span), Shared.of(job, context)
     planned = plan_in_chunks(shared, chunks, progress, lambda: job.wires_in_metal)
-    plan, home = with_home(context, with_lockouts(job, context, planned.plan), planned.ways)
+    plan, home = with_home(context, with_lockouts(job, context, planned.plan), planned.home)
     aside = _failures_aside(job, gravity, span)
     rows: dict[int, TargetVerdict] = {}
     warnings: list[Warning] = []

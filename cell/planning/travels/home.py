@@ -54,7 +54,7 @@ class SpanEnds:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundWays:
+class FoundHomeTravels:
     """What the search of both ways has found, for beads as they were planned.
 
     Attributes:
@@ -72,7 +72,7 @@ class FoundWays:
     back: TravelPath | Failure | None
 
 
-def found_ways(context: Context, first: BeadPlan, last: BeadPlan) -> FoundWays:
+def search_home_travels(context: Context, first: BeadPlan, last: BeadPlan) -> FoundHomeTravels:
     """Search the ways from home to a bead and from a bead back.
 
     Args:
@@ -89,7 +89,7 @@ def found_ways(context: Context, first: BeadPlan, last: BeadPlan) -> FoundWays:
         out = _way(context, None, first.stretches[0])
     if back is None and last.whole and end is not None:
         back = _way(context, last.stretches[0], None)
-    return FoundWays(first, last, at_home, out, back)
+    return FoundHomeTravels(first, last, at_home, out, back)
 
 
 def _home_itself(context: Context, home: Floats | None, deposits_laid: int, target: int) -> Failure | None:
@@ -108,7 +108,9 @@ def _way(context: Context, end: Stretch | None, start: Stretch | None) -> Travel
     return travel(context, end, start, deposits_laid)
 
 
-def with_home(context: Context, plan: PartPlan, known: FoundWays | None = None) -> tuple[PartPlan, HomeTravels | None]:
+def with_home(
+    context: Context, plan: PartPlan, known: FoundHomeTravels | None = None
+) -> tuple[PartPlan, HomeTravels | None]:
     """Plan the ways from home and back.
 
     Args:
@@ -128,13 +130,13 @@ def with_home(context: Context, plan: PartPlan, known: FoundWays | None = None) 
         context = replace(context, settings=replace(context.settings, travel_attempts=few))
     elif known is not None and known.first is first and known.last is last:
         return _Home(context, plan, known).planned()
-    return _Home(context, plan, found_ways(context, first, last)).planned()
+    return _Home(context, plan, search_home_travels(context, first, last)).planned()
 
 
 class _Home:
     """The search of both ways."""
 
-    def __init__(self, context: Context, plan: PartPlan, found: FoundWays) -> None:
+    def __init__(self, context: Context, plan: PartPlan, found: FoundHomeTravels) -> None:
         self.context, self.plan, self.whole, self.found = context, plan, plan.whole, found
         self.beads, self.travels = list(plan.beads), list(plan.travels)
         self.travel_failures = dict(plan.travel_failures)

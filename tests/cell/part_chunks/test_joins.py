@@ -16,7 +16,7 @@ from cell.planning.bead_outcome import BeadPlan
 from cell.planning.context import Context
 from cell.planning.part_plan import PartPlan, plan_part
 from cell.planning.travels import home
-from cell.planning.travels.home import FoundWays, with_home
+from cell.planning.travels.home import FoundHomeTravels, with_home
 
 CUT = 4  # beads of the first chunk
 
@@ -124,17 +124,17 @@ def test_ways_home_are_found_with_the_joints_and_count_for_the_beads_they_were_f
     job: Job, context: Context, plan: PartPlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     joined = join_chunks(Shared.of(job, context), halves(plan))
-    assert joined.ways is not None
+    assert joined.home is not None
     apart = with_home(context, plan)[1]
     searched: list[int] = []
-    search = home.found_ways
+    search = home.search_home_travels
 
-    def counted(context: Context, first: BeadPlan, last: BeadPlan) -> FoundWays:
+    def counted(context: Context, first: BeadPlan, last: BeadPlan) -> FoundHomeTravels:
         searched.append(last.first)
         return search(context, first, last)
 
-    monkeypatch.setattr(home, "found_ways", counted)
-    found = with_home(context, joined.plan, joined.ways)[1]
+    monkeypatch.setattr(home, "search_home_travels", counted)
+    found = with_home(context, joined.plan, joined.home)[1]
     assert not searched
     assert found is not None
     assert apart is not None
@@ -145,10 +145,10 @@ def test_ways_home_are_found_with_the_joints_and_count_for_the_beads_they_were_f
     # another last bead, though it is like it, or a part that is not whole: they are searched
     beads = joined.plan.beads
     others = replace(joined.plan, beads=(*beads[:-1], replace(beads[-1])))
-    with_home(context, others, joined.ways)
+    with_home(context, others, joined.home)
     lost = replace(beads[1], open=frozenset([beads[1].first]))
-    with_home(context, replace(joined.plan, beads=(beads[0], lost, *beads[2:])), joined.ways)
+    with_home(context, replace(joined.plan, beads=(beads[0], lost, *beads[2:])), joined.home)
     assert searched == [beads[-1].first] * 2
     # of a part that is lost they are not looked for with the joints
     a, b = halves(plan)
-    assert join_chunks(Shared.of(job, context), [replace(a, beads=(a.beads[0], lost, *a.beads[2:])), b]).ways is None
+    assert join_chunks(Shared.of(job, context), [replace(a, beads=(a.beads[0], lost, *a.beads[2:])), b]).home is None
