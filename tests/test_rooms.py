@@ -19,6 +19,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
             "arrays",
             "errors",
             "failure_facts",
+            "freed_memory",
             "plain",
             "printable",
             "progress",
@@ -158,7 +159,7 @@ ANY_VALUES = {
         slicing/surfaces/planes slicing/surfaces/revolved_profiles slicing/warning""",
     "the variables of a KRL program": "cell/programs/krl/data cell/programs/krl/state cell/programs/krl/values",
     "columns of a table, or keyword arguments": """
-        cell/planning/densify cell/programs/program cell/scene/scene cell/scene/workpiece""",
+        cell/planning/densify cell/programs/program cell/scene/workpiece""",
     "annotations of a class": "slicing/annotations slicing/parameters",
 }
 
