@@ -106,7 +106,7 @@ class Nodes:
         share = np.where(among, short.min(axis=-1), -1.0)
         node = np.unravel_index(int(np.argmax(share)), share.shape)
         kind = int(np.argmin(short[node]))
-        q = self.q[i][node]
+        q = self.q[i][node].copy()  # kept with the failure: not all candidates of the bead with it
         _, factor = MARGIN_UNITS[KINDS[kind]]
         failure = Failure(
             Kind.SINGULAR,
@@ -137,7 +137,7 @@ class Nodes:
             axis=self.solver.chain.names[joint],
             roll_deg=_deg(self.rolls[node[0]]),
         )
-        return failure, self.raw[i][node]
+        return failure, self.raw[i][node].copy()
 
 
 def _deg(angle: float) -> float:
