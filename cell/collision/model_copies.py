@@ -60,3 +60,8 @@ def lent(model: mujoco.MjModel) -> Iterator[Switched]:
         yield mine
     finally:
         spare.append(mine)
+
+
+def discard_spare(model: mujoco.MjModel) -> None:
+    """Let go of the copies of a model that nobody has: where a check is over and memory is needed for something else."""
+    _spare.pop(model, None)

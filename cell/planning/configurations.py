@@ -199,13 +199,15 @@ def evaluate(
         solver.candidates(apply_roll(Ts[i : i + per_pass, None], rolls).reshape(-1, 4, 4))
         for i in range(0, n, per_pass)
     ]
-    q = _joined([p.q for p in parts])
-    q = q.reshape(n, r, *q.shape[1:])
-    margin = margins(solver.chain, solver.geometry, q)
+    q = _joined([p.q for p in parts]).reshape(n, r, len(parts[0].raw[0]), -1, solver.chain.n)
+    margin, cost = np.empty((*q.shape[:-1], len(KINDS))), np.empty(q.shape[:-1])
     least = limits.values(solver.geometry is not None)
-    allowed = np.isfinite(q[..., 0]) & (margin >= least).all(axis=-1)
-    room = np.minimum(q - solver.chain.lower, solver.chain.upper - q).min(axis=-1)
-    cost = np.where(allowed, standing_cost(room, margin, least), np.inf)
+    for i in range(0, n, per_pass):
+        some = slice(i, i + per_pass)
+        margin[some] = margins(solver.chain, solver.geometry, q[some])
+        allowed = np.isfinite(q[some, ..., 0]) & (margin[some] >= least).all(axis=-1)
+        room = np.minimum(q[some] - solver.chain.lower, solver.chain.upper - q[some]).min(axis=-1)
+        cost[some] = np.where(allowed, standing_cost(room, margin[some], least), np.inf)
     shape = (n, r, -1, solver.chain.n)
     return Nodes(
         solver=solver,
@@ -225,9 +227,12 @@ def evaluate(
 def _joined(parts: list[Floats]) -> Floats:
     """Candidates of several passes, padded to the most standings any of them has."""
     k = max(p.shape[2] for p in parts)
-    return np.concatenate(
-        [np.pad(p, ((0, 0), (0, 0), (0, k - p.shape[2]), (0, 0)), constant_values=np.nan) for p in parts]
-    )
+    out = np.full((sum(map(len, parts)), parts[0].shape[1], k, parts[0].shape[3]), np.nan)
+    first = 0
+    for p in parts:
+        out[first : first + len(p), :, : p.shape[2]] = p
+        first += len(p)
+    return out
 
 
 def standing_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
